@@ -296,9 +296,12 @@ impl StepResult {
         self.route = again.route;
         self.warnings = again.warnings;
         self.measured = again.measured;
-        self.maxwell = again.maxwell;
-        self.entry_status = again.entry_status;
-        self.floating = again.floating;
+        // What a solve for the capacitance alone leaves out is known from before.
+        if again.maxwell.is_some() {
+            self.maxwell = again.maxwell;
+            self.entry_status = again.entry_status;
+            self.floating = again.floating;
+        }
         self.solver = again.solver;
         self.foresight = again.foresight;
     }

@@ -15,6 +15,8 @@ pub struct FieldSettings {
     pub relative_tolerance: f64,
     /// What the tolerance is about.
     pub target: Target,
+    /// Whether nothing but the target is wanted: see [`Settings::target_alone`].
+    pub target_alone: bool,
     /// Whether a lower bound is proved as well. The solver on tetrahedra always does.
     pub bounds: bool,
     /// Whether mirror symmetry is used to solve a part of the scene only.
@@ -38,6 +40,7 @@ impl Default for FieldSettings {
         let Settings {
             relative_tolerance,
             target,
+            target_alone,
             bounds,
             symmetry,
             field,
@@ -50,6 +53,7 @@ impl Default for FieldSettings {
         Self {
             relative_tolerance,
             target,
+            target_alone,
             bounds,
             symmetry,
             field,
@@ -68,6 +72,7 @@ impl FieldSettings {
         Settings {
             relative_tolerance: self.relative_tolerance,
             target: self.target,
+            target_alone: self.target_alone,
             bounds: self.bounds,
             symmetry: self.symmetry,
             resolution: None,

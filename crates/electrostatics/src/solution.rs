@@ -15,6 +15,9 @@ pub struct Settings {
     pub relative_tolerance: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
+    /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty Maxwell matrix, where a part of the
+    /// scene is enough for it.
+    pub target_alone: bool,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
     /// Whether mirror symmetry is used to solve only a half, a quarter or an eighth of the scene.
@@ -62,6 +65,7 @@ impl Default for Settings {
         Self {
             relative_tolerance: 1e-3,
             target: Target::Matrix,
+            target_alone: false,
             bounds: true,
             symmetry: true,
             resolution: None,

@@ -19,15 +19,17 @@ pub struct RadialBasis {
 }
 
 impl RadialBasis {
-    /// Diagonalises multiplication by (x - pole)^2 on every element of a line without infinite ends.
+    /// Diagonalises multiplication by (x - pole)^2 on every element of a line without infinite ends. The functions of an element are those of
+    /// its mirror image across the pole, mirrored, to the last bit.
     ///
     /// # Errors
     /// [`IllConditioned`] if the line has an infinite element, or an eigenvalue problem fails.
     pub fn new(line: &Line, pole: f64) -> Result<Self, IllConditioned> {
         let (mut blocks, mut squares) = (Vec::new(), Vec::new());
         for e in 0..line.elements() {
-            let Element::Finite { start, length } = line.element(e) else { return Err(IllConditioned) };
-            let (centre, half, p) = (start + 0.5 * length - pole, 0.5 * length, line.degree(e));
+            let Element::Finite { length, .. } = line.element(e) else { return Err(IllConditioned) };
+            let (signed, half, p) = (0.5 * (line.nodes[e] - pole + (line.nodes[e + 1] - pole)), 0.5 * length, line.degree(e));
+            let centre = signed.abs();
             // s phi_n = a_{n+1} phi_{n+1} + a_n phi_{n-1} for orthonormal Legendre polynomials.
             let a = |n: usize| n as f64 / ((2 * n - 1) as f64 * (2 * n + 1) as f64).sqrt();
             let square = Mat::from_fn(p, p, |i, j| match i.abs_diff(j) {
@@ -43,7 +45,9 @@ impl RadialBasis {
                 dense::symmetric_eigenvectors(square.as_ref()).map_err(|_| IllConditioned)?;
             // A squared distance is not negative; rounding can make an eigenvalue so.
             squares.extend(values.iter().map(|s| s.max(0.0)));
-            blocks.push(vectors);
+            // Legendre polynomials of odd degree change their sign when they are mirrored.
+            let sign = |n: usize| if signed < 0.0 && n % 2 == 1 { -1.0 } else { 1.0 };
+            blocks.push(Mat::from_fn(p, p, |n, k| sign(n) * vectors[(n, k)]));
         }
         Ok(Self { blocks, squares })
     }
@@ -69,6 +73,24 @@ impl RadialBasis {
 mod tests {
     use super::*;
     use crate::line::LineEnd;
+
+    #[test]
+    fn functions_of_mirrored_elements_are_mirror_images_to_the_last_bit() {
+        let nodes = vec![-2.3, -0.7, -0.1, 0.0, 0.1, 0.7, 2.3];
+        let line = Line { nodes, degrees: vec![4, 3, 2, 2, 3, 4], ends: [LineEnd::Finite; 2] };
+        let basis = RadialBasis::new(&line, 0.0).unwrap();
+        let n = basis.squares.len();
+        for e in 0..3 {
+            let (below, above) = (&basis.blocks[e], &basis.blocks[5 - e]);
+            for (i, k) in (0..below.nrows()).flat_map(|i| (0..below.ncols()).map(move |k| (i, k))) {
+                let sign = if i % 2 == 1 { -1.0 } else { 1.0 };
+                assert_eq!(below[(i, k)], sign * above[(i, k)], "element {e}: {i}, {k}");
+            }
+        }
+        // Elements are in the opposite order, the functions of each in the same.
+        assert_eq!(basis.squares[..4], basis.squares[n - 4..]);
+        assert_eq!(basis.squares[7..9], basis.squares[9..11]);
+    }
 
     #[test]
     fn the_squared_distance_of_a_function_is_the_integral_of_its_square_times_that_of_the_point() {

@@ -148,6 +148,7 @@ impl Plan {
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
             foresight: None,
+            target_alone: false,
             memory_limit: self.memory_limit / self.memory_shares,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,

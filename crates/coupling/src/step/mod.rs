@@ -130,7 +130,14 @@ impl Solver<'_> {
             (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
             (_, target) => target,
         };
-        FieldSettings { relative_tolerance, target, memory_limit, field: false, ..asked.clone() }
+        FieldSettings {
+            relative_tolerance,
+            target,
+            target_alone: true,
+            memory_limit,
+            field: false,
+            ..asked.clone()
+        }
     }
 
     /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are known to

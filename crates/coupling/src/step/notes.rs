@@ -223,13 +223,16 @@ impl Solver<'_> {
             let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
             shortfalls.missed.insert(0, (Missed::Field, reason));
         }
-        let entries = EntryStatus::of(&solution.maxwell, allowed_spread, self.settings.target);
+        // A solve for the target alone may come without the matrix.
+        let maxwell = Some(solution.maxwell).filter(|all| !all.is_empty());
+        let entries =
+            maxwell.as_ref().map(|all| EntryStatus::of(all, allowed_spread, self.settings.target));
         let matrix_asked = self.settings.target == Target::Matrix;
-        shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().any(|e| *e != EntryStatus::Ok);
+        shortfalls.to_diagonal = matrix_asked && entries.iter().flatten().flatten().any(|e| *e != EntryStatus::Ok);
         result.mark(shortfalls);
-        result.entry_status = Some(entries);
+        result.entry_status = entries;
         result.measured = measured;
-        result.maxwell = Some(solution.maxwell);
+        result.maxwell = maxwell;
         result.seconds.electrostatics = solution.seconds;
         result.foresight = solution.foresight;
         result.solver = Some(SolverReport {

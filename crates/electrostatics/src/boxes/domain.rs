@@ -2,6 +2,7 @@
 //!
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
+use crate::boxes::half_turn::odd::OtherParts;
 use crate::boxes::mapped::placed::PlacedMap;
 use elastocap_fem::embedding::embedding;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
@@ -55,6 +56,8 @@ pub(crate) struct Domain {
     pub permittivity: Vec<f64>,
     /// The map that bends the scene, if one does.
     pub map: Option<PlacedMap>,
+    /// Where the domain is the half of a scene whose state is odd under a half turn: the other parts that such a state is seen on.
+    pub turn: Option<Box<OtherParts>>,
 }
 
 impl Axis {
@@ -206,7 +209,8 @@ impl Domain {
     /// The domain up to the last finite nodes. Beyond them fluxes continue along rays, or not at all.
     pub(crate) fn truncated(&self) -> Self {
         let [a, b, c] = &self.axes;
-        Self { axes: [a.truncated(), b.truncated(), c.truncated()], ..self.clone() }
+        let turn = self.turn.as_ref().map(|turn| Box::new(turn.truncated()));
+        Self { axes: [a.truncated(), b.truncated(), c.truncated()], turn, ..self.clone() }
     }
 
     /// Numbers of intervals.

@@ -5,7 +5,7 @@ use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
 use crate::boxes::dual::across_grids::{Fluxes, State};
-use crate::boxes::half_turn::Image;
+use crate::boxes::half_turn::images::Image;
 use crate::boxes::primal::Primal;
 use elastocap_fem::tensor::{add, dot};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
@@ -192,8 +192,8 @@ pub(crate) fn lower(
     };
     let state =
         |(v, flux): (&Vec<f64>, Flux)| State { potentials: v.clone(), phi: flux.phi, repair: flux.repair };
-    let kept = (kept && proved)
-        .then(|| Fluxes::new(dual, domain, potentials.iter().zip(fluxes).map(state).collect()));
+    let states = || potentials.iter().zip(fluxes).map(state).collect();
+    let kept = if kept && proved { Fluxes::new(dual, domain, states()) } else { None };
     Ok((energies, kept))
 }
 

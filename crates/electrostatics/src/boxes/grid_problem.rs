@@ -1,11 +1,12 @@
 //! A scene laid out for the box solver, with its symmetric parts and the settings.
 
 use crate::SolveError;
+use crate::boxes::half_turn::odd::OddState;
 use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
 use crate::boxes::superposed::Base;
-use crate::boxes::symmetry::{Part, parts};
+use crate::boxes::symmetry::{Part, odd_part, parts};
 use crate::floating::Floating;
 use crate::solution::Settings;
 use elastocap_fem::tensor::Dims;
@@ -20,7 +21,7 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) parts: Vec<Part>,
     /// The half, quarter or eighth of the scene that grids are made for.
     pub(crate) core: Layout,
-    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used.
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used, unless a potential is odd under a half turn.
     pub(crate) reflected: [bool; 3],
     /// Which conductors float.
     pub(crate) floating: Floating,
@@ -62,18 +63,36 @@ impl<'a> GridProblem<'a> {
             in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
         let grounded: Vec<bool> =
             scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
-        let reflected = layout.mirror.map(|m| m.is_some() && !settings.symmetry);
+        let floating = Floating::new(scene);
+        let may_be_odd = settings.target_alone && settings.symmetry && settings.bounds && in_frame.is_none();
+        let odd = match may_be_odd {
+            true => OddState::of(&layout, scene, &floating, settings.target)?,
+            false => None,
+        };
+        let (parts, core, reflected) = match odd {
+            Some(odd) => (vec![odd_part(&odd)], odd.quarter, [false, false, true]),
+            None => (
+                parts(&layout, &grounded, settings.symmetry),
+                layout.core(),
+                layout.mirror.map(|m| m.is_some() && !settings.symmetry),
+            ),
+        };
         Ok(Self {
-            parts: parts(&layout, &grounded, settings.symmetry),
-            core: layout.core(),
+            parts,
+            core,
             reflected,
-            floating: Floating::new(scene),
+            floating,
             layout,
             settings,
             keeps_fluxes: false,
             base: None,
             reach,
         })
+    }
+
+    /// Whether the state of the target alone is solved, and not all that the Maxwell matrix takes.
+    pub(crate) fn is_odd_alone(&self) -> bool {
+        self.parts.iter().any(|part| part.turn.is_some())
     }
 
     /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor, or where the
@@ -115,7 +134,7 @@ impl<'a> GridProblem<'a> {
 
     /// The same for a grid with `dims` functions on the axes of the core.
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
-        let dims = [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] });
+        let dims = self.reflected_dims(dims);
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
         // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every function. A solve that is added
         // to a base holds fluxes at these points as well.
@@ -125,10 +144,14 @@ impl<'a> GridProblem<'a> {
         boxes.saturating_add(under_map)
     }
 
+    fn reflected_dims(&self, dims: Dims) -> Dims {
+        [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] })
+    }
+
     /// Unknowns of the largest part on a grid, primal plus dual.
     pub(crate) fn unknowns(&self, grid: &Grid) -> usize {
         let (domain, _) = self.core.domain(grid);
-        let n: usize = domain.primal_dims().iter().product();
+        let n: usize = self.reflected_dims(domain.primal_dims()).iter().product();
         if self.settings.bounds { 2 * n } else { n }
     }
 

@@ -82,6 +82,11 @@ fn boxes(body: &Body) -> Result<Vec<Box3>, SolveError> {
     body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() })
 }
 
+/// The boxes of each conductor of a scene.
+fn conductor_boxes(scene: &Scene) -> Result<Vec<Vec<Box3>>, SolveError> {
+    scene.conductors().map(|c| boxes(c.body)).collect()
+}
+
 impl Layout {
     /// Lays out a scene whose cells take no more than `memory_limit` bytes.
     ///
@@ -102,8 +107,7 @@ impl Layout {
             Some(frame) => frame,
             None => Frame::of(scene)?,
         };
-        let conductors: Vec<Vec<Box3>> =
-            scene.conductors().map(|c| boxes(c.body)).collect::<Result<_, _>>()?;
+        let conductors = conductor_boxes(scene)?;
         let dielectrics: Vec<Vec<Box3>> =
             scene.dielectrics().map(|d| boxes(d.body)).collect::<Result<_, _>>()?;
         let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
@@ -293,6 +297,11 @@ impl Layout {
 
     /// Whether the layout is its own mirror image across the origin of axis `a`.
     fn mirrored(&self, a: usize) -> bool {
+        self.is_even(a) && self.conductors.iter().all(|c| self.conductors.contains(&self.flipped(c, a)))
+    }
+
+    /// The same but for the conductors: its planes, walls and permittivity.
+    pub(crate) fn is_even(&self, a: usize) -> bool {
         let p = &self.planes[a];
         let size = p.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
         let n = p.len();
@@ -303,9 +312,6 @@ impl Layout {
             return false;
         }
         let cells = self.cells();
-        if !self.conductors.iter().all(|c| self.conductors.contains(&self.flipped(c, a))) {
-            return false;
-        }
         (0..cells[0]).all(|i| {
             (0..cells[1]).all(|j| {
                 (0..cells[2]).all(|k| {
@@ -335,8 +341,21 @@ impl Layout {
         n / 2
     }
 
+    /// The layout of the scene with planes at the centre of some more axes, along which it [is even](Layout::is_even), and the indices of
+    /// these planes.
+    pub(crate) fn centred<const N: usize>(
+        &self,
+        scene: &Scene,
+        axes: [usize; N],
+    ) -> Result<(Self, [usize; N]), SolveError> {
+        let mut out = self.clone();
+        let centres = axes.map(|a| out.insert_centre(a));
+        out.fill(scene, &conductor_boxes(scene)?);
+        Ok((out, centres))
+    }
+
     /// The mirror image of a conductor's blocks across axis `a`.
-    fn flipped(&self, blocks: &[Block], a: usize) -> Vec<Block> {
+    pub(crate) fn flipped(&self, blocks: &[Block], a: usize) -> Vec<Block> {
         let n = self.cells()[a];
         let flip = |b: &Block| {
             let mut f = *b;
@@ -357,17 +376,27 @@ impl Layout {
     /// The half of the layout above the mirror plane of axis `a`, with the potential even or odd across it.
     pub(crate) fn half(&self, a: usize, odd: bool) -> Self {
         let Some(centre) = self.mirror[a] else { return self.clone() };
-        // The centre plane bounds interval `first` from below.
-        let first = centre + usize::from(self.walls[a][0] == Wall::Open);
+        // A block that ends at the plane is the mirror image of one that begins there.
+        let belongs = |b: &Block, first: usize| b.hi[a] > first || (b.lo[a] == b.hi[a] && b.lo[a] == first);
+        self.above(a, centre, if odd { Wall::Grounded } else { Wall::Insulated }, belongs)
+    }
+
+    /// The half of the layout above a plane of axis `a`, where a `wall` is, with what is there of the blocks that belong to it; these are
+    /// told the interval above the plane.
+    pub(crate) fn above(
+        &self,
+        a: usize,
+        plane: usize,
+        wall: Wall,
+        belongs: impl Fn(&Block, usize) -> bool,
+    ) -> Self {
+        let first = plane + usize::from(self.walls[a][0] == Wall::Open);
         let mut out = self.clone();
-        out.planes[a].drain(..centre);
-        out.walls[a][0] = if odd { Wall::Grounded } else { Wall::Insulated };
+        out.planes[a].drain(..plane);
+        out.walls[a][0] = wall;
         out.mirror[a] = None;
         for blocks in &mut out.conductors {
-            blocks.retain(|b| {
-                let sheet_on_plane = b.lo[a] == b.hi[a] && b.lo[a] == first;
-                b.hi[a] > first || sheet_on_plane
-            });
+            blocks.retain(|b| belongs(b, first));
             for b in blocks {
                 b.lo[a] = b.lo[a].saturating_sub(first);
                 b.hi[a] -= first;
@@ -455,7 +484,7 @@ impl Layout {
         let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (*b, c)));
         let (conductors, held) = blocks.unzip();
         let domain =
-            Domain { axes, conductors, permittivity: self.permittivity.clone(), map: self.map.clone() };
+            Domain { axes, conductors, permittivity: self.permittivity.clone(), map: self.map.clone(), turn: None };
         (domain, held)
     }
 }

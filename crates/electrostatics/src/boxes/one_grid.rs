@@ -87,7 +87,7 @@ pub(crate) fn on_grid(
     let basis = problem.basis();
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
     let mut out = Outcome::empty();
-    let grid = &grid.reflected(problem.reflected);
+    let (core, grid) = (grid, &grid.reflected(problem.reflected));
     let has_lower = !matches!(lower, Lower::None);
     let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, own: &Mat<f64>| {
         for (i, j) in (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j))) {
@@ -98,7 +98,7 @@ pub(crate) fn on_grid(
     for (index, part) in problem.parts.iter().enumerate() {
         if !part.potentials.is_empty() {
             let coarser = coarser.map(|coarser| (coarser, at));
-            let (solved, dual) = solve_part(problem, index, grid, share, has_lower, coarser)?;
+            let (solved, dual) = solve_part(problem, index, [core, grid], share, has_lower, coarser)?;
             add(&mut up, at, &solved, &solved.energies.matrix);
             if let Some(dual) = &dual {
                 add(&mut low, at, &solved, &dual.matrix);
@@ -241,7 +241,10 @@ impl Outcome {
         };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
-        if let Some([first, second]) = target.opposite(driven) {
+        if problem.is_odd_alone() {
+            let own = (0..n).map(|i| f64::from(u8::from(i == 0))).collect();
+            states.extend(target.value(&self.bounds.upper).map(|energy| (own, energy)));
+        } else if let Some([first, second]) = target.opposite(driven) {
             let own = self.bounds.of_rows(&[first, second]).upper;
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
             let voltages = Lu::new(own.as_ref()).solve(charges.as_ref());
@@ -403,6 +406,10 @@ impl Outcome {
             "the linear solver stopped before its goal: the elements of the grid differ too much in size"
                 .to_owned()
         };
+        if problem.is_odd_alone() {
+            // The matrix is that of the one state that was solved for.
+            maxwell.clear();
+        }
         // Bounds are proved wherever the linear solver stopped.
         let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
         Solution {

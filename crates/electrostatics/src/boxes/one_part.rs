@@ -6,7 +6,7 @@ use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
 use crate::boxes::energy::{Energies, Start, lower, upper};
 use crate::boxes::grid_problem::GridProblem;
-use crate::boxes::half_turn::{Image, images};
+use crate::boxes::half_turn::images::{Image, images};
 use crate::boxes::layout::Grid;
 use crate::boxes::primal::Primal;
 use crate::boxes::superposed::Added;
@@ -87,19 +87,24 @@ pub(super) struct OnBase {
     pub(super) cut: Vec<Vec<f64>>,
 }
 
-/// Solves one part on one grid: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
+/// Solves one part on one grid, given as that of the core and as it is reflected: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
 /// a `coarser` grid come with the number of the part's first right-hand side.
 pub(super) fn solve_part(
     problem: &GridProblem<'_>,
     index: usize,
-    grid: &Grid,
+    [core, grid]: [&Grid; 2],
     share: f64,
     lower_too: bool,
     coarser: Option<(&Potentials, usize)>,
 ) -> Result<(SolvedPart, Option<Energies>), SolveError> {
     let cancel = problem.settings.cancel.as_deref();
     let part = &problem.parts[index];
-    let (domain, held) = part.layout.domain(grid);
+    let (mut domain, mut held) = part.layout.domain(grid);
+    if let Some(turn) = &part.turn {
+        let (others, conductors) = turn.other_parts(core);
+        domain.turn = Some(Box::new(others));
+        held.extend(conductors);
+    }
     let mut potentials: Vec<Vec<f64>> =
         part.potentials.iter().map(|v| held.iter().map(|&c| v[c]).collect()).collect();
     let images =

@@ -4,6 +4,7 @@
 //! A u = lambda B u on each axis, its inverse is six small matrix products and a division by
 //! lambda0 + lambda1 + lambda2 (Lynch, Rice and Thomas 1964).
 
+use crate::boxes::half_turn::fold::Fold;
 use elastocap_fem::modes::LineModes;
 use elastocap_fem::tensor::{Dense, Dims, Real, Window, left, multiply, right, sized, target};
 use rayon::prelude::*;
@@ -141,22 +142,50 @@ fn slab_batch(plane: usize) -> usize {
 pub(crate) struct Schwarz<T> {
     boxes: Vec<SeparableBox<T>>,
     dims: Dims,
+    folded: Option<Box<Folded<T>>>,
+}
+
+/// Boxes on two quarters of a scene, for what is odd across the middle of the last axis of a half of it, and what is even.
+#[derive(Debug)]
+struct Folded<T> {
+    fold: Fold,
+    quarters: [Schwarz<T>; 2],
 }
 
 /// Buffers of [`Schwarz::apply`], kept between calls.
 #[derive(Debug, Default)]
 pub(crate) struct SchwarzWork<T> {
     per_box: Vec<(Vec<T>, Vec<T>)>,
+    /// Of the quarters, and what these give.
+    quarters: [Option<Box<SchwarzWork<T>>>; 2],
+    found: [Vec<T>; 2],
 }
 
 impl<T: Real> Schwarz<T> {
     /// Boxes over an array of shape `dims`.
     pub(crate) fn new(boxes: Vec<SeparableBox<T>>, dims: Dims) -> Self {
-        Self { boxes, dims }
+        Self { boxes, dims, folded: None }
+    }
+
+    /// With more boxes, on the quarters of a scene whose half the array belongs to.
+    pub(crate) fn with_quarters(self, fold: Fold, quarters: [Self; 2]) -> Self {
+        Self { folded: Some(Box::new(Folded { fold, quarters })), ..self }
     }
 
     /// z = sum over boxes of (A on the box)^-1 r.
     pub(crate) fn apply(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
+        self.apply_boxes(r, z, work);
+        let Some(folded) = &self.folded else { return };
+        let parts = folded.fold.parts_of(r);
+        for (k, (schwarz, r)) in folded.quarters.iter().zip(&parts).enumerate() {
+            let own = work.quarters[k].get_or_insert_default();
+            sized(&mut work.found[k], r.len());
+            schwarz.apply(r, &mut work.found[k], own);
+        }
+        folded.fold.add(work.found.each_ref().map(Vec::as_slice), z);
+    }
+
+    fn apply_boxes(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
         work.per_box.resize_with(self.boxes.len(), Default::default);
         self.boxes
             .par_iter()

@@ -1,6 +1,7 @@
 //! Mirror symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, each
 //! solved on a half, a quarter or an eighth of the scene.
 
+use crate::boxes::half_turn::odd::OddState;
 use crate::boxes::layout::Layout;
 use crate::projection::projected;
 
@@ -18,14 +19,36 @@ pub(crate) struct Part {
     /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
     /// its energy is known to be zero.
     pub fieldless: Vec<Vec<f64>>,
-    /// Potentials of grounded conductors alone, for which nothing is solved: they are there to complete the basis.
+    /// Potentials of grounded conductors alone, or others that nobody asks for. Nothing is solved for them: they are there to complete the
+    /// basis.
     pub unsolved: Vec<Vec<f64>>,
+    /// Where the potential is odd under a half turn, the halves and quarters of the scene that it is solved on.
+    pub turn: Option<Box<OddState>>,
 }
 
 impl Part {
     /// All its potentials: what is solved for, then the others.
     pub(crate) fn basis(&self) -> impl Iterator<Item = &Vec<f64>> {
         self.potentials.iter().chain(&self.fieldless).chain(&self.unsolved)
+    }
+}
+
+/// The state alone that is odd under a half turn.
+pub(crate) fn odd_part(state: &OddState) -> Part {
+    let potentials = &state.potentials;
+    let driven: Vec<usize> = (0..potentials.len()).filter(|c| potentials[*c] != 0.0).collect();
+    // Equal potentials of the two, and those of each other conductor, complete the basis.
+    let common = potentials.iter().map(|v| v.abs()).collect();
+    let others = (0..potentials.len()).filter(|c| !driven.contains(c));
+    let unit = |c: usize| (0..potentials.len()).map(|k| f64::from(u8::from(k == c))).collect();
+    Part {
+        layout: state.half.clone(),
+        odd: [false; 3],
+        copies: state.copies,
+        potentials: vec![potentials.clone()],
+        fieldless: Vec::new(),
+        unsolved: std::iter::once(common).chain(others.map(unit)).collect(),
+        turn: Some(Box::new(state.clone())),
     }
 }
 
@@ -72,7 +95,7 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
                 copies *= 2.0;
             }
         }
-        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless, unsolved });
+        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless, unsolved, turn: None });
     }
     out
 }

@@ -16,10 +16,10 @@
 use super::lines::{Bundle, Run, Segment};
 use super::mapped::Flux;
 use super::rays::inner;
-use super::{Basis, Dual, Strip, others};
+use super::repair::{Repair, Repairs};
+use super::{Basis, Dual, Lines, Strip, others};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
-use crate::boxes::schwarz::{Schwarz, SchwarzWork};
 use elastocap_fem::embedding::{embedding, mode_embedding};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, along, dot, multiply, right, target};
 use elastocap_linalg::dense;
@@ -30,7 +30,8 @@ use std::ops::Range;
 /// The fluxes of one grid.
 #[derive(Debug)]
 pub(crate) struct Fluxes {
-    pub(super) dual: Dual,
+    pub(super) lines: Lines,
+    repair: Repair,
     /// The domain up to the last finite nodes.
     pub(super) domain: Domain,
     /// One for each right-hand side.
@@ -124,14 +125,14 @@ impl RunFlux {
 }
 
 impl Fluxes {
-    /// Of a problem that is solved; what was needed to solve it is dropped.
-    pub(crate) fn new(mut dual: Dual, domain: &Domain, mut states: Vec<State>) -> Self {
-        (dual.schwarz, dual.work) = (Schwarz::new(Vec::new(), dual.dims), SchwarzWork::default());
+    /// Of a problem that is solved; what was needed to solve it is dropped. `None` for one on the half of a scene.
+    pub(crate) fn new(dual: Dual, domain: &Domain, mut states: Vec<State>) -> Option<Self> {
+        let Dual { lines, repair: Repairs::Whole(repair), .. } = dual else { return None };
         for state in &mut states {
             let scene = std::mem::take(&mut state.repair);
-            state.repair = dual.repair.own_scaling(scene, dual.dims, &dual.weights);
+            state.repair = repair.own_scaling(scene, lines.dims, &lines.weights);
         }
-        Self { dual, domain: domain.truncated(), states, kept: Vec::new() }
+        Some(Self { lines, repair, domain: domain.truncated(), states, kept: Vec::new() })
     }
 
     /// L_ij for state `i` of this grid and state `j` of another, in the domain's unit; `common` is their common refinement. `None`
@@ -148,7 +149,7 @@ impl Fluxes {
         let common = common.truncated();
         let axis = |a: usize| {
             let axes = [&self.domain.axes[a], &other.domain.axes[a]];
-            JointAxis::new(axes, [self, other].map(|grid| grid.dual.basis[a].as_ref()), &common.axes[a])
+            JointAxis::new(axes, [self, other].map(|grid| grid.lines.basis[a].as_ref()), &common.axes[a])
         };
         let (Some(x), Some(y), Some(z)) = (axis(0)?, axis(1)?, axis(2)?) else { return Ok(None) };
         let axes = [x, y, z];
@@ -157,15 +158,15 @@ impl Fluxes {
         for a in 0..3 {
             let (p, q) = others(a);
             let across = [&axes[p], &axes[q]];
-            let couplings = self.dual.segments[a]
+            let couplings = self.lines.segments[a]
                 .iter()
-                .zip(&other.dual.segments[a])
+                .zip(&other.lines.segments[a])
                 .map(|(x, y)| Ok(SparseRows::from_mat(axes[a].coordinates(x, y)?.as_ref())))
                 .collect::<Result<Vec<_>, SolveError>>()?;
             let repairs = [self, other].map(|grid| grid.repair_functions(a));
             let [repairs, their_repairs] = repairs;
             let (repairs, their_repairs) = (repairs?, their_repairs?);
-            let (bundles, their_bundles) = (&self.dual.bundles[a], &other.dual.bundles[a]);
+            let (bundles, their_bundles) = (&self.lines.bundles[a], &other.lines.bundles[a]);
             if bundles.len() != their_bundles.len() {
                 return Ok(None);
             }
@@ -181,7 +182,7 @@ impl Fluxes {
                     out += self.charge(&theirs.potentials, a, bundle, run, &x);
                     let places = [&bundle.across, &their_bundle.across];
                     out -= product(&x, &y, &couplings[s], across, places);
-                    let segments = [&self.dual.segments[a][s], &other.dual.segments[a][s]];
+                    let segments = [&self.lines.segments[a][s], &other.lines.segments[a][s]];
                     out -= oblique(&x, &y, segments, across, places);
                 }
             }
@@ -199,7 +200,7 @@ impl Fluxes {
         let Some(own) = self.states.get(state) else { return Ok(Flux(out)) };
         for a in 0..3 {
             let repairs = self.repair_functions(a)?;
-            for bundle in &self.dual.bundles[a] {
+            for bundle in &self.lines.bundles[a] {
                 for run in &bundle.runs {
                     let RunFlux { coordinates, dims } =
                         self.run_flux(own, a, bundle, run, &repairs[run.segment]);
@@ -220,25 +221,25 @@ impl Fluxes {
     /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line (columns).
     fn repair_functions(&self, a: usize) -> Result<Vec<Dense<f64>>, SolveError> {
         let axis = &self.domain.axes[a];
-        let all = self.dual.repair.flux_functions(axis, a, self.dual.basis[a].as_ref())?;
+        let all = self.repair.flux_functions(axis, a, self.lines.basis[a].as_ref())?;
         let of = |segment: &Segment| {
             let functions = segment.functions(axis);
             let own = all.as_ref().subrows(functions.start, functions.len());
             Ok(Dense::from_mat(segment.coordinates(axis)?.of(own).as_ref()))
         };
-        self.dual.segments[a].iter().map(of).collect()
+        self.lines.segments[a].iter().map(of).collect()
     }
 
     /// The flux of one state on a run, its repair included.
     fn run_flux(&self, state: &State, a: usize, bundle: &Bundle, run: &Run, repair: &Dense<f64>) -> RunFlux {
-        let dual = &self.dual;
+        let lines = &self.lines;
         let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
-        let (len, width) = (dual.segments[a][run.segment].root.rows, columns.len());
+        let (len, width) = (lines.segments[a][run.segment].root.rows, columns.len());
         let mut coordinates = vec![0.0; rows.len() * len * width];
         coordinates.par_chunks_mut((len * width).max(1)).zip(rows.clone()).for_each(|(out, s)| {
             let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
-            let mut flux = dual.flux_of(&strip, &state.potentials, &state.phi);
-            dual.add_obliqueness(&strip, &mut flux);
+            let mut flux = lines.flux_of(&strip, &state.potentials, &state.phi);
+            lines.add_obliqueness(&strip, &mut flux);
             let psi = self.gathered_repair(&strip, &state.repair);
             multiply(repair.left(), right(&psi, 0, width, width), target(&mut flux, 0, width), true);
             out.copy_from_slice(&flux);
@@ -248,19 +249,19 @@ impl Fluxes {
 
     /// The repair's potential on the whole lines of a strip, in the scaling of the run: `[mode][column]`.
     fn gathered_repair(&self, strip: &Strip<'_>, repair: &[f64]) -> Vec<f64> {
-        let (dual, a) = (&self.dual, strip.axis);
+        let (lines, a) = (&self.lines, strip.axis);
         let (p, q) = others(a);
-        let stride = [dual.dims[1] * dual.dims[2], dual.dims[2], 1];
+        let stride = [lines.dims[1] * lines.dims[2], lines.dims[2], 1];
         let scale: Vec<f64> = (strip.columns.clone())
             .map(|t| {
                 let mut at = [0; 3];
                 (at[a], at[p], at[q]) = (strip.run.range.start, strip.row, t);
-                let cells = [dual.weights.interval[p][strip.row], dual.weights.interval[q][t]];
-                dual.repair.root_across(a, cells) / dual.weights.root_at(at)
+                let cells = [lines.weights.interval[p][strip.row], lines.weights.interval[q][t]];
+                self.repair.root_across(a, cells) / lines.weights.root_at(at)
             })
             .collect();
-        let mut out = Vec::with_capacity(dual.dims[a] * strip.columns.len());
-        for m in 0..dual.dims[a] {
+        let mut out = Vec::with_capacity(lines.dims[a] * strip.columns.len());
+        for m in 0..lines.dims[a] {
             let first = m * stride[a] + strip.row * stride[p];
             out.extend(
                 strip.columns.clone().zip(&scale).map(|(t, scale)| scale * repair[first + t * stride[q]]),
@@ -272,7 +273,7 @@ impl Fluxes {
     /// The charge of a run's flux on the conductors at its ends, each times its potential.
     fn charge(&self, potentials: &[f64], a: usize, bundle: &Bundle, run: &Run, flux: &RunFlux) -> f64 {
         let (p, q) = others(a);
-        let segment = &self.dual.segments[a][run.segment];
+        let segment = &self.lines.segments[a][run.segment];
         let mut out = 0.0;
         for side in 0..2 {
             let potential = run.ends[side].map_or(0.0, |c| potentials[c]);
@@ -285,7 +286,7 @@ impl Fluxes {
                 for (t, flow) in bundle.across[1].clone().zip(&mut lines) {
                     let mut at = [0; 3];
                     (at[a], at[p], at[q]) = (run.range.start, s, t);
-                    out += potential * self.dual.area(a, at) * flow;
+                    out += potential * self.lines.area(a, at) * flow;
                 }
             }
         }

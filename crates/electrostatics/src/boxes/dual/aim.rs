@@ -1,8 +1,8 @@
 //! The flux that the lower bound under a map aims at: that of the primal solution.
 
-use super::Dual;
+use super::{Dual, reflection};
 use crate::boxes::domain::Domain;
-use crate::boxes::half_turn::Image;
+use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{EXTRA, Functions, Gradients, Potentials};
 use crate::boxes::mapped::metric::{Metric, Symmetric, times};
 use crate::boxes::mapped::points::AxisPoints;
@@ -53,14 +53,14 @@ impl Target {
         let counts = self.points.each_ref().map(AxisPoints::len);
         let whole = domain.truncated();
         let parts = [0, 1, 2].map(|component| {
-            let mut dims = dual.dims;
+            let mut dims = dual.lines.dims;
             dims[component] = counts[component];
             image.applied(&self.parts[component], dims, |a| {
                 let n = counts[a];
                 if a == component {
                     Mat::from_fn(n, n, |i, j| if i + j + 1 == n { -1.0 } else { 0.0 })
                 } else {
-                    dual.reflection(&whole, a)
+                    reflection(&whole, &dual.lines.basis, a)
                 }
             })
         });
@@ -78,7 +78,7 @@ pub(super) fn target(
     let points = all_points(domain);
     let whole = domain.truncated();
     let modes = [0, 1, 2].map(|a| {
-        let radial = dual.basis[a].as_ref().map(|basis| &basis.radial);
+        let radial = dual.lines.basis[a].as_ref().map(|basis| &basis.radial);
         points[a].modes(&whole.axes[a], radial)
     });
     let back = |a: usize| Strips::new(&SparseRows::from_mat(modes[a].transpose()));
@@ -100,10 +100,10 @@ pub(super) fn target(
         points: &points,
     };
     let plane = |component: usize| {
-        let of = |a: usize| if a == component { points[a].len() } else { dual.dims[a] };
+        let of = |a: usize| if a == component { points[a].len() } else { dual.lines.dims[a] };
         of(1) * of(2)
     };
-    let length = |component: usize| if component == 0 { points[0].len() } else { dual.dims[0] };
+    let length = |component: usize| if component == 0 { points[0].len() } else { dual.lines.dims[0] };
     let mut parts = [0, 1, 2].map(|component| vec![0.0; length(component) * plane(component)]);
     let lengths = aim
         .first

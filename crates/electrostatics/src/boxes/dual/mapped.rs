@@ -20,12 +20,13 @@ use super::aim::{Less, Target, target};
 use super::lines::{Bundle, Run};
 use super::pointwise::RunValues;
 use super::rays::{inner, shares};
-use super::{Dual, Strip, others};
+use super::{Dual, Lines, Strip, others};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, stop_if_asked};
-use crate::boxes::half_turn::Image;
+use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
+use crate::boxes::mapped::points::AxisPoints;
 use elastocap_fem::tensor::{Dims, Target as Strided, add, dot, multiply, right};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
@@ -195,7 +196,7 @@ pub(super) fn project(
     Ok(Projected { dual, found, energy, flow, work, repair, apart, largest, seconds })
 }
 
-impl Dual {
+impl Lines {
     pub(super) fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
         self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
     }
@@ -225,14 +226,12 @@ impl Dual {
         })
     }
 
-    /// The flux that is nearest to a target, with whatever divergence it has.
-    fn projected(&self, domain: &Domain, target: &Target) -> Flux {
-        let flux = [0, 1, 2].map(|a| {
-            let values = self.values_at(domain, a, &target.points[a]);
+    /// The part along an axis of the flux that is nearest to a target, for each run: the target is given at points of that axis.
+    fn projected(&self, domain: &Domain, a: usize, points: &AxisPoints, part: &[f64]) -> Vec<Vec<f64>> {
+            let values = self.values_at(domain, a, points);
             let mut dims = self.dims;
-            dims[a] = target.points[a].len();
+            dims[a] = points.len();
             let stride = strides(dims);
-            let part = &target.parts[a];
             let of_run = |(bundle, run): (&Bundle, &Run)| {
                 let segment = &self.segments[a][run.segment];
                 let RunValues { first, matrix } = &values[run.segment];
@@ -253,7 +252,7 @@ impl Dual {
                         // Flux that leaves is taken from the last points: the projection need not be exact.
                         let (point, sign) =
                             if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
-                        let weight = sign * root * radius * at(point) / target.points[a].weights[point];
+                        let weight = sign * root * radius * at(point) / points.weights[point];
                         segment.face[side]
                             .iter()
                             .enumerate()
@@ -264,8 +263,63 @@ impl Dual {
             };
             let runs: Vec<_> = self.runs(a).collect();
             runs.into_par_iter().map(of_run).collect()
-        });
-        Flux(flux)
+    }
+
+    /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
+    fn take_divergence(&self, a: usize, flux: &Flux, out: &mut [f64]) {
+        let stride = strides(self.dims);
+            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+                let root = &self.segments[a][run.segment].root;
+                let width = bundle.across[0].len() * bundle.across[1].len();
+                let mut divergence = vec![0.0; root.cols * width];
+                let flux = right(y, 0, width, width);
+                let to = Strided { data: &mut divergence, stride: width };
+                multiply(root.transposed().left(), flux, to, false);
+                let lines = self.placed_lines(a, bundle, run, stride);
+                in_order(a, root.cols, width, |m, column| {
+                    out[(run.range.start + m) * stride[a] + lines[column].0] -=
+                        divergence[m * width + column];
+                });
+            }
+    }
+
+    /// Adds M^-1 D^T phi along an axis to a flux.
+    fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
+            for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
+                let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
+                let width = rows.len() * columns.len();
+                let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
+                let of_row = |s: usize| {
+                    let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
+                    let mut own = self.flux_of(&strip, &none, phi);
+                    self.add_obliqueness(&strip, &mut own);
+                    own
+                };
+                let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
+                for (line, own) in strips.iter().enumerate() {
+                    for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
+                        let at = r * width + line * columns.len();
+                        y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
+                    }
+                }
+            }
+    }
+}
+
+impl Dual {
+    /// The flux that is nearest to a target, with whatever divergence it has.
+    fn projected(&self, domain: &Domain, target: &Target) -> Flux {
+        Flux([0, 1, 2].map(|a| {
+            let (points, part) = (&target.points[a], &target.parts[a]);
+            match (&self.other, &domain.turn, a) {
+                (Some(other), Some(turn), 0) => {
+                    let exchange = other.exchange.at_points(points.len());
+                    let points = points.with_mirror_image(&domain.axes[0]);
+                    other.lines.projected(&turn.half, 0, &points, &exchange.to_second(part, 1.0))
+                }
+                _ => self.lines.projected(domain, a, points, part),
+            }
+        }))
     }
 
     /// Takes the divergence out of a flux by the problem of the boxes, starting from what may be near.
@@ -318,22 +372,9 @@ impl Dual {
 
     /// Minus the divergence of a flux, in the scaling of the unknowns.
     fn minus_divergence(&self, flux: &Flux) -> Vec<f64> {
-        let stride = strides(self.dims);
         let mut out = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
-                let root = &self.segments[a][run.segment].root;
-                let width = bundle.across[0].len() * bundle.across[1].len();
-                let mut divergence = vec![0.0; root.cols * width];
-                let flux = right(y, 0, width, width);
-                let to = Strided { data: &mut divergence, stride: width };
-                multiply(root.transposed().left(), flux, to, false);
-                let lines = self.placed_lines(a, bundle, run, stride);
-                in_order(a, root.cols, width, |m, column| {
-                    out[(run.range.start + m) * stride[a] + lines[column].0] -=
-                        divergence[m * width + column];
-                });
-            }
+            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, flux, out));
         }
         out
     }
@@ -341,24 +382,7 @@ impl Dual {
     /// Adds M^-1 D^T phi to a flux.
     fn add_gradient(&self, flux: &mut Flux, phi: &[f64]) {
         for a in 0..3 {
-            for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
-                let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
-                let width = rows.len() * columns.len();
-                let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
-                let of_row = |s: usize| {
-                    let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
-                    let mut own = self.flux_of(&strip, &none, phi);
-                    self.add_obliqueness(&strip, &mut own);
-                    own
-                };
-                let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
-                for (line, own) in strips.iter().enumerate() {
-                    for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
-                        let at = r * width + line * columns.len();
-                        y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
-                    }
-                }
-            }
+            self.seen(a).add_gradient(a, flux, &self.seen_along(a, phi));
         }
     }
 
@@ -367,16 +391,17 @@ impl Dual {
         let n = found.len();
         let mut out = Mat::zeros(n, n);
         for a in 0..3 {
-            let across = shares(&self.basis, a);
-            for (number, (bundle, run)) in self.runs(a).enumerate() {
-                let segment = &self.segments[a][run.segment];
+            let lines = self.seen(a);
+            let across = shares(&lines.basis, a);
+            for (number, (bundle, run)) in lines.runs(a).enumerate() {
+                let segment = &lines.segments[a][run.segment];
                 let width = bundle.across[0].len() * bundle.across[1].len();
                 for i in 0..n {
                     for j in 0..n {
                         let (x, y) = (&found[i].flux.0[a][number], &found[j].flux.0[a][number]);
                         out[(i, j)] += dot(x, y);
                         let Some(leaving) = &segment.leaving else { continue };
-                        for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
+                        for (column, (s, t, _)) in lines.lines(a, bundle, run).enumerate() {
                             let [x, y] = [x, y].map(|y| trace(y, width, column, segment, &leaving.sides));
                             out[(i, j)] += leaving.oblique(across[0][s] + across[1][t], x, y);
                         }
@@ -392,17 +417,17 @@ impl Dual {
         let n = found.len();
         let mut out = Mat::zeros(n, n);
         for a in 0..3 {
-            let (p, q) = others(a);
-            for (number, (bundle, run)) in self.runs(a).enumerate() {
-                let segment = &self.segments[a][run.segment];
+            let (lines, (p, q)) = (self.seen(a), others(a));
+            for (number, (bundle, run)) in lines.runs(a).enumerate() {
+                let segment = &lines.segments[a][run.segment];
                 let width = bundle.across[0].len() * bundle.across[1].len();
                 for side in 0..2 {
                     let Some(conductor) = run.ends[side] else { continue };
                     let mut flows = vec![0.0; n];
-                    for (column, (s, t, _)) in self.lines(a, bundle, run).enumerate() {
+                    for (column, (s, t, _)) in lines.lines(a, bundle, run).enumerate() {
                         let mut at = [0; 3];
                         (at[a], at[p], at[q]) = (run.range.start, s, t);
-                        let area = self.area(a, at);
+                        let area = lines.area(a, at);
                         if area == 0.0 {
                             continue;
                         }

@@ -26,7 +26,9 @@ pub(crate) mod superposed;
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
-use crate::boxes::half_turn::Image;
+use crate::boxes::half_turn::exchange::Exchange;
+use crate::boxes::half_turn::fold::Fold;
+use crate::boxes::half_turn::images::Image;
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Schwarz, SchwarzWork};
 use elastocap_fem::mixed::{ones, potential_modes_of};
@@ -38,12 +40,31 @@ use faer::Mat;
 use lines::{Bundle, Run, Segment, bundles};
 use rayon::prelude::*;
 use rays::{inner, shares};
-use repair::Repair;
+use repair::{Repair, Repairs};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The dual problem on one domain.
 #[derive(Debug)]
 pub(crate) struct Dual {
+    lines: Lines,
+    /// Where the domain is the half of a scene whose state is odd under a half turn: lines of the first axis, which are whole on another half.
+    other: Option<OtherLines>,
+    schwarz: Schwarz<f32>,
+    work: SchwarzWork<f32>,
+    repair: Repairs,
+}
+
+/// Lines on another half of a scene than the unknowns, and how these get there.
+#[derive(Debug)]
+struct OtherLines {
+    lines: Lines,
+    exchange: Exchange,
+}
+
+/// The lines of some axes of a domain, in an array of unknowns.
+#[derive(Debug)]
+struct Lines {
     dims: Dims,
     conductors: Vec<Window>,
     bundles: [Vec<Bundle>; 3],
@@ -53,9 +74,6 @@ pub(crate) struct Dual {
     /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
     /// otherwise per cell of intervals.
     weights: Weights,
-    schwarz: Schwarz<f32>,
-    work: SchwarzWork<f32>,
-    repair: Repair,
 }
 
 /// The potentials' basis on one axis where flux leaves along rays; scaled Legendre polynomials elsewhere.
@@ -101,22 +119,19 @@ impl Weights {
     }
 }
 
-impl Dual {
-    /// Assembles line matrices and box modes.
-    pub(crate) fn new(domain: &Domain) -> Result<Self, SolveError> {
-        let domain = &domain.truncated();
-        let dims = domain.dual_dims();
-        let [b0, b1, b2] = [0, 1, 2].map(|a| Basis::new(&domain.axes[a]));
-        let basis = [b0?, b1?, b2?];
-        let ray_permittivity = RayPermittivity::new(domain);
-        let lines = |a: usize| bundles(domain, a, basis[a].as_ref(), &ray_permittivity);
-        let ((lines0, lines1), lines2) = rayon::join(|| rayon::join(|| lines(0), || lines(1)), || lines(2));
-        let [(b0, s0), (b1, s1), (b2, s2)] = [lines0?, lines1?, lines2?];
+/// The basis of each axis of a domain.
+fn bases(domain: &Domain) -> Result<[Option<Basis>; 3], SolveError> {
+    let [b0, b1, b2] = [0, 1, 2].map(|a| Basis::new(&domain.axes[a]));
+    Ok([b0?, b1?, b2?])
+}
+
+impl Weights {
+    fn new(domain: &Domain, basis: &[Option<Basis>; 3]) -> Self {
         let interval = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             (0..axis.intervals()).flat_map(|m| axis.modes(m, m + 1).map(move |_| m)).collect()
         });
-        let weights = Weights {
+        Self {
             ones: [0, 1, 2].map(|a| {
                 let legendre = ones(&domain.axes[a].line);
                 let Some(basis) = &basis[a] else { return legendre };
@@ -126,84 +141,87 @@ impl Dual {
             root: domain.permittivity.iter().map(|e| e.sqrt()).collect(),
             cells: domain.cells(),
             interval,
+        }
+    }
+}
+
+impl Dual {
+    /// Assembles line matrices and box modes.
+    pub(crate) fn new(domain: &Domain) -> Result<Self, SolveError> {
+        let domain = &domain.truncated();
+        let basis = bases(domain)?;
+        let Some(turn) = &domain.turn else {
+            let schwarz = precondition::schwarz(domain, &basis, domain.dual_dims())?;
+            let repair = Repairs::Whole(Repair::new(domain, &basis, &RayPermittivity::new(domain))?);
+            let lines = Lines::new(domain, basis, [0, 1, 2])?;
+            return Ok(Self { lines, other: None, schwarz, work: SchwarzWork::default(), repair });
         };
-        let windows = domain
-            .conductors
-            .iter()
-            .map(|c| [0, 1, 2].map(|a| domain.axes[a].modes(c.lo[a], c.hi[a])))
-            .collect();
-        Ok(Self {
-            dims,
-            conductors: windows,
-            schwarz: precondition::schwarz(domain, &basis, dims)?,
-            work: SchwarzWork::default(),
-            repair: Repair::new(domain, &basis, &ray_permittivity)?,
-            bundles: [b0, b1, b2],
-            segments: [s0, s1, s2],
-            basis,
-            weights,
-        })
+        let on_other = bases(&turn.half)?;
+        let exchange = Exchange::new(
+            &reflection(&turn.half, &on_other, 0),
+            domain.dual_dims()[1],
+            &reflection(domain, &basis, 2),
+        );
+        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), 0);
+        let on_quarters = turn.quarters.each_ref().map(bases);
+        let quarter = |k: usize, basis: &[Option<Basis>; 3]| {
+            precondition::schwarz(&turn.quarters[k], basis, turn.quarters[k].dual_dims())
+        };
+        let [odd, even] = on_quarters;
+        let (odd, even) = (odd?, even?);
+        let schwarz = precondition::schwarz(domain, &basis, domain.dual_dims())?
+            .with_quarters(fold.clone(), [quarter(0, &odd)?, quarter(1, &even)?]);
+        let repair = Repairs::of_quarters(fold, &turn.quarters, [odd, even])?;
+        let lines = Lines::new(domain, basis, [1, 2])?;
+        let mut other = Lines::new(&turn.half, on_other, [0])?;
+        // The blocks of the other half come after those of this one.
+        other.number_conductors_from(domain.conductors.len());
+        let other = Some(OtherLines { lines: other, exchange });
+        Ok(Self { lines, other, schwarz, work: SchwarzWork::default(), repair })
+    }
+
+    /// Where the lines of an axis are whole.
+    fn seen(&self, a: usize) -> &Lines {
+        match (&self.other, a) {
+            (Some(other), 0) => &other.lines,
+            _ => &self.lines,
+        }
+    }
+
+    /// Unknowns in the array that the lines of an axis are in.
+    fn seen_along<'x>(&self, a: usize, x: &'x [f64]) -> Cow<'x, [f64]> {
+        match (&self.other, a) {
+            (Some(other), 0) => Cow::Owned(other.exchange.to_second(x, -1.0)),
+            _ => Cow::Borrowed(x),
+        }
+    }
+
+    /// Adds to unknowns what is found on the lines of an axis, in the array that these are in.
+    fn add_along(&self, a: usize, y: &mut [f64], find: impl FnOnce(&Lines, &mut [f64])) {
+        match (&self.other, a) {
+            (Some(other), 0) => {
+                let mut found = vec![0.0; other.lines.unknowns()];
+                find(&other.lines, &mut found);
+                other.exchange.add_to_first(&found, -1.0, y);
+            }
+            _ => find(&self.lines, y),
+        }
     }
 
     /// Right-hand side b = -D M^-1 g for the given potential of each block of a conductor.
     pub(crate) fn source(&self, potentials: &[f64]) -> Vec<f64> {
         let mut b = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            let (p, q) = others(a);
-            let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
-            let across = shares(&self.basis, a);
-            for bundle in &self.bundles[a] {
-                for run in &bundle.runs {
-                    let segment = &self.segments[a][run.segment];
-                    for side in 0..2 {
-                        let Some(potential) = run.ends[side].map(|c| potentials[c]) else { continue };
-                        if potential == 0.0 {
-                            continue;
-                        }
-                        let mut add = |at: [usize; 3], weight: f64, along: &[f64]| {
-                            let first = (at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2];
-                            b[first..]
-                                .iter_mut()
-                                .step_by(strides[a])
-                                .zip(along)
-                                .for_each(|(b, v)| *b -= weight * v);
-                        };
-                        for s in bundle.across[0].clone() {
-                            for t in bundle.across[1].clone() {
-                                let mut at = [0; 3];
-                                (at[a], at[p], at[q]) = (run.range.start, s, t);
-                                let drive = potential * self.area(a, at);
-                                if drive == 0.0 {
-                                    continue;
-                                }
-                                add(at, drive, &segment.source[side]);
-                                let Some(leaving) = &segment.leaving else { continue };
-                                let mut trace = [0.0; 2];
-                                for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
-                                    *trace = inner(&segment.face[*end], &segment.face[side]);
-                                }
-                                let damped = leaving.damp(across[0][s] + across[1][t], trace);
-                                for (d, v) in damped.iter().zip(&leaving.vectors) {
-                                    add(at, -drive * d, v);
-                                }
-                            }
-                        }
-                    }
-                }
-            }
+            self.add_along(a, &mut b, |lines, b| lines.add_source(a, potentials, b));
         }
-        for window in &self.conductors {
-            clear(&mut b, self.dims, window);
-        }
+        self.clear_conductors(&mut b);
         b
     }
 
-    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
-    /// permittivity of the run's first interval (`at[a]`).
-    fn area(&self, a: usize, at: [usize; 3]) -> f64 {
-        let (p, q) = others(a);
-        let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
-        if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
+    fn clear_conductors(&self, x: &mut [f64]) {
+        for window in &self.lines.conductors {
+            clear(x, self.lines.dims, window);
+        }
     }
 
     /// The unknowns of a continuous potential, given by the coefficients of the primal problem on the domain: about those of the flux
@@ -215,63 +233,215 @@ impl Dual {
             let all = potential_modes_of(&axis.line);
             let functions = axis.functions();
             let free = all.as_ref().subcols(functions.start, functions.len()).to_owned();
-            let modes = self.basis[a].as_ref().map_or_else(
+            let modes = self.lines.basis[a].as_ref().map_or_else(
                 || SparseRows::from_mat(free.as_ref()),
                 |basis| SparseRows::from_mat(basis.radial.rotate_rows(0, &free).as_ref()),
             );
             (x, dims) = along(a, &modes, &x, dims);
         }
-        let [_, n1, n2] = self.dims;
+        let [_, n1, n2] = self.lines.dims;
         x.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, slab)| {
             for (at, x) in slab.iter_mut().enumerate() {
                 // The flux of phi is M^-1 (g + D^T phi), that of a potential V is -eps grad V.
-                *x *= -self.weights.root_at([i, at / n2, at % n2]);
+                *x *= -self.lines.weights.root_at([i, at / n2, at % n2]);
             }
         });
-        for window in &self.conductors {
-            clear(&mut x, self.dims, window);
-        }
+        self.clear_conductors(&mut x);
         x
     }
 
     /// The unknowns of the image of a right-hand side whose unknowns are `x`.
     pub(crate) fn image(&self, domain: &Domain, x: &[f64], image: &Image) -> Vec<f64> {
         let whole = domain.truncated();
-        image.applied(x, self.dims, |a| self.reflection(&whole, a))
-    }
-
-    /// Potential modes of an axis of the domain without infinite elements, reflected.
-    fn reflection(&self, whole: &Domain, a: usize) -> Mat<f64> {
-        let legendre = reflected_modes(&whole.axes[a].line);
-        let Some(basis) = &self.basis[a] else { return legendre };
-        let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
-        let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
-        rotated(&legendre * own.transpose())
+        image.applied(x, self.lines.dims, |a| reflection(&whole, &self.lines.basis, a))
     }
 
     /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the fluxes M^-1 (g_i + D^T phi_i).
     pub(crate) fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
-        let count = phi.len();
-        let mut total = Mat::zeros(count, count);
+        let mut total = Mat::zeros(phi.len(), phi.len());
         for a in 0..3 {
-            let across = shares(&self.basis, a);
-            for bundle in &self.bundles[a] {
-                for run in &bundle.runs {
-                    // One strip of lines at a time: rows of the first transverse axis.
-                    let partial: Vec<Mat<f64>> = bundle.across[0]
-                        .clone()
-                        .into_par_iter()
-                        .map(|s| {
-                            let strip = Strip { axis: a, run, row: s, columns: bundle.across[1].clone() };
-                            let fluxes: Vec<Vec<f64>> =
-                                potentials.iter().zip(phi).map(|(v, x)| self.flux_of(&strip, v, x)).collect();
-                            self.strip_energies(&strip, &fluxes, &across)
-                        })
-                        .collect();
-                    for m in &partial {
-                        total += m;
+            let seen: Vec<Cow<'_, [f64]>> = phi.iter().map(|x| self.seen_along(a, x)).collect();
+            let phi: Vec<&[f64]> = seen.iter().map(AsRef::as_ref).collect();
+            total += self.seen(a).flux_energies(a, potentials, &phi);
+        }
+        total
+    }
+
+    /// r = b - A x.
+    pub(crate) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        self.apply(x, r);
+        r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
+    }
+
+    /// Makes the residual `r` = b - A x one that the repair can cancel: where every wall is insulated, it must hold no net charge.
+    /// Moves `x` along the constant, which also reduces its error.
+    pub(crate) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
+        if !self.repair.is_singular() {
+            return;
+        }
+        let constant = self.constant();
+        let mut image = vec![0.0; r.len()];
+        self.apply(&constant, &mut image);
+        let step = dot(&constant, r) / dot(&constant, &image);
+        for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
+            *x += step * c;
+            *r -= step * a;
+        }
+    }
+
+    /// The constant potential 1 on the free cells, in the scaled basis.
+    fn constant(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.unknowns()];
+        let [n0, n1, n2] = self.lines.dims;
+        for i in 0..n0 {
+            for j in 0..n1 {
+                for k in 0..n2 {
+                    let one = self.lines.weights.ones[0][i] * self.lines.weights.ones[1][j] * self.lines.weights.ones[2][k];
+                    if one != 0.0 {
+                        out[(i * n1 + j) * n2 + k] = one * self.lines.weights.root_at([i, j, k]);
                     }
                 }
+            }
+        }
+        self.clear_conductors(&mut out);
+        out
+    }
+
+    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. Starts
+    /// from `near` if that is given.
+    pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> (Vec<f64>, f64) {
+        self.repair.solve(r, near, self.lines.dims, &self.lines.weights)
+    }
+
+    /// Largest factor by which the energy of the repair exceeds the one with the repair's own permittivity.
+    pub(crate) fn repair_excess(&self) -> f64 {
+        self.repair.excess()
+    }
+}
+
+/// What takes potential modes of an axis of a domain without infinite elements to those of the mirror image.
+fn reflection(domain: &Domain, basis: &[Option<Basis>; 3], a: usize) -> Mat<f64> {
+    let legendre = reflected_modes(&domain.axes[a].line);
+    let Some(basis) = &basis[a] else { return legendre };
+    let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
+    let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
+    rotated(&legendre * own.transpose())
+}
+
+impl Lines {
+    /// Of some axes of a domain without infinite elements.
+    fn new<const N: usize>(
+        domain: &Domain,
+        basis: [Option<Basis>; 3],
+        axes: [usize; N],
+    ) -> Result<Self, SolveError> {
+        let ray_permittivity = RayPermittivity::new(domain);
+        let own = |a: usize| match axes.contains(&a) {
+            true => bundles(domain, a, basis[a].as_ref(), &ray_permittivity),
+            false => Ok((Vec::new(), Vec::new())),
+        };
+        let ((lines0, lines1), lines2) = rayon::join(|| rayon::join(|| own(0), || own(1)), || own(2));
+        let [(b0, s0), (b1, s1), (b2, s2)] = [lines0?, lines1?, lines2?];
+        let windows = domain
+            .conductors
+            .iter()
+            .map(|c| [0, 1, 2].map(|a| domain.axes[a].modes(c.lo[a], c.hi[a])))
+            .collect();
+        Ok(Self {
+            dims: domain.dual_dims(),
+            conductors: windows,
+            bundles: [b0, b1, b2],
+            segments: [s0, s1, s2],
+            weights: Weights::new(domain, &basis),
+            basis,
+        })
+    }
+
+    fn unknowns(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// Counts the conductors' blocks from another number than zero.
+    fn number_conductors_from(&mut self, first: usize) {
+        let runs = self.bundles.iter_mut().flatten().flat_map(|bundle| &mut bundle.runs);
+        for end in runs.flat_map(|run| run.ends.iter_mut().flatten()) {
+            *end += first;
+        }
+    }
+
+    /// Adds -D M^-1 g on the lines of an axis, for the given potential of each block of a conductor.
+    fn add_source(&self, a: usize, potentials: &[f64], b: &mut [f64]) {
+        let (p, q) = others(a);
+        let strides = [self.dims[1] * self.dims[2], self.dims[2], 1];
+        let across = shares(&self.basis, a);
+        for bundle in &self.bundles[a] {
+            for run in &bundle.runs {
+                let segment = &self.segments[a][run.segment];
+                for side in 0..2 {
+                    let Some(potential) = run.ends[side].map(|c| potentials[c]) else { continue };
+                    if potential == 0.0 {
+                        continue;
+                    }
+                    let mut add = |at: [usize; 3], weight: f64, along: &[f64]| {
+                        let first = (at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2];
+                        b[first..]
+                            .iter_mut()
+                            .step_by(strides[a])
+                            .zip(along)
+                            .for_each(|(b, v)| *b -= weight * v);
+                    };
+                    for s in bundle.across[0].clone() {
+                        for t in bundle.across[1].clone() {
+                            let mut at = [0; 3];
+                            (at[a], at[p], at[q]) = (run.range.start, s, t);
+                            let drive = potential * self.area(a, at);
+                            if drive == 0.0 {
+                                continue;
+                            }
+                            add(at, drive, &segment.source[side]);
+                            let Some(leaving) = &segment.leaving else { continue };
+                            let mut trace = [0.0; 2];
+                            for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
+                                *trace = inner(&segment.face[*end], &segment.face[side]);
+                            }
+                            let damped = leaving.damp(across[0][s] + across[1][t], trace);
+                            for (d, v) in damped.iter().zip(&leaving.vectors) {
+                                add(at, -drive * d, v);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
+    /// permittivity of the run's first interval (`at[a]`).
+    fn area(&self, a: usize, at: [usize; 3]) -> f64 {
+        let (p, q) = others(a);
+        let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
+        if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
+    }
+
+    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the parts of the fluxes M^-1 (g_i + D^T phi_i) along an axis.
+    fn flux_energies(&self, a: usize, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
+        let count = phi.len();
+        let mut total = Mat::zeros(count, count);
+        let across = shares(&self.basis, a);
+        for (bundle, run) in self.runs(a) {
+            // One strip of lines at a time: rows of the first transverse axis.
+            let partial: Vec<Mat<f64>> = bundle.across[0]
+                .clone()
+                .into_par_iter()
+                .map(|s| {
+                    let strip = Strip { axis: a, run, row: s, columns: bundle.across[1].clone() };
+                    let fluxes: Vec<Vec<f64>> =
+                        potentials.iter().zip(phi).map(|(v, x)| self.flux_of(&strip, v, x)).collect();
+                    self.strip_energies(&strip, &fluxes, &across)
+                })
+                .collect();
+            for m in &partial {
+                total += m;
             }
         }
         total
@@ -359,59 +529,6 @@ impl Dual {
             }
         }
         energy
-    }
-
-    /// r = b - A x.
-    pub(crate) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        self.apply(x, r);
-        r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
-    }
-
-    /// Makes the residual `r` = b - A x one that the repair can cancel: where every wall is insulated, it must hold no net charge.
-    /// Moves `x` along the constant, which also reduces its error.
-    pub(crate) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
-        if !self.repair.singular {
-            return;
-        }
-        let constant = self.constant();
-        let mut image = vec![0.0; r.len()];
-        self.apply(&constant, &mut image);
-        let step = dot(&constant, r) / dot(&constant, &image);
-        for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
-            *x += step * c;
-            *r -= step * a;
-        }
-    }
-
-    /// The constant potential 1 on the free cells, in the scaled basis.
-    fn constant(&self) -> Vec<f64> {
-        let mut out = vec![0.0; self.unknowns()];
-        let [n0, n1, n2] = self.dims;
-        for i in 0..n0 {
-            for j in 0..n1 {
-                for k in 0..n2 {
-                    let one = self.weights.ones[0][i] * self.weights.ones[1][j] * self.weights.ones[2][k];
-                    if one != 0.0 {
-                        out[(i * n1 + j) * n2 + k] = one * self.weights.root_at([i, j, k]);
-                    }
-                }
-            }
-        }
-        for window in &self.conductors {
-            clear(&mut out, self.dims, window);
-        }
-        out
-    }
-
-    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. Starts
-    /// from `near` if that is given.
-    pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> (Vec<f64>, f64) {
-        self.repair.solve(r, near, self.dims, &self.weights)
-    }
-
-    /// Largest factor by which the energy of the repair exceeds the one with the repair's own permittivity.
-    pub(crate) fn repair_excess(&self) -> f64 {
-        self.repair.excess
     }
 }
 

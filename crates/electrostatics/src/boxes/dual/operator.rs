@@ -2,18 +2,25 @@
 
 use super::lines::{Bundle, Run, Segment};
 use super::rays::shares;
-use super::{Basis, Dual};
-use elastocap_fem::tensor::{Dims, axpy, clear, left, right, target};
+use super::{Dual, Lines};
+use elastocap_fem::tensor::{axpy, left, right, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
 impl Operator for Dual {
     type Precision = f32;
     fn unknowns(&self) -> usize {
-        self.dims.iter().product()
+        self.lines.unknowns()
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
-        apply(self, x, y);
+        apply(&self.lines, x, y);
+        if let Some(other) = &self.other {
+            let x = other.exchange.to_second(x, -1.0);
+            let mut along = vec![0.0; x.len()];
+            along_slabs(&other.lines, &x, &mut along);
+            other.exchange.add_to_first(&along, -1.0, y);
+        }
+        self.clear_conductors(y);
     }
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         self.schwarz.apply(r, z, &mut self.work);
@@ -21,11 +28,11 @@ impl Operator for Dual {
 }
 
 /// y = A x.
-fn apply(dual: &Dual, x: &[f64], y: &mut [f64]) {
-    let (dims, segments, bundles) = (dual.dims, &dual.segments, &dual.bundles);
-    let [_, n1, n2] = dims;
+fn apply(lines: &Lines, x: &[f64], y: &mut [f64]) {
+    let (segments, bundles) = (&lines.segments, &lines.bundles);
+    let [_, n1, n2] = lines.dims;
     let plane = n1 * n2;
-    let across = [0, 1, 2].map(|a| shares(&dual.basis, a));
+    let across = [0, 1, 2].map(|a| shares(&lines.basis, a));
     y.par_chunks_mut(plane).enumerate().with_min_len((2048 / plane.max(1)).max(1)).for_each_init(
         Vec::new,
         |work, (i, slab)| {
@@ -53,10 +60,7 @@ fn apply(dual: &Dual, x: &[f64], y: &mut [f64]) {
             }
         },
     );
-    along_slabs(&bundles[0], &segments[0], &dual.basis, dims, x, y);
-    for window in &dual.conductors {
-        clear(y, dims, window);
-    }
+    along_slabs(lines, x, y);
 }
 
 /// Lines of axis 2 in slab `i`.
@@ -123,17 +127,11 @@ fn along_columns(
 }
 
 /// Lines of axis 0.
-fn along_slabs(
-    bundles: &[Bundle],
-    segments: &[Segment],
-    basis: &[Option<Basis>; 3],
-    dims: Dims,
-    x: &[f64],
-    y: &mut [f64],
-) {
-    let [n0, n1, n2] = dims;
+fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
+    let (bundles, segments) = (&lines.bundles[0], &lines.segments[0]);
+    let [n0, n1, n2] = lines.dims;
     let plane = n1 * n2;
-    let across = shares(basis, 0);
+    let across = shares(&lines.basis, 0);
     // The flux through the two ends of the lines of each run, over their rectangle.
     let damped = |bundle: &Bundle, run: &Run| -> Option<[Vec<f64>; 2]> {
         let leaving = segments[run.segment].leaving.as_ref()?;

@@ -1,9 +1,10 @@
 //! Fluxes at Gauss points: all of them at once, or element by element of the first axis.
 
 use super::mapped::Flux;
-use super::{Basis, Dual};
+use super::{Basis, Dual, Lines, OtherLines};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
+use crate::boxes::half_turn::odd::OtherParts;
 use crate::boxes::mapped::metric::{Of, Rule};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
@@ -26,7 +27,7 @@ pub(super) struct RunValues {
     pub(super) matrix: Dense<f64>,
 }
 
-impl Dual {
+impl Lines {
     /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
     pub(super) fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
         let axis = &domain.axes[a];
@@ -47,16 +48,6 @@ impl Dual {
             RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
         };
         self.segments[a].iter().map(of).collect()
-    }
-
-    /// Fluxes at points, by component.
-    pub(super) fn at_points(
-        &self,
-        domain: &Domain,
-        points: &[AxisPoints; 3],
-        fluxes: &[&Flux],
-    ) -> Vec<[Vec<f64>; 3]> {
-        at_points(points, &FluxesAt::new(self, domain, points, fluxes))
     }
 
     /// The component of a flux along the first axis at so many points, given the values of its segments there, for modes of the other two.
@@ -91,6 +82,42 @@ impl Dual {
         });
         out
     }
+}
+
+impl Lines {
+    /// Fluxes at points, by component, where all lines are whole.
+    pub(super) fn at_points(
+        &self,
+        domain: &Domain,
+        points: &[AxisPoints; 3],
+        fluxes: &[&Flux],
+    ) -> Vec<[Vec<f64>; 3]> {
+        at_points(points, &FluxesAt::new(self, None, domain, points, fluxes))
+    }
+}
+
+impl OtherLines {
+    /// The component of a flux along the first axis at points of that axis of a domain, for modes of the other two.
+    fn component_along_first(&self, domain: &Domain, turn: &OtherParts, points: &AxisPoints, flux: &Flux) -> Vec<f64> {
+        let both = points.with_mirror_image(&domain.axes[0]);
+        let found = self.lines.along_first(flux, &self.lines.values_at(&turn.half, 0, &both), both.len());
+        let exchange = self.exchange.at_points(points.len());
+        let mut out = vec![0.0; exchange.dims()[0].iter().product()];
+        exchange.add_to_first(&found, 1.0, &mut out);
+        out
+    }
+}
+
+impl Dual {
+    /// Fluxes at points, by component.
+    pub(super) fn at_points(
+        &self,
+        domain: &Domain,
+        points: &[AxisPoints; 3],
+        fluxes: &[&Flux],
+    ) -> Vec<[Vec<f64>; 3]> {
+        at_points(points, &FluxesAt::new(&self.lines, self.other.as_ref(), domain, points, fluxes))
+    }
 
     /// What the map adds to the energies of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
     /// largest of eps K^-1; `None` where the map changes nothing.
@@ -101,13 +128,14 @@ impl Dual {
         fluxes: &[&Flux],
     ) -> Result<Option<(Mat<f64>, f64)>, SolveError> {
         let Some(rule) = Rule::new(domain, extra, Of::Resistance) else { return Ok(None) };
-        products(Tensors::Of(&rule), &FluxesAt::new(self, domain, &rule.points, fluxes)).map(Some)
+        let fluxes = FluxesAt::new(&self.lines, self.other.as_ref(), domain, &rule.points, fluxes);
+        products(Tensors::Of(&rule), &fluxes).map(Some)
     }
 }
 
 /// Fluxes at points of the elements of the first axis.
 struct FluxesAt<'f> {
-    dual: &'f Dual,
+    lines: &'f Lines,
     fluxes: &'f [&'f Flux],
     /// The component of each along the first axis, at the points there and for modes of the other two.
     first: Vec<Vec<f64>>,
@@ -122,8 +150,14 @@ struct FluxesAt<'f> {
 }
 
 impl<'f> FluxesAt<'f> {
-    fn new(dual: &'f Dual, domain: &Domain, points: &[AxisPoints; 3], fluxes: &'f [&'f Flux]) -> Self {
-        let radial = |a: usize| dual.basis[a].as_ref().map(|basis: &Basis| &basis.radial);
+    fn new(
+        lines: &'f Lines,
+        other: Option<&OtherLines>,
+        domain: &Domain,
+        points: &[AxisPoints; 3],
+        fluxes: &'f [&'f Flux],
+    ) -> Self {
+        let radial = |a: usize| lines.basis[a].as_ref().map(|basis: &Basis| &basis.radial);
         let modes = |a: usize| points[a].modes(&domain.axes[a], radial(a));
         let strips = |a: usize| Strips::new(&SparseRows::from_mat(modes(a).as_ref()));
         let first = modes(0);
@@ -136,14 +170,17 @@ impl<'f> FluxesAt<'f> {
             let turned = own.matrix.transposed();
             (own, turned)
         };
-        let values = dual.values_at(domain, 0, &points[0]);
+        let along_first = |flux: &&Flux| match (other, &domain.turn) {
+            (Some(other), Some(turn)) => other.component_along_first(domain, turn, &points[0], flux),
+            _ => lines.along_first(flux, &lines.values_at(domain, 0, &points[0]), points[0].len()),
+        };
         Self {
-            dual,
+            lines,
             fluxes,
-            first: fluxes.iter().map(|flux| dual.along_first(flux, &values, points[0].len())).collect(),
+            first: fluxes.iter().map(along_first).collect(),
             counts: [points[1].len(), points[2].len()],
             values: [1, 2].map(|a| {
-                let values = dual.values_at(domain, a, &points[a]);
+                let values = lines.values_at(domain, a, &points[a]);
                 values.into_iter().map(with_transpose).collect()
             }),
             modes: [strips(1), strips(2)],
@@ -153,9 +190,9 @@ impl<'f> FluxesAt<'f> {
 
     /// The component along the second axis of one mode of the first, at the points of the second, for modes of the third.
     fn second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
-        let across = self.dual.dims[2];
+        let across = self.lines.dims[2];
         out.fill(0.0);
-        for ((bundle, run), y) in self.dual.runs(1).zip(&flux.0[1]) {
+        for ((bundle, run), y) in self.lines.runs(1).zip(&flux.0[1]) {
             let [rows, columns] = &bundle.across;
             if !rows.contains(&i) {
                 continue;
@@ -169,7 +206,7 @@ impl<'f> FluxesAt<'f> {
             let at = first * across + columns.start;
             multiply(matrix.left(), own, target(out, at, across), false);
             let roots: Vec<f64> =
-                columns.clone().map(|t| self.dual.weights.root_at([i, run.range.start, t])).collect();
+                columns.clone().map(|t| self.lines.weights.root_at([i, run.range.start, t])).collect();
             for row in out[at..].chunks_mut(across).take(matrix.rows) {
                 row.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
             }
@@ -180,7 +217,7 @@ impl<'f> FluxesAt<'f> {
     fn third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
         let across = self.counts[1];
         out.fill(0.0);
-        for ((bundle, run), y) in self.dual.runs(2).zip(&flux.0[2]) {
+        for ((bundle, run), y) in self.lines.runs(2).zip(&flux.0[2]) {
             let [rows, columns] = &bundle.across;
             if !rows.contains(&i) {
                 continue;
@@ -194,7 +231,7 @@ impl<'f> FluxesAt<'f> {
             let own = Left { data: &y[from..], rows: columns.len(), cols: turned.rows, row: 1, col: width };
             multiply(own, turned.right(), target(out, columns.start * across + first, across), false);
             for j in columns.clone() {
-                let root = self.dual.weights.root_at([i, j, run.range.start]);
+                let root = self.lines.weights.root_at([i, j, run.range.start]);
                 let at = j * across + first;
                 out[at..at + turned.cols].iter_mut().for_each(|x| *x *= root);
             }
@@ -209,7 +246,7 @@ impl Fields for FluxesAt<'_> {
 
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]) {
         let (flux, (points, rows, _)) = (self.fluxes[field], &self.elements[element]);
-        let ([_, d1, d2], [n1, n2]) = (self.dual.dims, self.counts);
+        let ([_, d1, d2], [n1, n2]) = (self.lines.dims, self.counts);
         let plane = n1 * n2;
         let [first, second, third] = components;
         let own = &self.first[field][points.start * d1 * d2..points.end * d1 * d2];
@@ -246,7 +283,7 @@ mod tests {
     use crate::boxes::dual::mapped::{Projected, Solved, project};
     use crate::boxes::dual::superposed::Weights;
     use crate::boxes::grid_problem::GridProblem;
-    use crate::boxes::half_turn::images;
+    use crate::boxes::half_turn::images::images;
     use crate::boxes::mapped::gradients::{EXTRA, FINER, added_energies, gradients_at};
     use crate::boxes::mapped::metric::{Metric, product};
     use crate::boxes::one_grid::Lower;

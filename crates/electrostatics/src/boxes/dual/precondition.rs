@@ -5,6 +5,7 @@ use super::Basis;
 use crate::SolveError;
 use crate::boxes::conductor_free::free_boxes;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
+use crate::boxes::half_turn::odd::not_in_quarters;
 use crate::boxes::primal::{AxisKey, axis_keys};
 use crate::boxes::schwarz::{Modes, Schwarz, SeparableBox};
 use elastocap_fem::mixed::FluxEnd;
@@ -18,13 +19,13 @@ use std::sync::Arc;
 /// on the obliqueness.
 const MEAN: f64 = 1.5;
 
-/// The sum of the boxes' inverses.
+/// The sum of the boxes' inverses, without those on quarters of a scene whose half the domain is.
 pub(super) fn schwarz(
     domain: &Domain,
     basis: &[Option<Basis>; 3],
     dims: Dims,
 ) -> Result<Schwarz<f32>, SolveError> {
-    let boxes = free_boxes(domain);
+    let boxes = not_in_quarters(domain, free_boxes(domain));
     let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
     let mut distinct: BTreeMap<AxisKey, usize> = BTreeMap::new();
     for key in keyed.iter().flatten() {

@@ -5,6 +5,7 @@
 use super::lines::mixed;
 use super::precondition::modes_of;
 use super::{Basis, Weights, others};
+use crate::boxes::half_turn::fold::Fold;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
@@ -36,6 +37,80 @@ pub(super) struct Repair {
     factors: [Vec<f64>; 3],
     /// What straight continuations to infinity are multiplied by.
     obliqueness: f64,
+}
+
+/// The repair of a domain.
+#[derive(Debug)]
+pub(super) enum Repairs {
+    /// On its box.
+    Whole(Repair),
+    /// Where the domain is the half of a scene whose state is odd under a half turn, on quarters of the scene: what is odd across the middle
+    /// of the last axis, and what is even.
+    Quarters(Box<Quarters>),
+}
+
+/// The repairs of both parts of what is odd under a half turn.
+#[derive(Debug)]
+pub(super) struct Quarters {
+    fold: Fold,
+    parts: [(Repair, Weights); 2],
+}
+
+impl Repairs {
+    pub(super) fn of_quarters(
+        fold: Fold,
+        domains: &[Domain; 2],
+        basis: [[Option<Basis>; 3]; 2],
+    ) -> Result<Self, SolveError> {
+        let of = |domain: &Domain, basis: &[Option<Basis>; 3]| -> Result<_, SolveError> {
+            let repair = Repair::new(domain, basis, &RayPermittivity::new(domain))?;
+            Ok((repair, Weights::new(domain, basis)))
+        };
+        let [odd, even] = [0, 1].map(|k| of(&domains[k], &basis[k]));
+        Ok(Self::Quarters(Box::new(Quarters { fold, parts: [odd?, even?] })))
+    }
+
+    /// See [`Repair::solve`].
+    pub(super) fn solve(
+        &self,
+        r: &[f64],
+        near: Option<Vec<f64>>,
+        dims: Dims,
+        weights: &Weights,
+    ) -> (Vec<f64>, f64) {
+        let Quarters { fold, parts } = match self {
+            Self::Whole(repair) => return repair.solve(r, near, dims, weights),
+            Self::Quarters(quarters) => &**quarters,
+        };
+        let mut near = near.map_or([None, None], |near| fold.parts_of(&near).map(Some));
+        let residuals = fold.parts_of(r);
+        let [odd, even] = [0, 1].map(|k| {
+            let (repair, weights) = &parts[k];
+            repair.solve(&residuals[k], near[k].take(), fold.parts()[k], weights)
+        });
+        let mut psi = vec![0.0; r.len()];
+        fold.add([&odd.0, &even.0], &mut psi);
+        let square = |k: usize, left: f64| left * left * dot(&residuals[k], &residuals[k]);
+        let size = dot(r, r);
+        let left = if size > 0.0 { ((square(0, odd.1) + square(1, even.1)) / size).sqrt() } else { 0.0 };
+        (psi, left)
+    }
+
+    /// Whether the constant has no energy: not where it is odd.
+    pub(super) fn is_singular(&self) -> bool {
+        match self {
+            Self::Whole(repair) => repair.singular,
+            Self::Quarters(_) => false,
+        }
+    }
+
+    /// See [`Repair::excess`].
+    pub(super) fn excess(&self) -> f64 {
+        match self {
+            Self::Whole(repair) => repair.excess,
+            Self::Quarters(quarters) => quarters.parts.iter().map(|(own, _)| own.excess).fold(1.0, f64::max),
+        }
+    }
 }
 
 impl Repair {

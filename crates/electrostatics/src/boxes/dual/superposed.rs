@@ -171,7 +171,7 @@ impl Fluxes {
     /// Elements that differ too much in size.
     pub(crate) fn prepare(&mut self) -> Result<(), SolveError> {
         for a in 0..3 {
-            for segment in &mut self.dual.segments[a] {
+            for segment in &mut self.lines.segments[a] {
                 let coefficients = segment.coordinates(&self.domain.axes[a])?.coefficients();
                 segment.coefficients = Some(coefficients);
             }
@@ -187,6 +187,6 @@ impl Fluxes {
 
     /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
     pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
-        self.dual.at_points(&self.domain, points, &[self.kept.get(state)?]).pop()
+        self.lines.at_points(&self.domain, points, &[self.kept.get(state)?]).pop()
     }
 }

@@ -64,6 +64,26 @@ impl AxisPoints {
         Self { reference, places, weights, element, interval }
     }
 
+    /// The points of an axis that begins in the middle of another, and their mirror images below it, on that other one.
+    pub(crate) fn with_mirror_image(&self, upper: &Axis) -> Self {
+        let (elements, intervals) = (upper.line.degrees.len(), upper.intervals());
+        let both = |below: &dyn Fn(usize) -> f64, above: &[f64]| {
+            let images = (0..self.len()).rev().map(below);
+            images.chain(above.iter().copied()).collect::<Vec<f64>>()
+        };
+        let count = |number: &[usize], of: usize| {
+            let images = number.iter().rev().map(|k| of - 1 - k);
+            images.chain(number.iter().map(|k| of + k)).collect::<Vec<usize>>()
+        };
+        Self {
+            reference: both(&|k| -self.reference[k], &self.reference),
+            places: both(&|k| -self.places[k], &self.places),
+            weights: both(&|k| self.weights[k], &self.weights),
+            element: count(&self.element, elements),
+            interval: count(&self.interval, intervals),
+        }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.places.len()
     }

@@ -13,10 +13,13 @@ mod tests;
 use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Block, Domain, per_element};
+use crate::boxes::half_turn::fold::Fold;
+use crate::boxes::half_turn::odd::not_in_quarters;
 use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
+use elastocap_fem::reflection::reflected_functions;
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, Window, axpy, clear, target};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::{ITERATION_LIMIT, Operator};
@@ -167,6 +170,8 @@ pub(crate) struct Primal {
     /// What the map adds that bends the scene, and the domain, for a finer rule.
     bent: Option<(Gradients, Domain)>,
     bent_work: Work,
+    /// Where the potential is odd under a half turn.
+    fold: Option<Fold>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
 }
@@ -214,6 +219,7 @@ impl Primal {
             faces: Faces::new(domain),
             bent: Gradients::new(domain, EXTRA)?.map(|gradients| (gradients, domain.clone())),
             bent_work: Work::default(),
+            fold: fold(domain),
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -269,10 +275,13 @@ impl Primal {
         out
     }
 
-    /// Zeroes the prescribed entries.
+    /// Zeroes the prescribed entries, and makes odd what has to be.
     pub(crate) fn clear_prescribed(&self, v: &mut [f64]) {
         for window in &self.conductors {
             clear(v, self.dims, window);
+        }
+        if let Some(fold) = &self.fold {
+            fold.make_middle_odd(v);
         }
     }
 }
@@ -333,11 +342,31 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
     out
 }
 
+/// How potentials on the half of a scene fall into parts on quarters of it, where the domain is such a half.
+fn fold(domain: &Domain) -> Option<Fold> {
+    domain.turn.as_ref()?;
+    // The function of the middle of the first axis is in the even part as little as it is odd across the last.
+    let (axis, functions) = (&domain.axes[2], domain.axes[2].functions());
+    let whole = reflected_functions(&axis.line);
+    let own = whole.as_ref().submatrix(functions.start, functions.start, functions.len(), functions.len());
+    Some(Fold::new(domain.primal_dims(), own, 1))
+}
+
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
+    let own = boxes(domain, dims)?;
+    let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)) else { return Ok(own) };
+    let [odd, even] = turn.quarters.each_ref().map(|quarter| boxes(quarter, quarter.primal_dims()));
+    Ok(own.with_quarters(fold, [odd?, even?]))
+}
+
+/// The inverses of boxes without conductors: those that are not on the quarters of a scene whose half the domain is.
+fn boxes(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     let window =
         |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));
-    let boxes: Vec<FreeBox> =
-        free_boxes(domain).into_iter().filter(|b| window(b).iter().all(|w| !w.is_empty())).collect();
+    let boxes: Vec<FreeBox> = not_in_quarters(domain, free_boxes(domain))
+        .into_iter()
+        .filter(|b| window(b).iter().all(|w| !w.is_empty()))
+        .collect();
     let keyed: Vec<_> = boxes.iter().map(|b| axis_keys(domain, b)).collect();
     let mut distinct: BTreeMap<AxisKey, usize> = BTreeMap::new();
     for key in keyed.iter().flatten() {

@@ -38,7 +38,7 @@ fn energy_error(elements: usize, degree: usize) -> f64 {
     let nodes: Vec<f64> = (0..=elements).map(|i| i as f64 / elements as f64).collect();
     let one = || axis(nodes.clone(), degree, vec![0, elements], Wall::Grounded);
     let domain =
-        Domain { axes: [one(), one(), one()], conductors: Vec::new(), permittivity: vec![1.0], map: None };
+        Domain { axes: [one(), one(), one()], conductors: Vec::new(), permittivity: vec![1.0], map: None, turn: None };
     let l = load(&domain.axes[0]);
     let mut b = Vec::new();
     for x in &l {
@@ -83,6 +83,7 @@ fn two_blocks() -> Domain {
         conductors: vec![Block { lo: [1, 1, 1], hi: [2, 2, 3] }, Block { lo: [3, 3, 2], hi: [4, 4, 2] }],
         permittivity,
         map: None,
+        turn: None,
     }
 }
 
@@ -133,6 +134,7 @@ fn the_iteration_does_not_feel_order_or_grading() {
             conductors: vec![Block { lo: [1, 1, 1], hi: [2, 2, 2] }],
             permittivity: vec![1.0; 8],
             map: None,
+            turn: None,
         };
         let mut primal = Primal::new(&domain).unwrap();
         let lift = primal.lift(&[1.0]);

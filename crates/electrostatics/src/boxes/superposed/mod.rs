@@ -40,7 +40,7 @@ use crate::boxes::dual::aim::Less;
 use crate::boxes::dual::mapped::Solved;
 use crate::boxes::dual::superposed::{Weights, distances};
 use crate::boxes::energy::{Drive, Energies};
-use crate::boxes::half_turn::Image;
+use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{FINER, add_with_error, gradients_at};
 use crate::boxes::mapped::metric::{Metric, Of, product};
 use crate::boxes::mapped::points::AxisPoints;

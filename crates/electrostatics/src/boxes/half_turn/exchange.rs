@@ -1,0 +1,95 @@
+//! The same state that is odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
+//!
+//! Lines of the first axis that cross its middle are whole on the second of these halves alone, lines of the last on the first. What one
+//! half has and the other has not is the turned rest of it.
+
+use elastocap_fem::tensor::Dims;
+use faer::Mat;
+use rayon::prelude::*;
+
+/// Takes arrays of the first half to arrays of the second and back.
+#[derive(Debug, Clone)]
+pub(crate) struct Exchange {
+    /// Places of the first axis above its middle, and their images below it with a sign, as places of the whole axis.
+    first: Vec<Image>,
+    /// The same of the last axis.
+    last: Vec<Image>,
+    /// Of the second axis.
+    between: usize,
+}
+
+/// A place above the middle of an axis, its image, and the sign of that.
+#[derive(Debug, Clone, Copy)]
+struct Image {
+    here: usize,
+    there: usize,
+    sign: f64,
+}
+
+impl Exchange {
+    /// For an axis of this many places between two axes, each given by what takes its places to their mirror images: a place is the image of
+    /// one other place, but for its sign.
+    pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Self {
+        let images = |reflection: &Mat<f64>| {
+            let n = reflection.nrows();
+            let there = |k: usize| (0..n).find(|other| reflection[(*other, k)].abs() > 0.5);
+            let image = |k: usize| {
+                there(k).map(|there| Image { here: k, there, sign: reflection[(there, k)].signum() })
+            };
+            (n / 2..n).filter_map(image).collect()
+        };
+        Self { first: images(first), between, last: images(last) }
+    }
+
+    /// The same with this many points of the first axis above its middle in place of modes.
+    pub(crate) fn at_points(&self, points: usize) -> Self {
+        let image = |k: usize| Image { here: points + k, there: points - 1 - k, sign: 1.0 };
+        Self { first: (0..points).map(image).collect(), ..self.clone() }
+    }
+
+    /// Dimensions of arrays of the first half and of the second.
+    pub(crate) fn dims(&self) -> [Dims; 2] {
+        let (n0, n2) = (self.first.len(), self.last.len());
+        [[n0, self.between, 2 * n2], [2 * n0, self.between, n2]]
+    }
+
+    /// What an array of the first half is on the second. `parity` is that of the state under the turn: -1 for a potential.
+    pub(crate) fn to_second(&self, x: &[f64], parity: f64) -> Vec<f64> {
+        let [[_, n1, n2], [m0, _, m2]] = self.dims();
+        let (from, to) = (n1 * n2, n1 * m2);
+        let mut out = vec![0.0; m0 * to];
+        // Pairs of slabs, in the order of those that are above the middle.
+        let (below, above) = out.split_at_mut(self.first.len() * to);
+        let mut images: Vec<(usize, &mut [f64])> = below.chunks_exact_mut(to.max(1)).enumerate().collect();
+        images.sort_by_key(|(there, _)| self.first.iter().position(|own| own.there == *there));
+        let slabs = above.par_chunks_exact_mut(to.max(1)).zip(images);
+        slabs.zip(x.par_chunks_exact(from.max(1))).zip(&self.first).for_each(|(((above, (_, below)), x), own)| {
+            for ((above, below), row) in
+                above.chunks_exact_mut(m2).zip(below.chunks_exact_mut(m2)).zip(x.chunks_exact(n2))
+            {
+                for ((above, below), last) in above.iter_mut().zip(below).zip(&self.last) {
+                    *above = row[last.here];
+                    *below = parity * own.sign * last.sign * row[last.there];
+                }
+            }
+        });
+        out
+    }
+
+    /// Adds to an array of the first half what one of the second is there.
+    pub(crate) fn add_to_first(&self, x: &[f64], parity: f64, out: &mut [f64]) {
+        let [[_, n1, n2], [_, _, m2]] = self.dims();
+        let (to, from) = (n1 * n2, n1 * m2);
+        out.par_chunks_exact_mut(to.max(1)).zip(&self.first).for_each(|(out, own)| {
+            let [above, below] = [own.here, own.there].map(|slab| &x[slab * from..(slab + 1) * from]);
+            for ((above, below), row) in
+                above.chunks_exact(m2).zip(below.chunks_exact(m2)).zip(out.chunks_exact_mut(n2))
+            {
+                for ((above, below), last) in above.iter().zip(below).zip(&self.last) {
+                    row[last.here] += above;
+                    row[last.there] += parity * own.sign * last.sign * below;
+                }
+            }
+        });
+    }
+}
