@@ -28,7 +28,8 @@ impl RadialBasis {
         let (mut blocks, mut squares) = (Vec::new(), Vec::new());
         for e in 0..line.elements() {
             let Element::Finite { length, .. } = line.element(e) else { return Err(IllConditioned) };
-            let (signed, half, p) = (0.5 * (line.nodes[e] - pole + (line.nodes[e + 1] - pole)), 0.5 * length, line.degree(e));
+            let (signed, half, p) =
+                (0.5 * (line.nodes[e] - pole + (line.nodes[e + 1] - pole)), 0.5 * length, line.degree(e));
             let centre = signed.abs();
             // s phi_n = a_{n+1} phi_{n+1} + a_n phi_{n-1} for orthonormal Legendre polynomials.
             let a = |n: usize| n as f64 / ((2 * n - 1) as f64 * (2 * n + 1) as f64).sqrt();

@@ -2,7 +2,7 @@
 //!
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
-use crate::boxes::half_turn::odd::OtherParts;
+use crate::boxes::half_turn::halves::OtherParts;
 use crate::boxes::mapped::placed::PlacedMap;
 use elastocap_fem::embedding::embedding;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
@@ -56,7 +56,7 @@ pub(crate) struct Domain {
     pub permittivity: Vec<f64>,
     /// The map that bends the scene, if one does.
     pub map: Option<PlacedMap>,
-    /// Where the domain is the half of a scene whose state is odd under a half turn: the other parts that such a state is seen on.
+    /// Where the domain is the half of a scene, and the potential even or odd under a half turn: the other parts that it is seen on.
     pub turn: Option<Box<OtherParts>>,
 }
 

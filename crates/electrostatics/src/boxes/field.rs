@@ -1,6 +1,7 @@
 //! The potential and the electric field of one state of the scene, sampled for export.
 
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::half_turn::halves::{on_whole, whole_axes};
 use crate::boxes::layout::Layout;
 use crate::boxes::mapped::map::SceneMap;
 use crate::solution::{CellBody, Field, FieldSection};
@@ -27,15 +28,30 @@ const SLIVER: f64 = 1e-6;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
 pub(crate) struct Share<'a> {
-    /// Grid of the reduced layout.
-    pub domain: &'a Domain,
+    /// Axes of the grid of the reduced layout; where a half turn reduces it, of the whole scene.
+    axes: [&'a Axis; 3],
     /// Coefficients of the state on it.
-    pub coefficients: Vec<f64>,
+    coefficients: Vec<f64>,
     /// Odd across the mirror plane of each axis.
-    pub odd: [bool; 3],
+    odd: [bool; 3],
 }
 
-impl Share<'_> {
+impl<'a> Share<'a> {
+    /// That of a part with these coefficients of its domain.
+    pub(crate) fn new(domain: &'a Domain, coefficients: Vec<f64>, odd: [bool; 3]) -> Self {
+        match &domain.turn {
+            Some(turn) => {
+                let coefficients = on_whole(domain, turn, &coefficients);
+                Self { axes: whole_axes(domain, turn), coefficients, odd }
+            }
+            None => Self { axes: domain.axes.each_ref(), coefficients, odd },
+        }
+    }
+
+    fn dims(&self) -> Dims {
+        self.axes.map(|axis| axis.functions().len())
+    }
+
     /// The factor of the share's potential on one side (-1 or 1) of the mirror plane of axis `a`.
     fn parity(&self, a: usize, side: f64) -> f64 {
         if self.odd[a] { side } else { 1.0 }
@@ -141,13 +157,13 @@ fn sample_in(
             section: None,
         };
     };
-    let pieces = pieces(first.domain, (shown, flat), layout, mirrored);
+    let pieces = pieces(first.axes, (shown, flat), layout, mirrored);
     let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
     let mut nodes: [Vec<f64>; 3] = Default::default();
     let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
     let mut electric_field = vec![[[0.0; 3]; 2]; potential.len()];
     for share in shares {
-        let samples = [0, 1, 2].map(|a| samples(share.domain, a, &pieces[a]));
+        let samples = [0, 1, 2].map(|a| samples(share.axes[a], &pieces[a]));
         add_potential(&mut potential, share, &samples, &reflection);
         add_field(&mut electric_field, share, &samples, &reflection, layout.unit);
         if nodes[0].is_empty() {
@@ -181,7 +197,7 @@ fn sample_in(
 /// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or in a
 /// section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or [`MAX_CELLS_OF_BENT_SECTION`].
 fn pieces(
-    domain: &Domain,
+    axes: [&Axis; 3],
     (shown, flat): (&Box3, Option<usize>),
     layout: &Layout,
     mirrored: [bool; 3],
@@ -189,7 +205,7 @@ fn pieces(
     let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
             let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
-            cuts(&domain.axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
+            cuts(axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
         })
     };
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
@@ -205,8 +221,7 @@ fn pieces(
     let Some(placed) = &layout.map else { return chosen };
     let stands = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
         let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
-        let nodes =
-            [0, 1, 2].map(|a| reflection.coordinates(a, &places(&domain.axes[a], &pieces[a]), layout));
+        let nodes = [0, 1, 2].map(|a| reflection.coordinates(a, &places(axes[a], &pieces[a]), layout));
         has_volume_everywhere(&placed.map, &nodes)
     };
     if stands(&chosen) {
@@ -257,8 +272,7 @@ fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
 /// Adds the share's potential, V, to that of all nodes `[i][j][k]` of the whole scene.
 fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3], reflection: &Reflection) {
     let [s0, s1, s2] = samples;
-    let at_nodes =
-        evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value], share.domain.primal_dims());
+    let at_nodes = evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value], share.dims());
     let cells = reflection.part;
     for (index, value) in potential.iter_mut().enumerate() {
         let at = split(index, reflection.whole.map(|n| n + 1));
@@ -281,7 +295,7 @@ fn add_field(
     for d in 0..3 {
         let slopes = [0, 1].map(|above| {
             let pick = |a: usize| if a == d { &samples[a].slopes[above] } else { &samples[a].value };
-            evaluate(&share.coefficients, [pick(0), pick(1), pick(2)], share.domain.primal_dims())
+            evaluate(&share.coefficients, [pick(0), pick(1), pick(2)], share.dims())
         });
         for (index, e) in electric_field.iter_mut().enumerate() {
             let at = split(index, reflection.whole.map(|n| n + 1));
@@ -328,8 +342,7 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
     out
 }
 
-fn samples(domain: &Domain, a: usize, pieces: &[(usize, f64, f64)]) -> Samples {
-    let axis = &domain.axes[a];
+fn samples(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Samples {
     let numbering = Numbering::new(&axis.line);
     let functions = axis.functions();
     let (rows, n) = (pieces.len() + 1, functions.len());

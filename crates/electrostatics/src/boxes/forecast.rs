@@ -107,17 +107,22 @@ impl GridProblem<'_> {
     /// seconds one after the other, those of one bound.
     fn forecast_of(&self, dims: [usize; 3], seconds: f64, solves: usize) -> Forecast {
         let bounds = if self.settings.bounds { 2 } else { 1 };
+        // The grid is that of a quarter where a half turn leaves a half of the scene.
+        let halves = if self.layout.turn.is_some() { 2 } else { 1 };
+        let longer = |seconds: f64, times: usize| seconds * (times as f64).powf(4.0 / 3.0);
+        let seconds = longer(seconds, halves);
         // No grid is refined beyond the largest number of unknowns.
-        let planned = (f64::from(bounds) * dims.iter().map(|n| *n as f64).product::<f64>()).max(1.0);
+        let functions = halves as f64 * dims.iter().map(|n| *n as f64).product::<f64>();
+        let planned = (f64::from(bounds) * functions).max(1.0);
         let shrink = (MAX_UNKNOWNS as f64 / planned).min(1.0);
         let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
         let seconds = seconds * shrink.powf(4.0 / 3.0);
-        let n: usize = dims.iter().product();
+        let n: usize = halves * dims.iter().product::<usize>();
         // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
         let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
         let mirrored = self.layout.mirror.map(|m| m.is_some());
-        let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
-        let unmirrored = (bounds as usize * n * copies, seconds * (copies as f64).powf(4.0 / 3.0));
+        let copies = halves << mirrored.iter().filter(|m| **m).count();
+        let unmirrored = (bounds as usize * n * copies, longer(seconds, copies));
         let (unknowns, seconds) =
             if self.settings.symmetry { (bounds as usize * n, seconds) } else { unmirrored };
         Forecast {

@@ -1,12 +1,12 @@
 //! A scene laid out for the box solver, with its symmetric parts and the settings.
 
 use crate::SolveError;
-use crate::boxes::half_turn::odd::OddState;
+use crate::boxes::half_turn::halves::ACROSS;
 use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
 use crate::boxes::superposed::Base;
-use crate::boxes::symmetry::{Part, odd_part, parts};
+use crate::boxes::symmetry::{Part, leave_opposite, parts};
 use crate::floating::Floating;
 use crate::solution::Settings;
 use elastocap_fem::tensor::Dims;
@@ -19,9 +19,12 @@ use std::sync::atomic::Ordering;
 pub(crate) struct GridProblem<'a> {
     pub(crate) layout: Layout,
     pub(crate) parts: Vec<Part>,
+    /// Whether of all parts that state alone is solved in which two conductors have opposite potentials, and the matrix of it is not that of
+    /// the scene.
+    pub(crate) opposite_alone: bool,
     /// The half, quarter or eighth of the scene that grids are made for.
     pub(crate) core: Layout,
-    /// Axes across which a grid is reflected before it is solved on: none where mirrors are used, unless a potential is odd under a half turn.
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used.
     pub(crate) reflected: [bool; 3],
     /// Which conductors float.
     pub(crate) floating: Floating,
@@ -58,28 +61,29 @@ impl<'a> GridProblem<'a> {
         let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
         if let Some(own) = in_frame {
             (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
+            layout.turn = None;
         }
         let reach =
             in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
         let grounded: Vec<bool> =
             scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
         let floating = Floating::new(scene);
-        let may_be_odd = settings.target_alone && settings.symmetry && settings.bounds && in_frame.is_none();
-        let odd = match may_be_odd {
-            true => OddState::of(&layout, scene, &floating, settings.target)?,
-            false => None,
-        };
-        let (parts, core, reflected) = match odd {
-            Some(odd) => (vec![odd_part(&odd)], odd.quarter, [false, false, true]),
-            None => (
-                parts(&layout, &grounded, settings.symmetry),
-                layout.core(),
-                layout.mirror.map(|m| m.is_some() && !settings.symmetry),
-            ),
-        };
+        let mut parts = parts(&layout, &grounded, settings.symmetry);
+        let pair = settings.target.opposite(floating.driven.len());
+        let pair = pair.filter(|_| settings.target_alone && settings.bounds && floating.floating.is_empty());
+        let opposite_alone =
+            pair.is_some_and(|pair| leave_opposite(&mut parts, pair.map(|k| floating.driven[k])));
+        let mirrored =
+            |a: usize| layout.mirror[a].is_some() || (layout.turn.is_some() && ACROSS.contains(&a));
+        // A half turn leaves all of the last axis.
+        let reflected = [0, 1, 2].map(|a| match settings.symmetry {
+            true => layout.turn.is_some() && a == ACROSS[1],
+            false => mirrored(a),
+        });
         Ok(Self {
             parts,
-            core,
+            opposite_alone,
+            core: layout.core(),
             reflected,
             floating,
             layout,
@@ -88,11 +92,6 @@ impl<'a> GridProblem<'a> {
             base: None,
             reach,
         })
-    }
-
-    /// Whether the state of the target alone is solved, and not all that the Maxwell matrix takes.
-    pub(crate) fn is_odd_alone(&self) -> bool {
-        self.parts.iter().any(|part| part.turn.is_some())
     }
 
     /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor, or where the

@@ -5,6 +5,8 @@
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
+use crate::boxes::half_turn::halves::{ACROSS, Halves};
+use crate::boxes::half_turn::holders::{HalfTurn, Holders};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::mapped::placed::PlacedMap;
 use crate::solution::ResolutionLevel;
@@ -43,8 +45,19 @@ pub(crate) struct Layout {
     pub reach: f64,
     /// Per axis, the plane of mirror symmetry, if there is one.
     pub mirror: [Option<usize>; 3],
+    /// Where there is none on the first and the last axis, but a half turn about the second takes the layout to itself.
+    pub turn: Option<Turned>,
     /// The map that bends the scene, if one does.
     pub map: Option<PlacedMap>,
+}
+
+/// How a half turn about the second axis takes a layout to itself: see [`crate::boxes::half_turn::halves`].
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Turned {
+    /// The planes in the middle of the first and of the last axis.
+    pub(crate) planes: [usize; 2],
+    /// For each conductor the one in whose place it comes.
+    pub(crate) images: Vec<usize>,
 }
 
 /// Where the coordinates of a layout begin, and their unit.
@@ -82,11 +95,6 @@ fn boxes(body: &Body) -> Result<Vec<Box3>, SolveError> {
     body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() })
 }
 
-/// The boxes of each conductor of a scene.
-fn conductor_boxes(scene: &Scene) -> Result<Vec<Vec<Box3>>, SolveError> {
-    scene.conductors().map(|c| boxes(c.body)).collect()
-}
-
 impl Layout {
     /// Lays out a scene whose cells take no more than `memory_limit` bytes.
     ///
@@ -107,7 +115,8 @@ impl Layout {
             Some(frame) => frame,
             None => Frame::of(scene)?,
         };
-        let conductors = conductor_boxes(scene)?;
+        let conductors: Vec<Vec<Box3>> =
+            scene.conductors().map(|c| boxes(c.body)).collect::<Result<_, _>>()?;
         let dielectrics: Vec<Vec<Box3>> =
             scene.dielectrics().map(|d| boxes(d.body)).collect::<Result<_, _>>()?;
         let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
@@ -155,6 +164,7 @@ impl Layout {
             material: Vec::new(),
             reach: 0.0,
             mirror: [None; 3],
+            turn: None,
             map,
         };
         layout.check_cells(memory_limit)?;
@@ -166,10 +176,9 @@ impl Layout {
                 layout.fill(scene, &conductors);
             }
         }
-        // Inserting centre planes may have shifted the indices found before: find them again.
-        for a in 0..3 {
-            layout.mirror[a] =
-                layout.mirror[a].and_then(|_| layout.planes[a].iter().position(|p| p.at == 0.0));
+        if let Some(images) = layout.turned() {
+            layout.turn = Some(Turned { planes: ACROSS.map(|a| layout.insert_centre(a)), images });
+            layout.fill(scene, &conductors);
         }
         Ok(layout)
     }
@@ -341,17 +350,20 @@ impl Layout {
         n / 2
     }
 
-    /// The layout of the scene with planes at the centre of some more axes, along which it [is even](Layout::is_even), and the indices of
-    /// these planes.
-    pub(crate) fn centred<const N: usize>(
-        &self,
-        scene: &Scene,
-        axes: [usize; N],
-    ) -> Result<(Self, [usize; N]), SolveError> {
-        let mut out = self.clone();
-        let centres = axes.map(|a| out.insert_centre(a));
-        out.fill(scene, &conductor_boxes(scene)?);
-        Ok((out, centres))
+    /// For each conductor the one in whose place a half turn about the second axis puts it, where that takes the layout to itself and no mirror
+    /// of the two other axes does. Permittivity and map must be their own images across either of these.
+    fn turned(&self) -> Option<Vec<usize>> {
+        let is_mirrored = |a: usize| self.map.as_ref().is_none_or(|map| map.is_mirrored(a));
+        if !ACROSS.iter().all(|&a| self.mirror[a].is_none() && self.is_even(a) && is_mirrored(a)) {
+            return None;
+        }
+        let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (c, b)));
+        let pairs = Holders::new(self.cells(), blocks).pairs(HalfTurn::across([true, false, true]))?;
+        let image = |c: usize| {
+            let mut own = pairs.iter().filter(|(from, _)| *from == c).map(|(_, to)| *to);
+            own.next().filter(|_| own.next().is_none())
+        };
+        (0..self.conductors.len()).map(image).collect()
     }
 
     /// The mirror image of a conductor's blocks across axis `a`.
@@ -395,6 +407,8 @@ impl Layout {
         out.planes[a].drain(..plane);
         out.walls[a][0] = wall;
         out.mirror[a] = None;
+        // A half has no half turn of its own.
+        out.turn = out.turn.take().filter(|_| !ACROSS.contains(&a));
         for blocks in &mut out.conductors {
             blocks.retain(|b| belongs(b, first));
             for b in blocks {
@@ -427,9 +441,13 @@ impl Layout {
         (greatest > 0.0).then(|| greatest / least)
     }
 
-    /// The half, quarter or eighth of the layout whose mirror images make up the whole.
+    /// The half, quarter or eighth of the layout that grids are made for.
     pub(crate) fn core(&self) -> Self {
-        (0..3).fold(self.clone(), |layout, a| layout.half(a, false))
+        let reduced = (0..3).fold(self.clone(), |layout, a| layout.half(a, false));
+        match &reduced.turn {
+            Some(turn) => Halves::of(&reduced, turn.planes, false).quarter,
+            None => reduced,
+        }
     }
 
     /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is continued to infinity.
@@ -483,8 +501,13 @@ impl Layout {
         });
         let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (*b, c)));
         let (conductors, held) = blocks.unzip();
-        let domain =
-            Domain { axes, conductors, permittivity: self.permittivity.clone(), map: self.map.clone(), turn: None };
+        let domain = Domain {
+            axes,
+            conductors,
+            permittivity: self.permittivity.clone(),
+            map: self.map.clone(),
+            turn: None,
+        };
         (domain, held)
     }
 }

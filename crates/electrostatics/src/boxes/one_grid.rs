@@ -213,7 +213,7 @@ impl Outcome {
             let weights: Vec<f64> =
                 (0..part.energies.coefficients.len()).map(|i| weights[(first + i, 0)]).collect();
             if let Some(coefficients) = combined(&weights, &part.energies.coefficients) {
-                shares.push(Share { domain: &part.domain, coefficients, odd: part.odd });
+                shares.push(Share::new(&part.domain, coefficients, part.odd));
             }
         }
         let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
@@ -241,9 +241,14 @@ impl Outcome {
         };
         // Weights of the right-hand sides in each state, and the state's energy.
         let mut states: Vec<(Vec<f64>, f64)> = Vec::new();
-        if problem.is_odd_alone() {
-            let own = (0..n).map(|i| f64::from(u8::from(i == 0))).collect();
-            states.extend(target.value(&self.bounds.upper).map(|energy| (own, energy)));
+        if problem.opposite_alone {
+            // The only right-hand side, with the potentials that it has.
+            for (k, _) in &self.solved {
+                let v = self.basis.col(*k).as_mat();
+                let charges = dense::product(v.transpose(), self.all.upper.as_ref());
+                let own = (0..n).map(|i| f64::from(u8::from(i == *k))).collect();
+                states.push((own, dense::product(charges.as_ref(), v)[(0, 0)]));
+            }
         } else if let Some([first, second]) = target.opposite(driven) {
             let own = self.bounds.of_rows(&[first, second]).upper;
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
@@ -406,7 +411,7 @@ impl Outcome {
             "the linear solver stopped before its goal: the elements of the grid differ too much in size"
                 .to_owned()
         };
-        if problem.is_odd_alone() {
+        if problem.opposite_alone {
             // The matrix is that of the one state that was solved for.
             maxwell.clear();
         }

@@ -89,7 +89,8 @@ fn solve_in(
     };
     // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
     // step counts as solved.
-    let wanted = settings.field && !problem.is_odd_alone() && (found.shortfall.is_none() || !problem.cancelled());
+    let wanted =
+        settings.field && !problem.opposite_alone && (found.shortfall.is_none() || !problem.cancelled());
     let field = wanted.then(|| {
         let straight = found.outcome.field(scene, &problem);
         match map {

@@ -1,7 +1,7 @@
-//! Mirror symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, each
+//! Symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, or under a half turn, each
 //! solved on a half, a quarter or an eighth of the scene.
 
-use crate::boxes::half_turn::odd::OddState;
+use crate::boxes::half_turn::halves::Halves;
 use crate::boxes::layout::Layout;
 use crate::projection::projected;
 
@@ -22,33 +22,14 @@ pub(crate) struct Part {
     /// Potentials of grounded conductors alone, or others that nobody asks for. Nothing is solved for them: they are there to complete the
     /// basis.
     pub unsolved: Vec<Vec<f64>>,
-    /// Where the potential is odd under a half turn, the halves and quarters of the scene that it is solved on.
-    pub turn: Option<Box<OddState>>,
+    /// Where the potential is even or odd under a half turn, the halves of the scene that it is solved on, the layout among them.
+    pub turn: Option<Box<Halves>>,
 }
 
 impl Part {
     /// All its potentials: what is solved for, then the others.
     pub(crate) fn basis(&self) -> impl Iterator<Item = &Vec<f64>> {
         self.potentials.iter().chain(&self.fieldless).chain(&self.unsolved)
-    }
-}
-
-/// The state alone that is odd under a half turn.
-pub(crate) fn odd_part(state: &OddState) -> Part {
-    let potentials = &state.potentials;
-    let driven: Vec<usize> = (0..potentials.len()).filter(|c| potentials[*c] != 0.0).collect();
-    // Equal potentials of the two, and those of each other conductor, complete the basis.
-    let common = potentials.iter().map(|v| v.abs()).collect();
-    let others = (0..potentials.len()).filter(|c| !driven.contains(c));
-    let unit = |c: usize| (0..potentials.len()).map(|k| f64::from(u8::from(k == c))).collect();
-    Part {
-        layout: state.half.clone(),
-        odd: [false; 3],
-        copies: state.copies,
-        potentials: vec![potentials.clone()],
-        fieldless: Vec::new(),
-        unsolved: std::iter::once(common).chain(others.map(unit)).collect(),
-        turn: Some(Box::new(state.clone())),
     }
 }
 
@@ -61,12 +42,18 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
     let n = layout.conductors.len();
     let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
     let mut out = Vec::new();
-    for signs in 0..1_usize << axes.len() {
+    // The turn counts as one more mirror.
+    let symmetries = axes.len() + usize::from(layout.turn.is_some());
+    let image = |conductor: usize, i: usize| match (axes.get(i), &layout.turn) {
+        (Some(&a), _) => layout.image(conductor, a),
+        (None, turn) => turn.as_ref().map_or(conductor, |turn| turn.images[conductor]),
+    };
+    for signs in 0..1_usize << symmetries {
         let odd = |i: usize| signs >> i & 1 == 1;
         // Project each unit potential on this symmetry; keep one of every orbit that survives.
         let (mut potentials, mut unsolved): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for c in 0..n {
-            let mut v = projected(c, n, axes.len(), signs, |conductor, i| layout.image(conductor, axes[i]));
+            let mut v = projected(c, n, symmetries, signs, image);
             // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
             let Some(first) = v.iter().position(|x| *x != 0.0) else { continue };
             if first == c {
@@ -95,7 +82,31 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
                 copies *= 2.0;
             }
         }
-        out.push(Part { layout: reduced, odd: odd_axes, copies, potentials, fieldless, unsolved, turn: None });
+        let turn = reduced.turn.as_ref().filter(|_| use_mirrors).map(|turn| {
+            copies *= 2.0;
+            Box::new(Halves::of(&reduced, turn.planes, odd(axes.len())))
+        });
+        let layout = turn.as_ref().map_or(reduced, |halves| halves.half.clone());
+        out.push(Part { layout, odd: odd_axes, copies, potentials, fieldless, unsolved, turn });
     }
     out
+}
+
+/// Leaves of the parts to be solved only what opposite potentials of two conductors take, where a half turn puts each in the place of the
+/// other; all others are at potential zero in that state. Says whether the parts are such.
+pub(crate) fn leave_opposite(parts: &mut [Part], [one, other]: [usize; 2]) -> bool {
+    let is_opposite = |v: &Vec<f64>| {
+        v.iter().enumerate().all(|(c, x)| (*x != 0.0) == (c == one || c == other)) && v[one] == -v[other]
+    };
+    let has_it = |part: &Part| part.turn.is_some() && part.potentials.iter().any(is_opposite);
+    if !parts.iter().any(has_it) {
+        return false;
+    }
+    for part in parts {
+        let (kept, left): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut part.potentials).into_iter().partition(is_opposite);
+        part.potentials = kept;
+        part.unsolved.splice(0..0, left);
+    }
+    true
 }

@@ -228,81 +228,80 @@ impl Lines {
 
     /// The part along an axis of the flux that is nearest to a target, for each run: the target is given at points of that axis.
     fn projected(&self, domain: &Domain, a: usize, points: &AxisPoints, part: &[f64]) -> Vec<Vec<f64>> {
-            let values = self.values_at(domain, a, points);
-            let mut dims = self.dims;
-            dims[a] = points.len();
-            let stride = strides(dims);
-            let of_run = |(bundle, run): (&Bundle, &Run)| {
-                let segment = &self.segments[a][run.segment];
-                let RunValues { first, matrix } = &values[run.segment];
-                let width = bundle.across[0].len() * bundle.across[1].len();
-                let mut weighed = vec![0.0; matrix.rows * width];
-                let lines = self.placed_lines(a, bundle, run, stride);
-                in_order(a, matrix.rows, width, |row, column| {
-                    let (own, root) = lines[column];
-                    weighed[row * width + column] = root * part[(first + row) * stride[a] + own];
-                });
-                let mut y = vec![0.0; matrix.cols * width];
-                let weighed = right(&weighed, 0, width, width);
-                multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
-                for (column, (own, root)) in lines.iter().enumerate() {
-                    let at = |point: usize| part[point * stride[a] + own];
-                    let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
-                    for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
-                        // Flux that leaves is taken from the last points: the projection need not be exact.
-                        let (point, sign) =
-                            if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
-                        let weight = sign * root * radius * at(point) / points.weights[point];
-                        segment.face[side]
-                            .iter()
-                            .enumerate()
-                            .for_each(|(r, f)| y[r * width + column] += f * weight);
-                    }
+        let values = self.values_at(domain, a, points);
+        let mut dims = self.dims;
+        dims[a] = points.len();
+        let stride = strides(dims);
+        let of_run = |(bundle, run): (&Bundle, &Run)| {
+            let segment = &self.segments[a][run.segment];
+            let RunValues { first, matrix } = &values[run.segment];
+            let width = bundle.across[0].len() * bundle.across[1].len();
+            let mut weighed = vec![0.0; matrix.rows * width];
+            let lines = self.placed_lines(a, bundle, run, stride);
+            in_order(a, matrix.rows, width, |row, column| {
+                let (own, root) = lines[column];
+                weighed[row * width + column] = root * part[(first + row) * stride[a] + own];
+            });
+            let mut y = vec![0.0; matrix.cols * width];
+            let weighed = right(&weighed, 0, width, width);
+            multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
+            for (column, (own, root)) in lines.iter().enumerate() {
+                let at = |point: usize| part[point * stride[a] + own];
+                let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
+                for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
+                    // Flux that leaves is taken from the last points: the projection need not be exact.
+                    let (point, sign) =
+                        if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
+                    let weight = sign * root * radius * at(point) / points.weights[point];
+                    segment.face[side]
+                        .iter()
+                        .enumerate()
+                        .for_each(|(r, f)| y[r * width + column] += f * weight);
                 }
-                y
-            };
-            let runs: Vec<_> = self.runs(a).collect();
-            runs.into_par_iter().map(of_run).collect()
+            }
+            y
+        };
+        let runs: Vec<_> = self.runs(a).collect();
+        runs.into_par_iter().map(of_run).collect()
     }
 
     /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
     fn take_divergence(&self, a: usize, flux: &Flux, out: &mut [f64]) {
         let stride = strides(self.dims);
-            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
-                let root = &self.segments[a][run.segment].root;
-                let width = bundle.across[0].len() * bundle.across[1].len();
-                let mut divergence = vec![0.0; root.cols * width];
-                let flux = right(y, 0, width, width);
-                let to = Strided { data: &mut divergence, stride: width };
-                multiply(root.transposed().left(), flux, to, false);
-                let lines = self.placed_lines(a, bundle, run, stride);
-                in_order(a, root.cols, width, |m, column| {
-                    out[(run.range.start + m) * stride[a] + lines[column].0] -=
-                        divergence[m * width + column];
-                });
-            }
+        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+            let root = &self.segments[a][run.segment].root;
+            let width = bundle.across[0].len() * bundle.across[1].len();
+            let mut divergence = vec![0.0; root.cols * width];
+            let flux = right(y, 0, width, width);
+            let to = Strided { data: &mut divergence, stride: width };
+            multiply(root.transposed().left(), flux, to, false);
+            let lines = self.placed_lines(a, bundle, run, stride);
+            in_order(a, root.cols, width, |m, column| {
+                out[(run.range.start + m) * stride[a] + lines[column].0] -= divergence[m * width + column];
+            });
+        }
     }
 
     /// Adds M^-1 D^T phi along an axis to a flux.
     fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
-            for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
-                let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
-                let width = rows.len() * columns.len();
-                let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
-                let of_row = |s: usize| {
-                    let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
-                    let mut own = self.flux_of(&strip, &none, phi);
-                    self.add_obliqueness(&strip, &mut own);
-                    own
-                };
-                let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
-                for (line, own) in strips.iter().enumerate() {
-                    for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
-                        let at = r * width + line * columns.len();
-                        y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
-                    }
+        for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
+            let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
+            let width = rows.len() * columns.len();
+            let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
+            let of_row = |s: usize| {
+                let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
+                let mut own = self.flux_of(&strip, &none, phi);
+                self.add_obliqueness(&strip, &mut own);
+                own
+            };
+            let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
+            for (line, own) in strips.iter().enumerate() {
+                for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
+                    let at = r * width + line * columns.len();
+                    y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
                 }
             }
+        }
     }
 }
 
@@ -315,7 +314,7 @@ impl Dual {
                 (Some(other), Some(turn), 0) => {
                     let exchange = other.exchange.at_points(points.len());
                     let points = points.with_mirror_image(&domain.axes[0]);
-                    other.lines.projected(&turn.half, 0, &points, &exchange.to_second(part, 1.0))
+                    other.lines.projected(&turn.half, 0, &points, &exchange.to_second(part, -other.parity))
                 }
                 _ => self.lines.projected(domain, a, points, part),
             }

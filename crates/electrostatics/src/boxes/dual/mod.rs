@@ -48,7 +48,7 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct Dual {
     lines: Lines,
-    /// Where the domain is the half of a scene whose state is odd under a half turn: lines of the first axis, which are whole on another half.
+    /// Where the domain is the half of a scene: lines of the first axis, which are whole on another half.
     other: Option<OtherLines>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
@@ -60,6 +60,8 @@ pub(crate) struct Dual {
 struct OtherLines {
     lines: Lines,
     exchange: Exchange,
+    /// Of the potential under the turn.
+    parity: f64,
 }
 
 /// The lines of some axes of a domain, in an array of unknowns.
@@ -162,7 +164,7 @@ impl Dual {
             domain.dual_dims()[1],
             &reflection(domain, &basis, 2),
         );
-        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), 0);
+        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), [0; 2]);
         let on_quarters = turn.quarters.each_ref().map(bases);
         let quarter = |k: usize, basis: &[Option<Basis>; 3]| {
             precondition::schwarz(&turn.quarters[k], basis, turn.quarters[k].dual_dims())
@@ -176,7 +178,7 @@ impl Dual {
         let mut other = Lines::new(&turn.half, on_other, [0])?;
         // The blocks of the other half come after those of this one.
         other.number_conductors_from(domain.conductors.len());
-        let other = Some(OtherLines { lines: other, exchange });
+        let other = Some(OtherLines { lines: other, exchange, parity: turn.parity() });
         Ok(Self { lines, other, schwarz, work: SchwarzWork::default(), repair })
     }
 
@@ -191,7 +193,7 @@ impl Dual {
     /// Unknowns in the array that the lines of an axis are in.
     fn seen_along<'x>(&self, a: usize, x: &'x [f64]) -> Cow<'x, [f64]> {
         match (&self.other, a) {
-            (Some(other), 0) => Cow::Owned(other.exchange.to_second(x, -1.0)),
+            (Some(other), 0) => Cow::Owned(other.exchange.to_second(x, other.parity)),
             _ => Cow::Borrowed(x),
         }
     }
@@ -202,7 +204,7 @@ impl Dual {
             (Some(other), 0) => {
                 let mut found = vec![0.0; other.lines.unknowns()];
                 find(&other.lines, &mut found);
-                other.exchange.add_to_first(&found, -1.0, y);
+                other.exchange.add_to_first(&found, other.parity, y);
             }
             _ => find(&self.lines, y),
         }
@@ -296,7 +298,9 @@ impl Dual {
         for i in 0..n0 {
             for j in 0..n1 {
                 for k in 0..n2 {
-                    let one = self.lines.weights.ones[0][i] * self.lines.weights.ones[1][j] * self.lines.weights.ones[2][k];
+                    let one = self.lines.weights.ones[0][i]
+                        * self.lines.weights.ones[1][j]
+                        * self.lines.weights.ones[2][k];
                     if one != 0.0 {
                         out[(i * n1 + j) * n2 + k] = one * self.lines.weights.root_at([i, j, k]);
                     }

@@ -15,10 +15,10 @@ impl Operator for Dual {
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         apply(&self.lines, x, y);
         if let Some(other) = &self.other {
-            let x = other.exchange.to_second(x, -1.0);
+            let x = other.exchange.to_second(x, other.parity);
             let mut along = vec![0.0; x.len()];
             along_slabs(&other.lines, &x, &mut along);
-            other.exchange.add_to_first(&along, -1.0, y);
+            other.exchange.add_to_first(&along, other.parity, y);
         }
         self.clear_conductors(y);
     }

@@ -4,7 +4,7 @@ use super::mapped::Flux;
 use super::{Basis, Dual, Lines, OtherLines};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use crate::boxes::half_turn::odd::OtherParts;
+use crate::boxes::half_turn::halves::OtherParts;
 use crate::boxes::mapped::metric::{Of, Rule};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
@@ -98,12 +98,19 @@ impl Lines {
 
 impl OtherLines {
     /// The component of a flux along the first axis at points of that axis of a domain, for modes of the other two.
-    fn component_along_first(&self, domain: &Domain, turn: &OtherParts, points: &AxisPoints, flux: &Flux) -> Vec<f64> {
+    fn component_along_first(
+        &self,
+        domain: &Domain,
+        turn: &OtherParts,
+        points: &AxisPoints,
+        flux: &Flux,
+    ) -> Vec<f64> {
         let both = points.with_mirror_image(&domain.axes[0]);
         let found = self.lines.along_first(flux, &self.lines.values_at(&turn.half, 0, &both), both.len());
         let exchange = self.exchange.at_points(points.len());
         let mut out = vec![0.0; exchange.dims()[0].iter().product()];
-        exchange.add_to_first(&found, 1.0, &mut out);
+        // A derivative along the first axis has the other parity.
+        exchange.add_to_first(&found, -self.parity, &mut out);
         out
     }
 }
@@ -388,11 +395,14 @@ mod tests {
     fn the_target_of_an_image_is_the_image_of_the_target() {
         let plate =
             |x: [f64; 2], z: [f64; 2]| Shape::Box(Box3 { min: [x[0], 0.3, z[0]], max: [x[1], 0.5, z[1]] });
-        let layer = Shape::Box(Box3 { min: [-1.0, 0.0, -1.2], max: [1.0, 1.0, 1.2] });
+        // No mirror takes the permittivity to itself.
+        let quarter =
+            |x: [f64; 2], z: [f64; 2]| Shape::Box(Box3 { min: [x[0], 0.0, z[0]], max: [x[1], 1.0, z[1]] });
         let scene = boxed(vec![
             Body::conductor("left", plate([-0.7, -0.2], [-0.6, 0.2])),
             Body::conductor("right", plate([0.2, 0.7], [-0.2, 0.6])),
-            Body::dielectric("layer", layer, 3.0),
+            Body::dielectric("here", quarter([-1.0, 0.0], [-1.2, 0.0]), 3.0),
+            Body::dielectric("there", quarter([0.0, 1.0], [0.0, 1.2]), 3.0),
         ]);
         let settings = Settings::default();
         let problem = GridProblem::new(&scene, Some(&map()), None, &settings).unwrap();

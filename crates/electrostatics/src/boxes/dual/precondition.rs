@@ -5,7 +5,7 @@ use super::Basis;
 use crate::SolveError;
 use crate::boxes::conductor_free::free_boxes;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
-use crate::boxes::half_turn::odd::not_in_quarters;
+use crate::boxes::half_turn::halves::not_in_quarters;
 use crate::boxes::primal::{AxisKey, axis_keys};
 use crate::boxes::schwarz::{Modes, Schwarz, SeparableBox};
 use elastocap_fem::mixed::FluxEnd;

@@ -5,9 +5,9 @@
 use super::lines::mixed;
 use super::precondition::modes_of;
 use super::{Basis, Weights, others};
-use crate::boxes::half_turn::fold::Fold;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
+use crate::boxes::half_turn::fold::Fold;
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
 use elastocap_fem::condensed::Condensed;
@@ -44,12 +44,11 @@ pub(super) struct Repair {
 pub(super) enum Repairs {
     /// On its box.
     Whole(Repair),
-    /// Where the domain is the half of a scene whose state is odd under a half turn, on quarters of the scene: what is odd across the middle
-    /// of the last axis, and what is even.
+    /// Where the domain is the half of a scene, on quarters of it: what is odd across the middle of the last axis, and what is even.
     Quarters(Box<Quarters>),
 }
 
-/// The repairs of both parts of what is odd under a half turn.
+/// The repairs of both parts.
 #[derive(Debug)]
 pub(super) struct Quarters {
     fold: Fold,
@@ -96,11 +95,11 @@ impl Repairs {
         (psi, left)
     }
 
-    /// Whether the constant has no energy: not where it is odd.
+    /// Whether the constant has no energy.
     pub(super) fn is_singular(&self) -> bool {
         match self {
             Self::Whole(repair) => repair.singular,
-            Self::Quarters(_) => false,
+            Self::Quarters(quarters) => quarters.parts.iter().any(|(own, _)| own.singular),
         }
     }
 

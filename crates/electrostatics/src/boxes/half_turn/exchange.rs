@@ -1,8 +1,9 @@
-//! The same state that is odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
+//! What is even or odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
 //!
 //! Lines of the first axis that cross its middle are whole on the second of these halves alone, lines of the last on the first. What one
 //! half has and the other has not is the turned rest of it.
 
+use super::mirror_images;
 use elastocap_fem::tensor::Dims;
 use faer::Mat;
 use rayon::prelude::*;
@@ -31,12 +32,9 @@ impl Exchange {
     /// one other place, but for its sign.
     pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Self {
         let images = |reflection: &Mat<f64>| {
-            let n = reflection.nrows();
-            let there = |k: usize| (0..n).find(|other| reflection[(*other, k)].abs() > 0.5);
-            let image = |k: usize| {
-                there(k).map(|there| Image { here: k, there, sign: reflection[(there, k)].signum() })
-            };
-            (n / 2..n).filter_map(image).collect()
+            let above =
+                mirror_images(reflection.as_ref()).into_iter().enumerate().skip(reflection.nrows() / 2);
+            above.map(|(here, (there, sign))| Image { here, there, sign }).collect()
         };
         Self { first: images(first), between, last: images(last) }
     }
@@ -53,7 +51,7 @@ impl Exchange {
         [[n0, self.between, 2 * n2], [2 * n0, self.between, n2]]
     }
 
-    /// What an array of the first half is on the second. `parity` is that of the state under the turn: -1 for a potential.
+    /// What an array of the first half is on the second. `parity` is 1 for what is even under the turn, -1 for what is odd.
     pub(crate) fn to_second(&self, x: &[f64], parity: f64) -> Vec<f64> {
         let [[_, n1, n2], [m0, _, m2]] = self.dims();
         let (from, to) = (n1 * n2, n1 * m2);
@@ -63,16 +61,18 @@ impl Exchange {
         let mut images: Vec<(usize, &mut [f64])> = below.chunks_exact_mut(to.max(1)).enumerate().collect();
         images.sort_by_key(|(there, _)| self.first.iter().position(|own| own.there == *there));
         let slabs = above.par_chunks_exact_mut(to.max(1)).zip(images);
-        slabs.zip(x.par_chunks_exact(from.max(1))).zip(&self.first).for_each(|(((above, (_, below)), x), own)| {
-            for ((above, below), row) in
-                above.chunks_exact_mut(m2).zip(below.chunks_exact_mut(m2)).zip(x.chunks_exact(n2))
-            {
-                for ((above, below), last) in above.iter_mut().zip(below).zip(&self.last) {
-                    *above = row[last.here];
-                    *below = parity * own.sign * last.sign * row[last.there];
+        slabs.zip(x.par_chunks_exact(from.max(1))).zip(&self.first).for_each(
+            |(((above, (_, below)), x), own)| {
+                for ((above, below), row) in
+                    above.chunks_exact_mut(m2).zip(below.chunks_exact_mut(m2)).zip(x.chunks_exact(n2))
+                {
+                    for ((above, below), last) in above.iter_mut().zip(below).zip(&self.last) {
+                        *above = row[last.here];
+                        *below = parity * own.sign * last.sign * row[last.there];
+                    }
                 }
-            }
-        });
+            },
+        );
         out
     }
 

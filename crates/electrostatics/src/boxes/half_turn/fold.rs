@@ -1,9 +1,11 @@
 //! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last axis.
 //!
-//! The half lies above the middle of the first axis, and all of the last axis belongs to it. Of a state that is odd under a half turn about
-//! the second axis, the part that is odd across the middle of the last axis is even across that of the first, and the other way round.
-//! Each is a function on a quarter of the scene, with walls of its own ([`super::odd::OtherParts::quarters`]).
+//! The half lies above the middle of the first axis, and all of the last axis belongs to it. Of what is odd under a half turn about the
+//! second axis, the part that is odd across the middle of the last axis is even across that of the first, and the other way round; of what
+//! is even, each is the same across both. Either part is a function on a quarter of the scene, with walls of its own
+//! ([`super::halves::OtherParts::quarters`]).
 
+use super::mirror_images;
 use elastocap_fem::tensor::{Dims, Real};
 use faer::MatRef;
 use rayon::prelude::*;
@@ -20,26 +22,26 @@ pub(crate) struct Fold {
     pairs: Vec<(usize, usize, f64)>,
     /// The function in the middle, if there is one.
     middle: Option<usize>,
-    /// Functions of the first axis that the even part does not have.
-    skipped: usize,
+    /// Functions of the first axis that the odd and the even part do not have, since they do not vanish in its middle.
+    skipped: [usize; 2],
 }
 
 impl Fold {
     /// For arrays of these dimensions. `reflection` takes coefficients of the last axis to those of the mirror image; each function is the
-    /// image of one, but for its sign. The first `skipped` functions of the first axis do not vanish in its middle.
-    pub(crate) fn new(dims: Dims, reflection: MatRef<'_, f64>, skipped: usize) -> Self {
+    /// image of one, but for its sign. The odd and the even part do not have the first `skipped` functions of the first axis.
+    pub(crate) fn new(dims: Dims, reflection: MatRef<'_, f64>, skipped: [usize; 2]) -> Self {
         let n = dims[2];
-        let partner = |k: usize| (0..n).find(|other| reflection[(*other, k)].abs() > 0.5);
-        let first = n.div_ceil(2);
-        let pairs = (first..n).filter_map(|k| partner(k).map(|other| (k, other, reflection[(other, k)].signum())));
-        Self { dims, pairs: pairs.collect(), middle: (n % 2 == 1).then_some(n / 2), skipped }
+        let images = mirror_images(reflection).into_iter().enumerate().skip(n.div_ceil(2));
+        let pairs = images.map(|(k, (image, sign))| (k, image, sign)).collect();
+        Self { dims, pairs, middle: (n % 2 == 1).then_some(n / 2), skipped }
     }
 
     /// Dimensions of the odd and of the even part.
     pub(crate) fn parts(&self) -> [Dims; 2] {
         let [n0, n1, _] = self.dims;
         let (half, middle) = (self.pairs.len(), usize::from(self.middle.is_some()));
-        [[n0, n1, half], [n0 - self.skipped, n1, half + middle]]
+        let [odd, even] = self.skipped.map(|skipped| n0 - skipped);
+        [[odd, n1, half], [even, n1, half + middle]]
     }
 
     /// The odd and the even part: the products of the array with functions that are extended from half of the axis, over the root of two.
@@ -49,16 +51,14 @@ impl Fold {
         let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
-        let skipped = self.skipped * n1;
-        if w > 0 {
-            odd.par_chunks_exact_mut(w).zip(x.par_chunks_exact(n2)).with_min_len(SMALL_TASK).for_each(|(to, row)| {
-                for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
-                    *to = root * (row[*upper] - *sign * row[*lower]);
-                }
-            });
-        }
-        let rows = x[skipped * n2..].par_chunks_exact(n2);
-        even.par_chunks_exact_mut(v.max(1)).zip(rows).with_min_len(SMALL_TASK).for_each(|(to, row)| {
+        let [rows, even_rows] =
+            self.skipped.map(|skipped| x[skipped * n1 * n2..].par_chunks_exact(n2.max(1)));
+        odd.par_chunks_exact_mut(w.max(1)).zip(rows).with_min_len(SMALL_TASK).for_each(|(to, row)| {
+            for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
+                *to = root * (row[*upper] - *sign * row[*lower]);
+            }
+        });
+        even.par_chunks_exact_mut(v.max(1)).zip(even_rows).with_min_len(SMALL_TASK).for_each(|(to, row)| {
             let (middle, to) = to.split_at_mut(usize::from(self.middle.is_some()));
             for (to, at) in middle.iter_mut().zip(self.middle) {
                 *to = root * row[at];
@@ -75,14 +75,15 @@ impl Fold {
         let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
-        let skipped = self.skipped * n1;
+        let skipped = self.skipped.map(|skipped| skipped * n1);
         out.par_chunks_exact_mut(n2).enumerate().with_min_len(SMALL_TASK).for_each(|(row, out)| {
-            let own = &odd[row * w..(row + 1) * w];
+            let [of_odd, of_even] = skipped.map(|skipped| row.checked_sub(skipped));
+            let own = of_odd.map_or(&[][..], |row| &odd[row * w..(row + 1) * w]);
             for ((x, (upper, lower, _)), sign) in own.iter().zip(&self.pairs).zip(&signs) {
                 out[*upper] += root * *x;
                 out[*lower] += T::default() - *sign * root * *x;
             }
-            let Some(row) = row.checked_sub(skipped) else { return };
+            let Some(row) = of_even else { return };
             let (middle, own) = even[row * v..(row + 1) * v].split_at(usize::from(self.middle.is_some()));
             for (x, at) in middle.iter().zip(self.middle) {
                 out[at] += root * *x;
@@ -94,16 +95,18 @@ impl Fold {
         });
     }
 
-    /// Takes from the functions that do not vanish in the middle of the first axis what is even across the middle of the last.
-    pub(crate) fn make_middle_odd(&self, x: &mut [f64]) {
+    /// Takes from the functions that do not vanish in the middle of the first axis the part that does not have them.
+    pub(crate) fn project(&self, x: &mut [f64]) {
         let [_, n1, n2] = self.dims;
-        for row in x[..self.skipped * n1 * n2].chunks_exact_mut(n2.max(1)) {
-            if let Some(at) = self.middle {
+        let [skipped_odd, skipped_even] = self.skipped;
+        let (skipped, parity) = if skipped_odd > 0 { (skipped_odd, 1.0) } else { (skipped_even, -1.0) };
+        for row in x[..skipped * n1 * n2].chunks_exact_mut(n2.max(1)) {
+            if let (Some(at), true) = (self.middle, parity < 0.0) {
                 row[at] = 0.0;
             }
             for (upper, lower, sign) in &self.pairs {
-                let half = 0.5 * (row[*upper] - sign * row[*lower]);
-                (row[*upper], row[*lower]) = (half, -sign * half);
+                let half = 0.5 * (row[*upper] + parity * sign * row[*lower]);
+                (row[*upper], row[*lower]) = (half, parity * sign * half);
             }
         }
     }

@@ -14,12 +14,11 @@ use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Block, Domain, per_element};
 use crate::boxes::half_turn::fold::Fold;
-use crate::boxes::half_turn::odd::not_in_quarters;
+use crate::boxes::half_turn::halves::{not_in_quarters, reflected};
 use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
-use elastocap_fem::reflection::reflected_functions;
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, Window, axpy, clear, target};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::{ITERATION_LIMIT, Operator};
@@ -170,7 +169,7 @@ pub(crate) struct Primal {
     /// What the map adds that bends the scene, and the domain, for a finer rule.
     bent: Option<(Gradients, Domain)>,
     bent_work: Work,
-    /// Where the potential is odd under a half turn.
+    /// Where the potential is even or odd under a half turn.
     fold: Option<Fold>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
@@ -275,13 +274,13 @@ impl Primal {
         out
     }
 
-    /// Zeroes the prescribed entries, and makes odd what has to be.
+    /// Zeroes the prescribed entries, and takes out what is not even, or odd, as it has to be.
     pub(crate) fn clear_prescribed(&self, v: &mut [f64]) {
         for window in &self.conductors {
             clear(v, self.dims, window);
         }
         if let Some(fold) = &self.fold {
-            fold.make_middle_odd(v);
+            fold.project(v);
         }
     }
 }
@@ -344,12 +343,10 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
 
 /// How potentials on the half of a scene fall into parts on quarters of it, where the domain is such a half.
 fn fold(domain: &Domain) -> Option<Fold> {
-    domain.turn.as_ref()?;
-    // The function of the middle of the first axis is in the even part as little as it is odd across the last.
-    let (axis, functions) = (&domain.axes[2], domain.axes[2].functions());
-    let whole = reflected_functions(&axis.line);
-    let own = whole.as_ref().submatrix(functions.start, functions.start, functions.len(), functions.len());
-    Some(Fold::new(domain.primal_dims(), own, 1))
+    let turn = domain.turn.as_ref()?;
+    // The function of the middle of the first axis is odd, or even, across the last.
+    let skipped = if turn.odd { [0, 1] } else { [1, 0] };
+    Some(Fold::new(domain.primal_dims(), reflected(&domain.axes[2]).as_ref(), skipped))
 }
 
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {

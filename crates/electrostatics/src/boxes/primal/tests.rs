@@ -37,8 +37,13 @@ fn load(axis: &Axis) -> Vec<f64> {
 fn energy_error(elements: usize, degree: usize) -> f64 {
     let nodes: Vec<f64> = (0..=elements).map(|i| i as f64 / elements as f64).collect();
     let one = || axis(nodes.clone(), degree, vec![0, elements], Wall::Grounded);
-    let domain =
-        Domain { axes: [one(), one(), one()], conductors: Vec::new(), permittivity: vec![1.0], map: None, turn: None };
+    let domain = Domain {
+        axes: [one(), one(), one()],
+        conductors: Vec::new(),
+        permittivity: vec![1.0],
+        map: None,
+        turn: None,
+    };
     let l = load(&domain.axes[0]);
     let mut b = Vec::new();
     for x in &l {

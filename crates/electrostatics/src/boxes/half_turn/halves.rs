@@ -1,41 +1,43 @@
-//! The state of two conductors at opposite potentials where a half turn about the second axis puts each in the place of the other.
+//! Halves and quarters of a scene that a half turn about the second axis takes to itself, and a potential that is even or odd under it.
 //!
-//! Its potential is odd under the turn, u(-x1, x2, -x3) = -u(x1, x2, x3), and so is known from the half of the scene above x1 = 0. There
-//! it is a potential like any other, but for the plane x1 = 0, on which it is odd across x3 = 0; the flux through that plane is even.
+//! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above x1 = 0. There it is a
+//! potential like any other, but for the plane x1 = 0, on which it is even, or odd, across x3 = 0; and so is the flux through that plane,
+//! with the other sign.
 //!
-//! - Potentials are functions on this half whose trace is odd. The projection on these ([`Fold::make_middle_odd`](super::fold::Fold))
-//!   is all that sets the primal problem apart.
+//! - Potentials are functions on this half whose trace is such. The projection on these ([`Fold::project`](super::fold::Fold)) is all that
+//!   sets the primal problem apart.
 //! - The flux on lines of the first axis that cross the plane is that of the whole line. So these lines are taken on the half above
 //!   x3 = 0, to which the unknowns are carried and back ([`Exchange`](super::exchange::Exchange)): a line and its turned image are one.
-//! - Where the scene is its own mirror image across both planes, the state falls into two parts on a quarter of it: one that is even across
-//!   x1 = 0 and odd across x3 = 0, and one the other way round. Permittivity and map are their own images, so that the problem without
-//!   conductors falls apart in this way, and with it the repair of a divergence, and the boxes of the preconditioner that meet no
-//!   conductor on either side ([`Fold`](super::fold::Fold)).
+//! - Permittivity and map are their own mirror images across both planes. So the problem without conductors falls apart in two, each on
+//!   a quarter of the scene: what is odd across x3 = 0, and what is even. With it do the repair of a divergence, and the boxes of the
+//!   preconditioner that meet no conductor on either side ([`Fold`](super::fold::Fold)).
 
-use crate::SolveError;
+use super::mirror_images;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
-use crate::boxes::domain::{Block, Domain};
+use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::layout::{Grid, Layout};
-use crate::floating::Floating;
-use crate::target::Target;
-use elastocap_geometry::scene::{Scene, Wall};
+use elastocap_fem::reflection::reflected_functions;
+use elastocap_geometry::scene::Wall;
+use faer::Mat;
 
-/// The layouts that the state is solved on.
+/// Axes whose middle the turn is across.
+pub(crate) const ACROSS: [usize; 2] = [0, 2];
+
+/// The layouts of the halves and the quarter.
 #[derive(Debug, Clone)]
-pub(crate) struct OddState {
-    /// The half above the middle of the first axis.
+pub(crate) struct Halves {
+    /// Above the middle of the first axis.
     pub(crate) half: Layout,
-    /// The half above the middle of the last axis.
+    /// Above the middle of the last axis.
     other_half: Layout,
-    /// The quarter above both, with the conductors on both sides of the middle of the last axis, which grids are made for.
+    /// Above both, with the conductors on both sides of the middle of the last axis: what grids are made for.
     pub(crate) quarter: Layout,
-    /// Potentials of the scene's conductors, one volt apart.
-    pub(crate) potentials: Vec<f64>,
-    /// Energy of the whole scene over that of the half.
-    pub(crate) copies: f64,
+    /// Whether the potential is odd under the turn.
+    pub(crate) odd: bool,
 }
 
-/// The parts of a scene, besides the half above the middle of the first axis, that a state is seen on which is odd under a half turn.
+/// The parts of a scene, besides the half above the middle of the first axis, that a potential is seen on which is even or odd under a half
+/// turn.
 #[derive(Debug, Clone)]
 pub(crate) struct OtherParts {
     /// The half above the middle of the last axis.
@@ -43,45 +45,13 @@ pub(crate) struct OtherParts {
     /// The quarter above both, with what is a conductor on either side of the middle of the last axis: for what is odd across that, and
     /// for what is even.
     pub(crate) quarters: [Domain; 2],
+    /// Whether the potential is odd under the turn.
+    pub(crate) odd: bool,
 }
 
-impl OddState {
-    /// Axes whose middle the turn is across.
-    const ACROSS: [usize; 2] = [0, 2];
-
-    /// The state of a target with two opposite conductors; `None` where no half turn about the second axis puts each in the place of the
-    /// other, or where a mirror makes less of the scene than half.
-    ///
-    /// # Errors
-    /// Those of a layout.
-    pub(crate) fn of(
-        layout: &Layout,
-        scene: &Scene,
-        floating: &Floating,
-        target: Target,
-    ) -> Result<Option<Self>, SolveError> {
-        let Some(pair) = target.opposite(floating.driven.len()) else { return Ok(None) };
-        let [Some(&one), Some(&other)] = pair.map(|k| floating.driven.get(k)) else { return Ok(None) };
-        let mirrored = |a: usize| layout.map.as_ref().is_none_or(|map| map.is_mirrored(a));
-        let suited = Self::ACROSS
-            .iter()
-            .all(|&a| layout.mirror[a].is_none() && layout.is_even(a) && mirrored(a));
-        if !suited || !floating.floating.is_empty() {
-            return Ok(None);
-        }
-        let (whole, [first, last]) = layout.centred(scene, Self::ACROSS)?;
-        let turned = |c: usize| whole.flipped(&whole.flipped(&whole.conductors[c], 0), 2);
-        let others = || (0..whole.conductors.len()).filter(|c| *c != one && *c != other);
-        let keeps_others = others().all(|c| {
-            let image = turned(c);
-            others().any(|other| whole.conductors[other] == image)
-        });
-        let is_even = |c: usize| whole.mirror[1].is_none() || whole.image(c, 1) == c;
-        if turned(one) != whole.conductors[other] || !keeps_others || ![one, other].into_iter().all(is_even) {
-            return Ok(None);
-        }
-        let copies = if whole.mirror[1].is_some() { 4.0 } else { 2.0 };
-        let whole = whole.half(1, false);
+impl Halves {
+    /// Of a layout that a half turn takes to itself, which has these planes in the middle of the two axes.
+    pub(crate) fn of(whole: &Layout, [first, last]: [usize; 2], odd: bool) -> Self {
         // What ends at a plane is on it: the turned rest begins there, but elsewhere.
         let touches = |a: usize| move |b: &Block, first: usize| b.hi[a] >= first;
         let half = whole.above(0, first, Wall::Insulated, touches(0));
@@ -97,28 +67,67 @@ impl OddState {
             blocks.sort_unstable();
             blocks.dedup();
         }
-        let mut potentials = vec![0.0; whole.conductors.len()];
-        (potentials[one], potentials[other]) = (0.5, -0.5);
-        Ok(Some(Self { half, other_half, quarter, potentials, copies }))
+        Self { half, other_half, quarter, odd }
     }
 
     /// The other parts on a grid of the quarter, and for each block of the other half its conductor.
     pub(crate) fn other_parts(&self, grid: &Grid) -> (OtherParts, Vec<usize>) {
         let (half, held) = self.other_half.domain(&grid.reflected([true, false, false]));
-        let quarters = [2, 0].map(|odd| {
+        // What is even across both middles, or odd across both, is even under the turn.
+        let quarters = [true, false].map(|odd_across_last| {
             let mut layout = self.quarter.clone();
-            layout.walls[odd][0] = Wall::Grounded;
+            let wall = |odd: bool| if odd { Wall::Grounded } else { Wall::Insulated };
+            layout.walls[2][0] = wall(odd_across_last);
+            layout.walls[0][0] = wall(odd_across_last != self.odd);
             layout.domain(grid).0
         });
-        (OtherParts { half, quarters }, held)
+        (OtherParts { half, quarters, odd: self.odd }, held)
     }
 }
 
 impl OtherParts {
     /// See [`Domain::truncated`].
     pub(crate) fn truncated(&self) -> Self {
-        Self { half: self.half.truncated(), quarters: self.quarters.each_ref().map(Domain::truncated) }
+        let quarters = self.quarters.each_ref().map(Domain::truncated);
+        Self { half: self.half.truncated(), quarters, odd: self.odd }
     }
+
+    /// 1 for a potential that is even under the turn, -1 for one that is odd.
+    pub(crate) fn parity(&self) -> f64 {
+        if self.odd { -1.0 } else { 1.0 }
+    }
+}
+
+/// A potential of the half of a scene on the whole of it, by the functions of the axes there ([`whole_axes`]).
+pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Vec<f64> {
+    let axes = whole_axes(domain, turn);
+    let [m0, n1, n2] = axes.map(|axis| axis.functions().len());
+    let [first, last] = ACROSS.map(|a| mirror_images(reflected(axes[a]).as_ref()));
+    let above = m0 - domain.axes[0].functions().len();
+    let plane = n1 * n2;
+    let mut out = vec![0.0; m0 * plane];
+    for (slab, own) in u.chunks_exact(plane.max(1)).zip(above..) {
+        let (image, sign) = first[own];
+        for (row, from) in slab.chunks_exact(n2.max(1)).enumerate() {
+            let at = image * plane + row * n2;
+            for (x, (there, own)) in from.iter().zip(&last) {
+                out[at + there] = turn.parity() * sign * own * x;
+            }
+        }
+        out[own * plane..(own + 1) * plane].copy_from_slice(slab);
+    }
+    out
+}
+
+/// The axes of the whole scene, of half of which this is the domain.
+pub(crate) fn whole_axes<'d>(domain: &'d Domain, turn: &'d OtherParts) -> [&'d Axis; 3] {
+    [&turn.half.axes[0], &domain.axes[1], &domain.axes[2]]
+}
+
+/// What takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
+pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
+    let (whole, own) = (reflected_functions(&axis.line), axis.functions());
+    whole.as_ref().submatrix(own.start, own.start, own.len(), own.len()).to_owned()
 }
 
 /// Of boxes of a domain without conductors those that the preconditioner needs besides the boxes of the quarters; all of them where the
@@ -167,11 +176,10 @@ mod tests {
     use super::*;
     use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
     use crate::boxes::energy::{Start, lower, upper};
-    use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::mapped::map::{MapAxis, SceneMap};
     use crate::boxes::resolution::graded;
-    use crate::solution::{ResolutionLevel, Settings};
-    use elastocap_geometry::scene::{Body, Box3};
+    use crate::solution::ResolutionLevel;
+    use elastocap_geometry::scene::{Body, Box3, Scene};
     use elastocap_geometry::shapes::Shape;
     use std::sync::Arc;
 
@@ -189,7 +197,11 @@ mod tests {
     /// Two combs of two fingers each in a layer over a grounded plate, in open space or in a box with insulating sides; the first has a
     /// finger beside the middle.
     fn combs(wall: Wall) -> Scene {
-        let left = [([-0.7, 0.1, -0.6], [0.7, 0.2, -0.5]), ([-0.6, 0.1, -0.5], [-0.4, 0.2, 0.3]), ([0.05, 0.1, -0.5], [0.25, 0.2, 0.3])];
+        let left = [
+            ([-0.7, 0.1, -0.6], [0.7, 0.2, -0.5]),
+            ([-0.6, 0.1, -0.5], [-0.4, 0.2, 0.3]),
+            ([0.05, 0.1, -0.5], [0.25, 0.2, 0.3]),
+        ];
         let turned = left.map(|(min, max)| ([-max[0], min[1], -max[2]], [-min[0], max[1], -min[2]]));
         let bodies = vec![
             body("left", &left),
@@ -227,21 +239,21 @@ mod tests {
         Arc::new(SceneMap::new(axes, bend))
     }
 
-    /// Upper and lower energies of the state on the whole scene and on the half of it, on the same grid.
-    fn energies(scene: &Scene, map: Option<&Arc<SceneMap>>, order: usize) -> [[f64; 2]; 2] {
+    /// Upper and lower energies of the two conductors at equal or at opposite potentials, on the whole scene and on the half of it, on the
+    /// same grid.
+    fn energies(scene: &Scene, map: Option<&Arc<SceneMap>>, order: usize, odd: bool) -> [[f64; 2]; 2] {
         const SHARE: f64 = 1e-11;
-        let settings = Settings { target: Target::TwoTerminal, target_alone: true, ..Settings::default() };
-        let problem = GridProblem::new(scene, map, None, &settings).unwrap();
-        let state = OddState::of(&problem.layout, scene, &problem.floating, settings.target).unwrap().unwrap();
-        let grid = problem.core.grid(&graded(ResolutionLevel { order, levels: 1 }), 2.0);
-        let (whole, _) = problem.layout.centred(scene, OddState::ACROSS).unwrap();
-        let (on_whole, held) = whole.domain(&grid.reflected([true, false, true]));
-        let (mut on_half, mut held_on_half) = state.half.domain(&grid.reflected([false, false, true]));
-        let (others, more) = state.other_parts(&grid);
+        let layout = Layout::in_frame(scene, map, None, u64::MAX).unwrap();
+        let halves = Halves::of(&layout, layout.turn.as_ref().unwrap().planes, odd);
+        let grid = halves.quarter.grid(&graded(ResolutionLevel { order, levels: 1 }), 2.0);
+        let (on_whole, held) = layout.domain(&grid.reflected([true, false, true]));
+        let (mut on_half, mut held_on_half) = halves.half.domain(&grid.reflected([false, false, true]));
+        let (others, more) = halves.other_parts(&grid);
         on_half.turn = Some(Box::new(others));
         held_on_half.extend(more);
-        [(on_whole, held, 1.0), (on_half, held_on_half, state.copies)].map(|(domain, held, copies)| {
-            let potentials = vec![held.iter().map(|c| state.potentials[*c]).collect::<Vec<f64>>()];
+        let volts = [1.0, if odd { -1.0 } else { 1.0 }, 0.0];
+        [(on_whole, held, 1.0), (on_half, held_on_half, 2.0)].map(|(domain, held, copies)| {
+            let potentials = vec![held.iter().map(|c| volts[*c]).collect::<Vec<f64>>()];
             let start = || [Start::Nothing];
             let (above, primal) = upper(&domain, &potentials, &start(), None, SHARE, None).unwrap();
             let below = if map.is_some() {
@@ -256,19 +268,21 @@ mod tests {
             } else {
                 lower(&domain, &potentials, &start(), SHARE, false, None).unwrap().0
             };
-            println!("{} {} {:?} {:?}", above.iterations, below.iterations, above.converged, below.converged);
+            assert!(above.converged && below.converged);
             [copies * above.matrix[(0, 0)], copies * below.matrix[(0, 0)]]
         })
     }
 
     #[test]
-    fn half_of_a_scene_has_half_of_the_energies_of_its_odd_state() {
+    fn half_of_a_scene_has_half_of_the_energies_of_what_is_even_or_odd_under_the_turn() {
         for (wall, map) in [(Wall::Insulated, None), (Wall::Open, None), (Wall::Insulated, Some(map()))] {
-            let [whole, half] = energies(&combs(wall), map.as_ref(), 3);
-            println!("{wall:?}: {whole:?} {half:?}");
-            assert!(whole[1] < whole[0] && whole[1] > 0.8 * whole[0]);
-            for (whole, half) in whole.into_iter().zip(half) {
-                assert!((half / whole - 1.0).abs() < 1e-8, "{wall:?}: {whole} {half}");
+            for odd in [true, false] {
+                let [whole, half] = energies(&combs(wall), map.as_ref(), 3, odd);
+                println!("{wall:?} {odd}: {whole:?} {half:?}");
+                assert!(whole[1] < whole[0] && whole[1] > 0.8 * whole[0]);
+                for (whole, half) in whole.into_iter().zip(half) {
+                    assert!((half / whole - 1.0).abs() < 1e-8, "{wall:?} {odd}: {whole} {half}");
+                }
             }
         }
     }
