@@ -13,6 +13,8 @@ use crate::shared_fields::SharedFields;
 pub struct FieldSettings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
+    /// What is taken as well, over the tolerance: see [`Settings::accepted`].
+    pub accepted: f64,
     /// What the tolerance is about.
     pub target: Target,
     /// Whether nothing but the target is wanted: see [`Settings::target_alone`].
@@ -39,6 +41,7 @@ impl Default for FieldSettings {
     fn default() -> Self {
         let Settings {
             relative_tolerance,
+            accepted,
             target,
             target_alone,
             bounds,
@@ -52,6 +55,7 @@ impl Default for FieldSettings {
         let tetrahedra_order = TetrahedraSettings::USUAL_ORDER;
         Self {
             relative_tolerance,
+            accepted,
             target,
             target_alone,
             bounds,
@@ -71,6 +75,7 @@ impl FieldSettings {
     pub fn boxes(&self) -> Settings {
         Settings {
             relative_tolerance: self.relative_tolerance,
+            accepted: self.accepted,
             target: self.target,
             target_alone: self.target_alone,
             bounds: self.bounds,

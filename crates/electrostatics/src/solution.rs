@@ -13,6 +13,8 @@ pub(crate) const STOPPED: &str = "it was stopped on request";
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
+    /// So many times the tolerance, at least one, is taken as well where a grid happens to end there. Only the box solver makes use of it.
+    pub accepted: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
     /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty Maxwell matrix, where a part of the
@@ -64,6 +66,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             relative_tolerance: 1e-3,
+            accepted: 1.0,
             target: Target::Matrix,
             target_alone: false,
             bounds: true,

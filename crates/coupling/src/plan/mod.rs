@@ -149,6 +149,7 @@ impl Plan {
             field: options.fields || !options.prune,
             foresight: None,
             target_alone: false,
+            accepted: usual.accepted,
             memory_limit: self.memory_limit / self.memory_shares,
             tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,

@@ -49,12 +49,16 @@ const USUAL_AMPLIFICATION: f64 = 1.0;
 /// The same for a single state: the indicator of one says more than that of several, on combs too.
 const OF_ONE_STATE: f64 = 0.85;
 
-/// [`Foresight::amplification`] grows towards smaller errors, as the ratio of the errors to this power: 0.08 on pairs, 0.13 on combs under a
-/// punch that rests on the layer, and 0.25 and more where it is pressed in.
-const GROWS: f64 = 0.18;
+/// [`Foresight::amplification`] grows towards smaller errors, as the ratio of the errors to this power: 0.08 on pairs, 0.16 on combs under a
+/// punch.
+const GROWS: f64 = 0.17;
 
-/// A margin on the amplification that follows.
-const FORESEEN: f64 = 1.05;
+/// The amplification that follows is multiplied by this.
+const FORESEEN: f64 = 1.0;
+
+/// What the goal may be multiplied by where the amplification is foreseen, and what exceeds the tolerance by [`MARGIN`] is still accepted.
+const CLOSER: f64 = 1.25;
+const MARGIN: f64 = 1.05;
 
 /// Refinements before giving up.
 const MAX_GRIDS: usize = 60;
@@ -107,7 +111,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
 pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
     let mut search = Search::new(problem)?;
     let tolerance = problem.settings.relative_tolerance;
-    let met = search.pursue(tolerance, tolerance)?;
+    let met = search.pursue(tolerance, problem.settings.accepted.max(1.0) * tolerance)?;
     search.finish(met)
 }
 
@@ -329,10 +333,20 @@ impl<'p, 's> Search<'p, 's> {
         if self.problem.base.is_some() { 0.95 } else { 0.8 }
     }
 
+    /// What the amplification of a solve before foresees of this one.
+    fn foreseen(&self) -> Option<Foresight> {
+        self.problem.settings.foresight.filter(|_| self.problem.base.is_none())
+    }
+
+    /// How much nearer to the tolerance a grid may aim than without foresight.
+    fn closer(&self) -> f64 {
+        if self.foreseen().is_some() && self.problem.settings.accepted >= MARGIN { CLOSER } else { 1.0 }
+    }
+
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
         let tolerance = self.own(self.tolerance);
-        let expected = if self.problem.is_base() { EXPECTED_OF_BASE } else { EXPECTED };
+        let expected = if self.problem.is_base() { EXPECTED_OF_BASE } else { self.closer() * EXPECTED };
         let near = 2.0 * self.amplification * self.foreseen <= expected * tolerance;
         // Where the indicator is unreliable, as on combs, the bounds on the last grid but one tell how fine the last must be.
         let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * tolerance;
@@ -380,11 +394,12 @@ impl<'p, 's> Search<'p, 's> {
                     _ => f64::INFINITY,
                 };
                 let mut least = USUAL_AMPLIFICATION.min(margin * self.amplification);
-                if let Some(Foresight { amplification, error }) =
-                    settings.foresight.filter(|_| self.problem.base.is_none())
-                {
+                if let Some(Foresight { amplification, error }) = self.foreseen() {
                     let grown = (error / self.tolerance).max(1.0).powf(GROWS);
-                    least = least.min(FORESEEN * amplification * grown);
+                    // Where more is missing than the refinement of the grid before was to leave, as under a punch that is pressed in, so it
+                    // will be on the next. The first refinement says nothing: it leaves twice as much as foreseen on any scene.
+                    let short = if self.grids > 2 { (missing / self.foreseen).max(1.0) } else { 1.0 };
+                    least = least.min(FORESEEN * amplification * grown * short);
                 }
                 let least = match self.one_state {
                     Some(_) => OF_ONE_STATE,
@@ -478,7 +493,8 @@ impl<'p, 's> Search<'p, 's> {
             let target = match error {
                 Some(error) => missing * (PROVED_GOAL * tolerance / self.own(error)).clamp(0.03, PROVED_GOAL),
                 None => {
-                    let goal = (goal(settings.bounds) * tolerance / self.amplification).min(missing);
+                    let goal = self.closer() * goal(settings.bounds);
+                    let goal = (goal * tolerance / self.amplification).min(missing);
                     match self.one_state.is_some() || problem.is_base() {
                         // As many steps as it takes, all of them equal.
                         true if goal > 0.0 => {

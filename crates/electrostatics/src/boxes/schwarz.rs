@@ -156,8 +156,9 @@ struct Folded<T> {
 #[derive(Debug, Default)]
 pub(crate) struct SchwarzWork<T> {
     per_box: Vec<(Vec<T>, Vec<T>)>,
-    /// Of the quarters, and what these give.
+    /// Of the quarters, the parts of the residual on them, and what they give.
     quarters: [Option<Box<SchwarzWork<T>>>; 2],
+    parts: [Vec<T>; 2],
     found: [Vec<T>; 2],
 }
 
@@ -176,13 +177,13 @@ impl<T: Real> Schwarz<T> {
     pub(crate) fn apply(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
         self.apply_boxes(r, z, work);
         let Some(folded) = &self.folded else { return };
-        let parts = folded.fold.parts_of(r);
-        for (k, (schwarz, r)) in folded.quarters.iter().zip(&parts).enumerate() {
-            let own = work.quarters[k].get_or_insert_default();
-            sized(&mut work.found[k], r.len());
-            schwarz.apply(r, &mut work.found[k], own);
+        let SchwarzWork { quarters, parts, found, .. } = work;
+        folded.fold.write_parts(r, parts);
+        for (k, (schwarz, r)) in folded.quarters.iter().zip(parts).enumerate() {
+            sized(&mut found[k], r.len());
+            schwarz.apply(r, &mut found[k], quarters[k].get_or_insert_default());
         }
-        folded.fold.add(work.found.each_ref().map(Vec::as_slice), z);
+        folded.fold.add(found.each_ref().map(Vec::as_slice), z);
     }
 
     fn apply_boxes(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {

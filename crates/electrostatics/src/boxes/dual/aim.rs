@@ -6,6 +6,7 @@ use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{EXTRA, Functions, Gradients, Potentials};
 use crate::boxes::mapped::metric::{Metric, Symmetric, times};
 use crate::boxes::mapped::points::AxisPoints;
+use crate::boxes::mapped::pool::Pool;
 use crate::boxes::mapped::sums::{Fields, at_least, by_element};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, multiply, right, target as to_rows};
 use faer::Mat;
@@ -109,10 +110,11 @@ pub(super) fn target(
         .first
         .iter()
         .map(|(_, own, rows)| [own.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)]);
+    let pool = Pool::<Work>::default();
     by_element(&mut parts, lengths)
         .into_par_iter()
         .enumerate()
-        .for_each_init(Work::default, |work, (element, parts)| aim.of_element(element, parts, work));
+        .for_each(|(element, parts)| pool.with(|work| aim.of_element(element, parts, work)));
     Target { points, parts }
 }
 

@@ -62,6 +62,8 @@ struct OtherLines {
     exchange: Exchange,
     /// Of the potential under the turn.
     parity: f64,
+    /// For products with the operator: unknowns on the other half, and what the lines there make of them.
+    work: [Vec<f64>; 2],
 }
 
 /// The lines of some axes of a domain, in an array of unknowns.
@@ -178,7 +180,8 @@ impl Dual {
         let mut other = Lines::new(&turn.half, on_other, [0])?;
         // The blocks of the other half come after those of this one.
         other.number_conductors_from(domain.conductors.len());
-        let other = Some(OtherLines { lines: other, exchange, parity: turn.parity() });
+        let other =
+            Some(OtherLines { lines: other, exchange, parity: turn.parity(), work: Default::default() });
         Ok(Self { lines, other, schwarz, work: SchwarzWork::default(), repair })
     }
 

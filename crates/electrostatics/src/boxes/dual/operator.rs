@@ -2,10 +2,13 @@
 
 use super::lines::{Bundle, Run, Segment};
 use super::rays::shares;
-use super::{Dual, Lines};
-use elastocap_fem::tensor::{axpy, left, right, target};
+use super::{Dual, Lines, OtherLines};
+use elastocap_fem::tensor::{axpy, left, right, sized, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
+
+/// Entries that are worth a task of their own.
+const SMALL_TASK: usize = 65_536;
 
 impl Operator for Dual {
     type Precision = f32;
@@ -14,11 +17,12 @@ impl Operator for Dual {
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         apply(&self.lines, x, y);
-        if let Some(other) = &self.other {
-            let x = other.exchange.to_second(x, other.parity);
-            let mut along = vec![0.0; x.len()];
-            along_slabs(&other.lines, &x, &mut along);
-            other.exchange.add_to_first(&along, other.parity, y);
+        if let Some(OtherLines { lines, exchange, parity, work: [seen, along] }) = &mut self.other {
+            exchange.write_second(x, *parity, seen);
+            sized(along, seen.len());
+            along.par_chunks_mut(SMALL_TASK).for_each(|own| own.fill(0.0));
+            along_slabs(lines, seen, along);
+            exchange.add_to_first(along, *parity, y);
         }
         self.clear_conductors(y);
     }

@@ -4,7 +4,7 @@
 //! half has and the other has not is the turned rest of it.
 
 use super::mirror_images;
-use elastocap_fem::tensor::Dims;
+use elastocap_fem::tensor::{Dims, sized};
 use faer::Mat;
 use rayon::prelude::*;
 
@@ -53,9 +53,16 @@ impl Exchange {
 
     /// What an array of the first half is on the second. `parity` is 1 for what is even under the turn, -1 for what is odd.
     pub(crate) fn to_second(&self, x: &[f64], parity: f64) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.write_second(x, parity, &mut out);
+        out
+    }
+
+    /// The same in an array that is there already.
+    pub(crate) fn write_second(&self, x: &[f64], parity: f64, out: &mut Vec<f64>) {
         let [[_, n1, n2], [m0, _, m2]] = self.dims();
         let (from, to) = (n1 * n2, n1 * m2);
-        let mut out = vec![0.0; m0 * to];
+        sized(out, m0 * to);
         // Pairs of slabs, in the order of those that are above the middle.
         let (below, above) = out.split_at_mut(self.first.len() * to);
         let mut images: Vec<(usize, &mut [f64])> = below.chunks_exact_mut(to.max(1)).enumerate().collect();
@@ -73,7 +80,6 @@ impl Exchange {
                 }
             },
         );
-        out
     }
 
     /// Adds to an array of the first half what one of the second is there.

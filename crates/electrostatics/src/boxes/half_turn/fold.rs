@@ -6,7 +6,7 @@
 //! ([`super::halves::OtherParts::quarters`]).
 
 use super::mirror_images;
-use elastocap_fem::tensor::{Dims, Real};
+use elastocap_fem::tensor::{Dims, Real, sized};
 use faer::MatRef;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -47,7 +47,17 @@ impl Fold {
     /// The odd and the even part: the products of the array with functions that are extended from half of the axis, over the root of two.
     /// Without a function in the middle they are orthogonal to each other, and as large together as the array.
     pub(crate) fn parts_of<T: Real>(&self, x: &[T]) -> [Vec<T>; 2] {
-        let [mut odd, mut even] = self.parts().map(|dims| vec![T::default(); dims.iter().product()]);
+        let mut out = [Vec::new(), Vec::new()];
+        self.write_parts(x, &mut out);
+        out
+    }
+
+    /// The same in arrays that are there already.
+    pub(crate) fn write_parts<T: Real>(&self, x: &[T], out: &mut [Vec<T>; 2]) {
+        for (own, dims) in out.iter_mut().zip(self.parts()) {
+            sized(own, dims.iter().product());
+        }
+        let [odd, even] = out;
         let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
@@ -67,7 +77,6 @@ impl Fold {
                 *to = root * (row[*upper] + *sign * row[*lower]);
             }
         });
-        [odd, even]
     }
 
     /// Adds the extended functions with these coefficients.

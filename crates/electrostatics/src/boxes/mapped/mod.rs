@@ -9,4 +9,5 @@ pub(crate) mod map;
 pub(crate) mod metric;
 pub(crate) mod placed;
 pub(crate) mod points;
+pub(crate) mod pool;
 pub(crate) mod sums;

@@ -3,6 +3,7 @@
 
 use super::metric::{Metric, Rule, Symmetric, times};
 use super::points::AxisPoints;
+use super::pool::Pool;
 use crate::SolveError;
 use elastocap_fem::tensor::{Dense, dot, multiply, right, target};
 use faer::Mat;
@@ -62,14 +63,17 @@ struct Work {
 pub(crate) fn at_points(points: &[AxisPoints; 3], fields: &impl Fields) -> Vec<[Vec<f64>; 3]> {
     let elements = points[0].by_element();
     let plane = points[1].len() * points[2].len();
+    let pool = Pool::default();
     let of_field = |field: usize| {
         let mut out = [0; 3].map(|_| vec![0.0; points[0].len() * plane]);
         let parts = by_element(&mut out, elements.iter().map(|own| [own.len() * plane; 3]));
-        parts.into_par_iter().enumerate().for_each_init(Default::default, |across, (element, parts)| {
-            fields.across(field, element, across);
-            for ((rows, matrix), to) in across.iter().zip(fields.along(element)).zip(parts) {
-                to_points(rows, matrix, plane, 0..plane, to);
-            }
+        parts.into_par_iter().enumerate().for_each(|(element, parts)| {
+            pool.with(|across: &mut [Vec<f64>; 3]| {
+                fields.across(field, element, across);
+                for ((rows, matrix), to) in across.iter().zip(fields.along(element)).zip(parts) {
+                    to_points(rows, matrix, plane, 0..plane, to);
+                }
+            });
         });
         out
     };
@@ -112,11 +116,12 @@ fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, some: Rang
 /// A map that turns space inside out.
 pub(crate) fn products(tensors: Tensors<'_>, fields: &impl Fields) -> Result<(Mat<f64>, f64), SolveError> {
     let elements = tensors.points()[0].by_element();
+    let pool = Pool::<Work>::default();
     // Added in order: the sum does not depend on the number of threads.
     let parts: Vec<(Mat<f64>, f64)> = elements
         .par_iter()
         .enumerate()
-        .map_init(Work::default, |work, (element, points)| of_element(tensors, fields, element, points, work))
+        .map(|(element, points)| pool.with(|work| of_element(tensors, fields, element, points, work)))
         .collect::<Result<_, _>>()?;
     let (mut sum, mut largest) = (Mat::zeros(fields.count(), fields.count()), 1.0_f64);
     for (part, own) in parts {
