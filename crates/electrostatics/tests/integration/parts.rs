@@ -1,7 +1,8 @@
 //! Conductors of several parts: boxes that touch, overlap or are disjoint, at one potential.
 
 use elastocap_electrostatics::{
-    Bounded, MeshScene, ResolutionLevel, Settings, SolveError, TetrahedraSettings, solve, solve_mesh,
+    Bounded, MeshScene, ResolutionLevel, Settings, Solution, SolveError, Target, TetrahedraSettings, solve,
+    solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, Sizing, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
@@ -163,6 +164,86 @@ fn conductors_that_a_half_turn_brings_to_each_others_place_are_solved_once() {
         let [a, b] = [once.maxwell[0][0], once.maxwell[1][1]];
         assert!((a.upper - b.upper).abs() < 1e-11 * scale && (a.lower - b.lower).abs() < 1e-9 * scale);
     }
+}
+
+/// Those that a half turn about the second axis brings to each other's place, in open space.
+fn open_hooks() -> Scene {
+    let scene = grounded(hooks([true, false, true]));
+    Scene { domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3], ..scene }
+}
+
+#[test]
+fn the_field_of_what_a_half_turn_takes_to_itself_is_that_without_symmetry() {
+    let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
+    let own = Settings { resolution, field: true, ..settings(1e-3) };
+    for target in [Target::Matrix, Target::Own(0)] {
+        let scene = open_hooks();
+        let of = |symmetry: bool| {
+            solve(&scene, &Settings { symmetry, target, ..own.clone() }).unwrap().field.unwrap()
+        };
+        let (half, whole) = (of(true), of(false));
+        assert_eq!(half.nodes, whole.nodes);
+        assert_eq!(half.body, whole.body);
+        let most = whole.electric_field.iter().flatten().flatten().fold(0.0_f64, |most, e| most.max(e.abs()));
+        for (a, b) in half.potential.iter().zip(&whole.potential) {
+            assert!((a - b).abs() < 1e-3, "{a} {b}");
+        }
+        for (a, b) in half
+            .electric_field
+            .iter()
+            .flatten()
+            .flatten()
+            .zip(whole.electric_field.iter().flatten().flatten())
+        {
+            assert!((a - b).abs() < 1e-2 * most, "{a} {b} of {most}");
+        }
+    }
+}
+
+#[test]
+fn opposite_potentials_alone_give_the_two_terminal_capacitance_without_the_matrix() {
+    let hooks = |beside: Option<Shape>| {
+        let mut scene = open_hooks();
+        scene.bodies.push(Body::grounded("plate", cuboid([-0.8, -0.6, -0.7], [0.8, -0.5, 0.7])));
+        scene.bodies.extend(beside.map(|shape| Body::dielectric("beside", shape, 5.0)));
+        scene
+    };
+    let own = |relative_tolerance: f64, target_alone: bool| Settings {
+        target: Target::TwoTerminal,
+        target_alone,
+        ..settings(relative_tolerance)
+    };
+    let exact = solve(&hooks(None), &own(1e-3, false)).unwrap().two_terminal.unwrap();
+    for tolerance in [1e-1, 1e-2] {
+        let alone = solve(&hooks(None), &own(tolerance, true)).unwrap();
+        let found = alone.two_terminal.unwrap();
+        assert!(alone.maxwell.is_empty() && alone.reached && found.spread_over_value() <= tolerance);
+        assert!(found.lower <= exact.upper && exact.lower <= found.upper, "{found:?} {exact:?}");
+        assert_eq!(alone.measured, alone.two_terminal);
+    }
+    // Where the turn leads to another scene, or a floating body takes a potential, all is solved.
+    let other = hooks(Some(cuboid([0.5, 0.2, -0.2], [0.7, 0.5, 0.2])));
+    assert_eq!(solve(&other, &own(1e-1, true)).unwrap().maxwell.len(), 2);
+    let mut floating = hooks(None);
+    floating.bodies.push(Body {
+        role: Role::Conductor { potential: Potential::Floating { charge: 0.0 } },
+        ..Body::conductor("patch", cuboid([-0.2, 0.1, -0.2], [0.2, 0.2, 0.2]))
+    });
+    assert_eq!(solve(&floating, &own(1e-1, true)).unwrap().maxwell.len(), 2);
+}
+
+#[test]
+fn a_little_more_than_the_tolerance_is_accepted_where_that_is_allowed() {
+    let scene = open_hooks();
+    let strict = solve(&scene, &settings(1e-2)).unwrap();
+    let spread = |solution: &Solution| solution.maxwell[0][0].spread_over_value();
+    // A tolerance that the same grid misses by a little.
+    let missed = Settings { relative_tolerance: 0.9 * spread(&strict), ..settings(1e-2) };
+    let again = solve(&scene, &missed).unwrap();
+    assert!(spread(&again) <= missed.relative_tolerance && again.reached);
+    let accepted = solve(&scene, &Settings { accepted: 1.5, ..missed.clone() }).unwrap();
+    assert!(accepted.reached && spread(&accepted) <= 1.5 * missed.relative_tolerance);
+    assert!(accepted.grids <= again.grids && accepted.unknowns <= again.unknowns);
 }
 
 #[test]

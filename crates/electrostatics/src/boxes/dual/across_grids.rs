@@ -132,7 +132,7 @@ impl Fluxes {
             let scene = std::mem::take(&mut state.repair);
             state.repair = repair.own_scaling(scene, lines.dims, &lines.weights);
         }
-        Some(Self { lines, repair, domain: domain.truncated(), states, kept: Vec::new() })
+        Some(Self { lines, repair: *repair, domain: domain.truncated(), states, kept: Vec::new() })
     }
 
     /// L_ij for state `i` of this grid and state `j` of another, in the domain's unit; `common` is their common refinement. `None`

@@ -156,7 +156,8 @@ impl Dual {
         let basis = bases(domain)?;
         let Some(turn) = &domain.turn else {
             let schwarz = precondition::schwarz(domain, &basis, domain.dual_dims())?;
-            let repair = Repairs::Whole(Repair::new(domain, &basis, &RayPermittivity::new(domain))?);
+            let repair =
+                Repairs::Whole(Box::new(Repair::new(domain, &basis, &RayPermittivity::new(domain))?));
             let lines = Lines::new(domain, basis, [0, 1, 2])?;
             return Ok(Self { lines, other: None, schwarz, work: SchwarzWork::default(), repair });
         };

@@ -43,7 +43,7 @@ pub(super) struct Repair {
 #[derive(Debug)]
 pub(super) enum Repairs {
     /// On its box.
-    Whole(Repair),
+    Whole(Box<Repair>),
     /// Where the domain is the half of a scene, on quarters of it: what is odd across the middle of the last axis, and what is even.
     Quarters(Box<Quarters>),
 }

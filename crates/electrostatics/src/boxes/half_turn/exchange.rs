@@ -99,3 +99,44 @@ impl Exchange {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_fem::line::{Line, LineEnd};
+    use elastocap_fem::reflection::reflected_modes;
+
+    fn line(nodes: &[f64], degrees: &[usize]) -> Line {
+        Line { nodes: nodes.to_vec(), degrees: degrees.to_vec(), ends: [LineEnd::Finite; 2] }
+    }
+
+    #[test]
+    fn what_is_even_or_odd_under_the_turn_is_the_same_on_both_halves() {
+        let reflections =
+            [line(&[-2.0, -0.5, 0.0, 0.5, 2.0], &[2, 3, 3, 2]), line(&[-1.0, 0.0, 1.0], &[4, 4])]
+                .map(|line| reflected_modes(&line));
+        let [n0, n2] = reflections.each_ref().map(Mat::nrows);
+        let exchange = Exchange::new(&reflections[0], 3, &reflections[1]);
+        assert_eq!(exchange.dims(), [[n0 / 2, 3, n2], [n0, 3, n2 / 2]]);
+        for parity in [1.0, -1.0] {
+            // On the whole: an array and its turned image, times the parity.
+            let some = |i: usize, j: usize, k: usize| ((7 * i + 5 * j + 3 * k) % 11) as f64;
+            let turned = |i: usize, j: usize, k: usize| -> f64 {
+                let of = |p: usize, q: usize| reflections[0][(i, p)] * reflections[1][(k, q)] * some(p, j, q);
+                (0..n0 * n2).map(|pq| of(pq / n2, pq % n2)).sum()
+            };
+            let whole = |i: usize, j: usize, k: usize| some(i, j, k) + parity * turned(i, j, k);
+            let part = |first: std::ops::Range<usize>, last: std::ops::Range<usize>| -> Vec<f64> {
+                let rows = first.flat_map(|i| (0..3).map(move |j| (i, j)));
+                rows.flat_map(|(i, j)| last.clone().map(move |k| (i, j, k)))
+                    .map(|(i, j, k)| whole(i, j, k))
+                    .collect()
+            };
+            let (first, second) = (part(n0 / 2..n0, 0..n2), part(0..n0, n2 / 2..n2));
+            assert_eq!(exchange.to_second(&first, parity), second);
+            let mut back = vec![1.0; first.len()];
+            exchange.add_to_first(&second, parity, &mut back);
+            assert!(back.iter().zip(&first).all(|(back, own)| *back == own + 1.0));
+        }
+    }
+}

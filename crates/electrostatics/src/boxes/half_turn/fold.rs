@@ -120,3 +120,61 @@ impl Fold {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_fem::line::{Line, LineEnd};
+    use elastocap_fem::reflection::reflected_functions;
+    use elastocap_fem::tensor::dot;
+
+    /// Of potentials that are odd under the turn, or even.
+    fn fold(odd: bool) -> Fold {
+        let line = Line {
+            nodes: vec![-1.0, -0.25, 0.0, 0.25, 1.0],
+            degrees: vec![3; 4],
+            ends: [LineEnd::Finite; 2],
+        };
+        let reflection = reflected_functions(&line);
+        Fold::new([3, 2, reflection.nrows()], reflection.as_ref(), if odd { [0, 1] } else { [1, 0] })
+    }
+
+    fn some(n: usize, step: usize) -> Vec<f64> {
+        (0..n).map(|k| ((k * step) % 13) as f64 - 6.0).collect()
+    }
+
+    #[test]
+    fn the_parts_are_the_products_with_what_is_extended_from_them() {
+        for fold in [true, false].map(fold) {
+            let n = fold.dims.iter().product();
+            let x = some(n, 5);
+            let parts = fold.parts().map(|dims| some(dims.iter().product(), 7));
+            let mut extended = vec![0.0; n];
+            fold.add(parts.each_ref().map(Vec::as_slice), &mut extended);
+            let own = fold.parts_of(&x);
+            let sum = dot(&own[0], &parts[0]) + dot(&own[1], &parts[1]);
+            assert!((dot(&x, &extended) - sum).abs() < 1e-12 * sum.abs().max(1.0));
+        }
+    }
+
+    #[test]
+    fn what_is_extended_from_parts_is_not_changed_by_the_projection_and_nothing_else_passes_it() {
+        for fold in [true, false].map(fold) {
+            let n: usize = fold.dims.iter().product();
+            let parts = fold.parts().map(|dims| some(dims.iter().product(), 7));
+            let mut extended = vec![0.0; n];
+            fold.add(parts.each_ref().map(Vec::as_slice), &mut extended);
+            let mut projected = extended.clone();
+            fold.project(&mut projected);
+            assert!(projected.iter().zip(&extended).all(|(a, b)| (a - b).abs() < 1e-14));
+            // The projection is orthogonal, and what it leaves it leaves again.
+            let x = some(n, 5);
+            let mut once = x.clone();
+            fold.project(&mut once);
+            let mut twice = once.clone();
+            fold.project(&mut twice);
+            let rest: Vec<f64> = x.iter().zip(&once).map(|(x, once)| x - once).collect();
+            assert!(once == twice && dot(&rest, &rest) > 1.0 && dot(&rest, &extended).abs() < 1e-12);
+        }
+    }
+}

