@@ -31,6 +31,9 @@ const SHARE: f64 = 0.45;
 /// it was taken for.
 const TOGETHER: f64 = 2.0 * SHARE;
 
+/// What a state may take over its share, which a change is known with all the same: the shares leave that much.
+pub(crate) const ACCEPTED: f64 = 1.08;
+
 /// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
 const LEAST: f64 = 0.1;
 
@@ -195,7 +198,7 @@ impl ChangeSearch<'_> {
             states.into_iter().zip(of_others).filter_map(|((place, own, _), most)| Some((place, own, most?)));
         let too_wide = std::iter::once((0, first, of_first))
             .chain(others)
-            .filter(|(place, state, most)| !is_exhausted(*place) && spread(state) > *most);
+            .filter(|(place, state, most)| !is_exhausted(*place) && spread(state) > ACCEPTED * *most);
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 

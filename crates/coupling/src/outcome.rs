@@ -78,7 +78,8 @@ pub struct StepResult {
     pub scene: Option<DeformedScene>,
     /// The surfaces of bodies of any shape.
     pub surfaces: Vec<SurfaceBody>,
-    /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors.
+    /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors. Where a step was solved again for its change at opposite
+    /// potentials alone, it is that of the first solve.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
     /// How well each of its entries is known.
     pub entry_status: Option<Vec<Vec<EntryStatus>>>,

@@ -13,16 +13,16 @@ pub(crate) const STOPPED: &str = "it was stopped on request";
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
-    /// So many times the tolerance, at least one, is taken as well where a grid happens to end there. Only the box solver makes use of it.
+    /// So many times the tolerance, at least one, is taken as well where a grid happens to end there: by the search for one grid of boxes.
     pub accepted: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
-    /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty Maxwell matrix, where a part of the
-    /// scene is enough for it.
+    /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty Maxwell matrix and without a field,
+    /// where opposite potentials alone are enough for it.
     pub target_alone: bool,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
-    /// Whether mirror symmetry is used to solve only a half, a quarter or an eighth of the scene.
+    /// Whether mirror planes and half turns are used to solve only a half, a quarter or an eighth of the scene.
     pub symmetry: bool,
     /// A fixed grid; `None` lets the solver choose.
     pub resolution: Option<ResolutionLevel>,
@@ -46,10 +46,12 @@ pub struct Forecast {
     pub memory_bytes: u64,
     /// Expected seconds on two cores.
     pub seconds: f64,
-    /// Unknowns and seconds if mirror planes were not used.
+    /// Unknowns and seconds if no symmetry were used.
     pub unmirrored: (usize, f64),
     /// Mirror planes that will be used, by axis.
     pub mirrored: [bool; 3],
+    /// Whether a half turn about x2 leaves half of the scene, where no mirror plane across x1 or x3 does.
+    pub turned: bool,
     /// Independent right-hand sides.
     pub right_hand_sides: usize,
 }
@@ -246,7 +248,7 @@ pub struct FloatingPotential {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The floating conductors are
-    /// uncharged and have been eliminated; grounded ones are at zero.
+    /// uncharged and have been eliminated; grounded ones are at zero. Empty where [`Settings::target_alone`] let it be left out.
     pub maxwell: Vec<Vec<Bounded>>,
     /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or infinity (one), F;
     /// `None` for more than two of them, or for one conductor between insulated walls only, which can hold no charge.

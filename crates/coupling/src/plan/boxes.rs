@@ -2,7 +2,7 @@
 //! the steps are counted as they are.
 
 use elastocap_case::{Case, Indenter, Mechanics};
-use elastocap_electrostatics::{Forecast, SolveError, forecast, mirror_planes};
+use elastocap_electrostatics::{Forecast, SolveError, forecast, symmetries};
 use elastocap_geometry::scene::Scene;
 
 use super::electrostatics::is_by_boxes;
@@ -53,9 +53,9 @@ impl MapFactors {
     }
 }
 
-/// Steps with the same mirror planes under the same kind of map.
+/// Steps with the same symmetries under the same kind of map.
 struct Group {
-    mirrored: [bool; 3],
+    symmetries: ([bool; 3], bool),
     map: MapFactors,
     /// Planes that the load takes away, which is known although its scene is not.
     lost: [bool; 3],
@@ -84,14 +84,14 @@ impl Plan {
         for step in all.iter().rev().step_by(stride) {
             // A step whose scene is refused is known to fail, and not among them.
             let Ok(scene) = scene_at(case, step.load, &step.pose, options.prune) else { continue };
-            let mirrored = mirror_planes(&scene, &settings.boxes())?;
+            let symmetries = symmetries(&scene, &settings.boxes())?;
             let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case) };
             let map = MapFactors::of(case, step);
             let is_same =
-                |group: &&mut Group| (group.mirrored, group.lost, group.map) == (mirrored, lost, map);
+                |group: &&mut Group| (group.symmetries, group.lost, group.map) == (symmetries, lost, map);
             match groups.iter_mut().find(is_same) {
                 Some(group) => group.steps += 1,
-                None => groups.push(Group { mirrored, map, lost, steps: 1, scene }),
+                None => groups.push(Group { symmetries, map, lost, steps: 1, scene }),
             }
         }
         let mut largest: Option<Forecast> = None;
@@ -131,9 +131,10 @@ fn lost_under_load(case: &Case) -> [bool; 3] {
     }
 }
 
-/// The forecast for a scene that has lost its mirror planes along some axes.
+/// The forecast for a scene that has lost its mirror planes along some axes, and with x1 or x3 its half turn.
 fn without(own: Forecast, lost: [bool; 3]) -> Forecast {
-    let gone = (0..3).filter(|&a| lost[a] && own.mirrored[a]).count() as u32;
+    let turn_is_lost = own.turned && (lost[0] || lost[2]);
+    let gone = (0..3).filter(|&a| lost[a] && own.mirrored[a]).count() + usize::from(turn_is_lost);
     let copies = 1_usize << gone;
     Forecast {
         unknowns: own.unknowns * copies,
@@ -141,6 +142,7 @@ fn without(own: Forecast, lost: [bool; 3]) -> Forecast {
         // As with the unknowns of all mirrored scenes: the axes become longer too.
         seconds: own.seconds * (copies as f64).powf(4.0 / 3.0),
         mirrored: [0, 1, 2].map(|a| own.mirrored[a] && !lost[a]),
+        turned: own.turned && !turn_is_lost,
         ..own
     }
 }

@@ -53,10 +53,19 @@ impl Plan {
     /// The mirror images that `solves` solves by the box solver do without.
     pub(super) fn mirror_images(&mut self, own: &Forecast, solves: usize) {
         let planes = axes(own.mirrored);
-        if planes.is_empty() {
-            return;
-        }
-        let what = format!("mirror images along {}", listed(&planes));
+        let images = (!planes.is_empty()).then(|| format!("mirror images along {}", listed(&planes)));
+        let turned =
+            own.turned.then(|| "what a half turn about x2 brings to the place of the rest".to_owned());
+        let what = match (images, turned) {
+            (None, None) => return,
+            (Some(one), None) | (None, Some(one)) => one,
+            (Some(images), Some(turned)) => format!("{images}, and {turned}"),
+        };
+        let why = match (planes.is_empty(), own.turned) {
+            (false, false) => "the scene is its own mirror image",
+            (false, true) => "the scene is its own mirror image, and its own image after the turn",
+            (true, _) => "the scene is its own image after the turn",
+        };
         let (unknowns, unmirrored_seconds) = own.unmirrored;
         let saved_seconds = (unmirrored_seconds - own.seconds).max(0.0) * solves as f64;
         let saving = format!(
@@ -65,7 +74,7 @@ impl Plan {
             grouped(own.unknowns),
             seconds(saved_seconds)
         );
-        let mut left = LeftOut::new(Decision::Plan, what, "the scene is its own mirror image", saving);
+        let mut left = LeftOut::new(Decision::Plan, what, why, saving);
         left.saved_unknowns = Some(unknowns.saturating_sub(own.unknowns));
         left.saved_seconds = Some(saved_seconds);
         self.left_out.push(left);

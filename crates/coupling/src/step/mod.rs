@@ -12,6 +12,7 @@ use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::ForceLimit;
 
+use crate::change::ACCEPTED;
 use crate::common_base::{CommonBase, Known};
 use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
@@ -59,10 +60,6 @@ fn on_tetrahedra_instead(taken: Route) -> Route {
         other => other,
     }
 }
-
-/// A step that is solved again for its change may end with so many times the tolerance that it was given: with [`crate::change`]'s shares of
-/// both states, the change is known all the same.
-const ACCEPTED: f64 = 1.08;
 
 /// How a step is to be solved again.
 #[derive(Debug, Clone, Copy)]

@@ -39,11 +39,9 @@ pub(crate) struct Share<'a> {
 impl<'a> Share<'a> {
     /// That of a part with these coefficients of its domain.
     pub(crate) fn new(domain: &'a Domain, coefficients: Vec<f64>, odd: [bool; 3]) -> Self {
-        match &domain.turn {
-            Some(turn) => {
-                let coefficients = on_whole(domain, turn, &coefficients);
-                Self { axes: whole_axes(domain, turn), coefficients, odd }
-            }
+        let turn = domain.turn.as_deref();
+        match turn.and_then(|turn| Some((whole_axes(domain, turn), on_whole(domain, turn, &coefficients)?))) {
+            Some((axes, coefficients)) => Self { axes, coefficients, odd },
             None => Self { axes: domain.axes.each_ref(), coefficients, odd },
         }
     }

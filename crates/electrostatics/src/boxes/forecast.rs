@@ -30,13 +30,14 @@ const MARGIN: f64 = 1.12;
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
 
-/// The axes across which the box solver will mirror a scene with such settings.
+/// The axes across which the box solver will mirror a scene with such settings, and whether it will use a half turn.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; more cells than fit into the memory.
-pub fn mirror_planes(scene: &Scene, settings: &Settings) -> Result<[bool; 3], SolveError> {
+pub fn symmetries(scene: &Scene, settings: &Settings) -> Result<([bool; 3], bool), SolveError> {
     let layout = Layout::new(scene, settings.memory_limit)?;
-    Ok(layout.mirror.map(|m| m.is_some() && settings.symmetry))
+    let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
+    Ok((mirrored, layout.turn.is_some() && settings.symmetry))
 }
 
 /// Forecasts unknowns, memory and time of [`crate::solve()`].
@@ -98,6 +99,7 @@ fn both(a: Forecast, b: Forecast) -> Forecast {
         seconds: a.seconds + b.seconds,
         unmirrored: (larger(a.unmirrored.0, b.unmirrored.0), a.unmirrored.1 + b.unmirrored.1),
         mirrored: a.mirrored,
+        turned: a.turned,
         right_hand_sides: a.right_hand_sides + b.right_hand_sides,
     }
 }
@@ -131,6 +133,7 @@ impl GridProblem<'_> {
             seconds,
             unmirrored,
             mirrored: mirrored.map(|m| m && self.settings.symmetry),
+            turned: self.layout.turn.is_some() && self.settings.symmetry,
             right_hand_sides: solves,
         }
     }

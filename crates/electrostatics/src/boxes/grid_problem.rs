@@ -22,9 +22,9 @@ pub(crate) struct GridProblem<'a> {
     /// Whether of all parts that state alone is solved in which two conductors have opposite potentials, and the matrix of it is not that of
     /// the scene.
     pub(crate) opposite_alone: bool,
-    /// The half, quarter or eighth of the scene that grids are made for.
+    /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves half of it.
     pub(crate) core: Layout,
-    /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used.
+    /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used, the last where a half turn is.
     pub(crate) reflected: [bool; 3],
     /// Which conductors float.
     pub(crate) floating: Floating,
@@ -75,7 +75,6 @@ impl<'a> GridProblem<'a> {
             pair.is_some_and(|pair| leave_opposite(&mut parts, pair.map(|k| floating.driven[k])));
         let mirrored =
             |a: usize| layout.mirror[a].is_some() || (layout.turn.is_some() && ACROSS.contains(&a));
-        // A half turn leaves all of the last axis.
         let reflected = [0, 1, 2].map(|a| match settings.symmetry {
             true => layout.turn.is_some() && a == ACROSS[1],
             false => mirrored(a),
@@ -139,8 +138,11 @@ impl<'a> GridProblem<'a> {
         // to a base holds fluxes at these points as well.
         let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
         let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
+        // Where a half turn is used, the unknowns on the other half, their parts on quarters, and copies of both.
+        let halves = if self.layout.turn.is_some() && self.settings.symmetry { 64 } else { 0 };
+        let halves = halves * dims.iter().map(|n| *n as u64).product::<u64>();
         let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
-        boxes.saturating_add(under_map)
+        boxes.saturating_add(under_map).saturating_add(halves)
     }
 
     fn reflected_dims(&self, dims: Dims) -> Dims {

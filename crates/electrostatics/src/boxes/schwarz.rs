@@ -193,7 +193,7 @@ impl<T: Real> Schwarz<T> {
             .zip(&mut work.per_box)
             .for_each(|(b, (scratch, out))| b.solve(r, self.dims, scratch, out));
         let plane = self.dims[1] * self.dims[2];
-        z.par_chunks_mut(plane).enumerate().with_min_len(slab_batch(plane)).for_each(|(i, slab)| {
+        z.par_chunks_mut(plane.max(1)).enumerate().with_min_len(slab_batch(plane)).for_each(|(i, slab)| {
             slab.fill(T::default());
             for (b, (_, out)) in self.boxes.iter().zip(&work.per_box) {
                 let [wi, wj, wk] = &b.window;

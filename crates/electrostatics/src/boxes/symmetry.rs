@@ -92,8 +92,9 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
     out
 }
 
-/// Leaves of the parts to be solved only what opposite potentials of two conductors take, where a half turn puts each in the place of the
-/// other; all others are at potential zero in that state. Says whether the parts are such.
+/// Leaves of the parts to be solved only what opposite potentials of two conductors take, with all others at potential zero, where a part on
+/// half of the scene has these among its own: a half turn, or a mirror besides, puts each in the place of the other. Says whether that is
+/// so.
 pub(crate) fn leave_opposite(parts: &mut [Part], [one, other]: [usize; 2]) -> bool {
     let is_opposite = |v: &Vec<f64>| {
         v.iter().enumerate().all(|(c, x)| (*x != 0.0) == (c == one || c == other)) && v[one] == -v[other]

@@ -118,7 +118,10 @@ fn is_suited(problem: &GridProblem<'_>) -> bool {
         && problem.layout.map.is_none()
         && floating.driven.len() == 2
         && floating.floating.is_empty()
-        && solved.next().is_some_and(|part| part.potentials.len() == 2 && part.fieldless.is_empty())
+        && solved.next().is_some_and(|part| {
+            // Fluxes on half of a scene have no products with those on another grid.
+            part.potentials.len() == 2 && part.fieldless.is_empty() && part.turn.is_none()
+        })
         && solved.next().is_none()
 }
 
@@ -170,8 +173,13 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
         return Ok(None);
     }
     let scenes = [0, 1].map(|row| only(scene, problem.floating.driven[row]));
-    let settings =
-        Settings { target: Target::Own(0), relative_tolerance: spread, field: false, ..settings.clone() };
+    let settings = Settings {
+        target: Target::Own(0),
+        relative_tolerance: spread,
+        field: false,
+        foresight: None,
+        ..settings.clone()
+    };
     Ok(Some(Plan { scenes, settings, spread, distance, larger: usize::from(each[1] > each[0]) }))
 }
 

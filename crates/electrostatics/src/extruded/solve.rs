@@ -69,6 +69,7 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
         memory_bytes: size.memory(right_hand_sides),
         seconds: seconds + search.seconds.choosing,
         unmirrored: (parts * size.unknowns, parts as f64 * seconds),
+        turned: false,
         mirrored,
         right_hand_sides,
     })

@@ -77,6 +77,7 @@ pub fn forecast_mesh(
         seconds,
         unmirrored: (copies as usize * unknowns, f64::from(copies) * time(1, n)),
         mirrored: scene.mirrored(),
+        turned: false,
         right_hand_sides: sides,
     })
 }

@@ -8,6 +8,9 @@ use elastocap_geometry::meshing::tets::{LayeredError, LayeredSizing, MeshError, 
 use elastocap_geometry::scene::{Body, Box3, Potential, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
+/// Random scenes that are tried.
+const SEEDS: u64 = 5;
+
 fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
     Shape::Box(Box3 { min, max })
 }
@@ -148,8 +151,8 @@ fn conductors_that_a_half_turn_brings_to_each_others_place_are_solved_once() {
         assert!(once.mirrored.iter().filter(|m| **m).count() < 2, "{:?}", once.mirrored);
         let each = solve(&scene, &Settings { symmetry: false, ..own.clone() }).unwrap();
         if across == [true, false, true] {
-            // Each of the two parts is on half of the scene.
-            assert!(2 * once.unknowns <= each.unknowns, "{} {}", once.unknowns, each.unknowns);
+            // Each of the two parts is on half of what a mirror leaves.
+            assert!(3 * once.unknowns <= each.unknowns, "{} {}", once.unknowns, each.unknowns);
         } else {
             assert!(once.iterations < each.iterations, "{} {}", once.iterations, each.iterations);
         }
@@ -230,6 +233,90 @@ fn opposite_potentials_alone_give_the_two_terminal_capacitance_without_the_matri
         ..Body::conductor("patch", cuboid([-0.2, 0.1, -0.2], [0.2, 0.2, 0.2]))
     });
     assert_eq!(solve(&floating, &own(1e-1, true)).unwrap().maxwell.len(), 2);
+}
+
+/// Boxes and sheets between places of a lattice, so that they begin, end and lie in the middle of the scene, each with its turned image;
+/// the images are a second conductor, or parts of the same one, which may be grounded. None touches one of another conductor.
+fn turned_scene(seed: u64) -> Scene {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = move |below: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % below
+    };
+    let turned = |(min, max): ([f64; 3], [f64; 3])| ([-max[0], min[1], -max[2]], [-min[0], max[1], -min[2]]);
+    let apart = |a: &([f64; 3], [f64; 3]), b: &([f64; 3], [f64; 3])| {
+        (0..3).any(|k| a.1[k] + 0.05 < b.0[k] || b.1[k] + 0.05 < a.0[k])
+    };
+    let mut kept: Vec<Vec<([f64; 3], [f64; 3])>> = Vec::new();
+    let mut bodies = Vec::new();
+    for attempt in 0..40 {
+        let range =
+            |from: u64, length: u64| [0.2 * (from as f64 - 3.0), 0.2 * ((from + length).min(6) as f64 - 3.0)];
+        let [x, y, z] = [range(next(6), next(4)), range(next(4), next(2)), range(next(6), next(4))];
+        if [x, y, z].iter().filter(|r| r[0] == r[1]).count() > 1 {
+            continue;
+        }
+        let one = ([x[0], y[0], z[0]], [x[1], y[1], z[1]]);
+        let other = turned(one);
+        let is_free = |b: &([f64; 3], [f64; 3])| kept.iter().flatten().all(|k| apart(k, b));
+        if !is_free(&one) || !is_free(&other) || bodies.len() > 3 {
+            continue;
+        }
+        let [a, b] = [one, other].map(|(min, max)| cuboid(min, max));
+        match apart(&one, &other) && next(3) > 0 {
+            true => bodies.extend([
+                Body::conductor(format!("{attempt}"), a),
+                Body::conductor(format!("{attempt} turned"), b),
+            ]),
+            false => {
+                let own = if next(2) == 0 {
+                    Body::conductor(format!("{attempt}"), a)
+                } else {
+                    Body::grounded(format!("{attempt}"), a)
+                };
+                bodies.push(Body { parts: [own.parts.clone(), vec![b]].concat(), ..own });
+            }
+        }
+        kept.push(vec![one, other]);
+    }
+    bodies.push(Body::dielectric("layer", cuboid([-0.7, -0.2, -0.7], [0.7, 0.3, 0.7]), 3.0));
+    let walls = [[Wall::Open; 2], [Wall::Grounded; 2], [Wall::Insulated; 2]][next(3) as usize];
+    let walls = [walls; 3];
+    let domain = if walls[0][0] == Wall::Open { Box3::SPACE } else { Box3 { min: [-0.9; 3], max: [0.9; 3] } };
+    Scene { bodies, background_permittivity: 1.0, domain, walls }
+}
+
+#[test]
+fn half_of_any_scene_that_a_half_turn_takes_to_itself_gives_the_bounds_of_the_whole() {
+    let resolution = Some(ResolutionLevel { order: 2, levels: 0 });
+    let (mut turned, mut compared) = (0, 0);
+    for seed in 1..=SEEDS {
+        let scene = turned_scene(seed);
+        if !scene.conductors().any(|c| c.potential == Potential::Driven) {
+            continue;
+        }
+        let of = |symmetry: bool| {
+            solve(&scene, &Settings { resolution, symmetry, ..settings(1e-6) })
+                .map_err(|e| format!("{seed}: {e}"))
+        };
+        let (half, whole) = (of(true).unwrap(), of(false).unwrap());
+        compared += 1;
+        turned += usize::from(half.mirrored == [false; 3] && 10 * half.unknowns < 7 * whole.unknowns);
+        let n = half.maxwell.len();
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let scale = (half.maxwell[i][i].upper * half.maxwell[j][j].upper).sqrt();
+            let (a, b) = (half.maxwell[i][j], whole.maxwell[i][j]);
+            let left = 1e-5 + half.repair_share + whole.repair_share;
+            for (a, b) in [(a.lower, b.lower), (a.upper, b.upper)] {
+                assert!(
+                    (a - b).abs() <= left * scale,
+                    "{seed}: {i} {j}: {a:e} {b:e} of {scale:e}\n{scene:?}"
+                );
+            }
+        }
+    }
+    println!("{turned} of {compared}");
+    assert!(2 * turned > compared, "{turned} of {compared}");
 }
 
 #[test]

@@ -166,8 +166,8 @@ impl Dual {
             &reflection(&turn.half, &on_other, 0),
             domain.dual_dims()[1],
             &reflection(domain, &basis, 2),
-        );
-        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), [0; 2]);
+        )?;
+        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), [0; 2])?;
         let on_quarters = turn.quarters.each_ref().map(bases);
         let quarter = |k: usize, basis: &[Option<Basis>; 3]| {
             precondition::schwarz(&turn.quarters[k], basis, turn.quarters[k].dual_dims())

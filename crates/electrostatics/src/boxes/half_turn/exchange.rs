@@ -4,6 +4,7 @@
 //! half has and the other has not is the turned rest of it.
 
 use super::mirror_images;
+use crate::SolveError;
 use elastocap_fem::tensor::{Dims, sized};
 use faer::Mat;
 use rayon::prelude::*;
@@ -30,13 +31,17 @@ struct Image {
 impl Exchange {
     /// For an axis of this many places between two axes, each given by what takes its places to their mirror images: a place is the image of
     /// one other place, but for its sign.
-    pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Self {
+    ///
+    /// # Errors
+    /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis could make them.
+    pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Result<Self, SolveError> {
         let images = |reflection: &Mat<f64>| {
             let above =
-                mirror_images(reflection.as_ref()).into_iter().enumerate().skip(reflection.nrows() / 2);
-            above.map(|(here, (there, sign))| Image { here, there, sign }).collect()
+                mirror_images(reflection.as_ref()).ok_or(SolveError::Eigenvalues)?.into_iter().enumerate();
+            let above = above.skip(reflection.nrows() / 2);
+            Ok::<_, SolveError>(above.map(|(here, (there, sign))| Image { here, there, sign }).collect())
         };
-        Self { first: images(first), between, last: images(last) }
+        Ok(Self { first: images(first)?, between, last: images(last)? })
     }
 
     /// The same with this many points of the first axis above its middle in place of modes.
@@ -116,7 +121,7 @@ mod tests {
             [line(&[-2.0, -0.5, 0.0, 0.5, 2.0], &[2, 3, 3, 2]), line(&[-1.0, 0.0, 1.0], &[4, 4])]
                 .map(|line| reflected_modes(&line));
         let [n0, n2] = reflections.each_ref().map(Mat::nrows);
-        let exchange = Exchange::new(&reflections[0], 3, &reflections[1]);
+        let exchange = Exchange::new(&reflections[0], 3, &reflections[1]).unwrap();
         assert_eq!(exchange.dims(), [[n0 / 2, 3, n2], [n0, 3, n2 / 2]]);
         for parity in [1.0, -1.0] {
             // On the whole: an array and its turned image, times the parity.

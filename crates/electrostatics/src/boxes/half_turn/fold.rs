@@ -6,6 +6,7 @@
 //! ([`super::halves::OtherParts::quarters`]).
 
 use super::mirror_images;
+use crate::SolveError;
 use elastocap_fem::tensor::{Dims, Real, sized};
 use faer::MatRef;
 use rayon::prelude::*;
@@ -29,11 +30,22 @@ pub(crate) struct Fold {
 impl Fold {
     /// For arrays of these dimensions. `reflection` takes coefficients of the last axis to those of the mirror image; each function is the
     /// image of one, but for its sign. The odd and the even part do not have the first `skipped` functions of the first axis.
-    pub(crate) fn new(dims: Dims, reflection: MatRef<'_, f64>, skipped: [usize; 2]) -> Self {
+    ///
+    /// # Errors
+    /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their basis could make them.
+    pub(crate) fn new(
+        dims: Dims,
+        reflection: MatRef<'_, f64>,
+        skipped: [usize; 2],
+    ) -> Result<Self, SolveError> {
         let n = dims[2];
-        let images = mirror_images(reflection).into_iter().enumerate().skip(n.div_ceil(2));
+        let images = mirror_images(reflection)
+            .ok_or(SolveError::Eigenvalues)?
+            .into_iter()
+            .enumerate()
+            .skip(n.div_ceil(2));
         let pairs = images.map(|(k, (image, sign))| (k, image, sign)).collect();
-        Self { dims, pairs, middle: (n % 2 == 1).then_some(n / 2), skipped }
+        Ok(Self { dims, pairs, middle: (n % 2 == 1).then_some(n / 2), skipped })
     }
 
     /// Dimensions of the odd and of the even part.
@@ -85,7 +97,7 @@ impl Fold {
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
         let skipped = self.skipped.map(|skipped| skipped * n1);
-        out.par_chunks_exact_mut(n2).enumerate().with_min_len(SMALL_TASK).for_each(|(row, out)| {
+        out.par_chunks_exact_mut(n2.max(1)).enumerate().with_min_len(SMALL_TASK).for_each(|(row, out)| {
             let [of_odd, of_even] = skipped.map(|skipped| row.checked_sub(skipped));
             let own = of_odd.map_or(&[][..], |row| &odd[row * w..(row + 1) * w]);
             for ((x, (upper, lower, _)), sign) in own.iter().zip(&self.pairs).zip(&signs) {
@@ -104,7 +116,8 @@ impl Fold {
         });
     }
 
-    /// Takes from the functions that do not vanish in the middle of the first axis the part that does not have them.
+    /// Makes what there is in the middle of the first axis odd across the middle of the last, or even: takes out the part that vanishes in the
+    /// middle of the first.
     pub(crate) fn project(&self, x: &mut [f64]) {
         let [_, n1, n2] = self.dims;
         let [skipped_odd, skipped_even] = self.skipped;
@@ -136,7 +149,7 @@ mod tests {
             ends: [LineEnd::Finite; 2],
         };
         let reflection = reflected_functions(&line);
-        Fold::new([3, 2, reflection.nrows()], reflection.as_ref(), if odd { [0, 1] } else { [1, 0] })
+        Fold::new([3, 2, reflection.nrows()], reflection.as_ref(), if odd { [0, 1] } else { [1, 0] }).unwrap()
     }
 
     fn some(n: usize, step: usize) -> Vec<f64> {

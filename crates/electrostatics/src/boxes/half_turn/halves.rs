@@ -98,11 +98,13 @@ impl OtherParts {
     }
 }
 
-/// A potential of the half of a scene on the whole of it, by the functions of the axes there ([`whole_axes`]).
-pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Vec<f64> {
+/// A potential of the half of a scene on the whole of it, by the functions of the axes there ([`whole_axes`]). `None` where these axes are not
+/// their own mirror images.
+pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Option<Vec<f64>> {
     let axes = whole_axes(domain, turn);
     let [m0, n1, n2] = axes.map(|axis| axis.functions().len());
     let [first, last] = ACROSS.map(|a| mirror_images(reflected(axes[a]).as_ref()));
+    let (first, last) = (first?, last?);
     let above = m0 - domain.axes[0].functions().len();
     let plane = n1 * n2;
     let mut out = vec![0.0; m0 * plane];
@@ -116,7 +118,7 @@ pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Vec<f64
         }
         out[own * plane..(own + 1) * plane].copy_from_slice(slab);
     }
-    out
+    Some(out)
 }
 
 /// The axes of the whole scene, of half of which this is the domain.
@@ -133,8 +135,9 @@ pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
 /// Of boxes of a domain without conductors those that the preconditioner needs besides the boxes of the quarters; all of them where the
 /// domain is not the half of a scene.
 ///
-/// The functions of a box that ends in the middle of the first axis vanish there, as those of each box do at its ends: what does not vanish
-/// is in the boxes of the quarters, since the scene is free on both sides of what is free in that plane.
+/// The functions of a box that ends in the middle of the first axis vanish there, as those of each box do at its ends. Functions that do not
+/// vanish there must all be in boxes of the quarters, and are: what is free in that plane is free on both sides of the middle of the last
+/// axis, since the turn takes the plane to itself.
 pub(crate) fn not_in_quarters(domain: &Domain, mut boxes: Vec<FreeBox>) -> Vec<FreeBox> {
     let Some(turn) = &domain.turn else { return boxes };
     let [quarter, _] = &turn.quarters;

@@ -12,9 +12,18 @@ pub(crate) mod images;
 
 use faer::MatRef;
 
+/// How far the entries of a reflection may be from one or minus one, by rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// For each function or place of an axis the one that is its mirror image, and the sign of that, from what takes coefficients to those of
-/// the mirror image.
-fn mirror_images(reflection: MatRef<'_, f64>) -> Vec<(usize, f64)> {
-    let largest = |k: usize| (0..reflection.nrows()).find(|to| reflection[(*to, k)].abs() > 0.5);
-    (0..reflection.ncols()).filter_map(|k| largest(k).map(|to| (to, reflection[(to, k)].signum()))).collect()
+/// the mirror image. `None` where this does not exchange pairs: what is made of it would belong to another problem.
+fn mirror_images(reflection: MatRef<'_, f64>) -> Option<Vec<(usize, f64)>> {
+    let n = reflection.ncols();
+    let of = |k: usize| {
+        let to = (0..n).find(|to| (reflection[(*to, k)].abs() - 1.0).abs() < ROUNDING)?;
+        Some((to, reflection[(to, k)].signum()))
+    };
+    let images: Vec<(usize, f64)> = (0..n).map(of).collect::<Option<_>>()?;
+    let exchanged = |k: usize| images.get(images[k].0) == Some(&(k, images[k].1));
+    (reflection.nrows() == n && (0..n).all(exchanged)).then_some(images)
 }

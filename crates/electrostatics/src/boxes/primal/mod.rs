@@ -218,7 +218,7 @@ impl Primal {
             faces: Faces::new(domain),
             bent: Gradients::new(domain, EXTRA)?.map(|gradients| (gradients, domain.clone())),
             bent_work: Work::default(),
-            fold: fold(domain),
+            fold: fold(domain)?,
             schwarz,
             work: SchwarzWork::default(),
         })
@@ -342,16 +342,16 @@ fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
 }
 
 /// How potentials on the half of a scene fall into parts on quarters of it, where the domain is such a half.
-fn fold(domain: &Domain) -> Option<Fold> {
-    let turn = domain.turn.as_ref()?;
+fn fold(domain: &Domain) -> Result<Option<Fold>, SolveError> {
+    let Some(turn) = &domain.turn else { return Ok(None) };
     // The function of the middle of the first axis is odd, or even, across the last.
     let skipped = if turn.odd { [0, 1] } else { [1, 0] };
-    Some(Fold::new(domain.primal_dims(), reflected(&domain.axes[2]).as_ref(), skipped))
+    Fold::new(domain.primal_dims(), reflected(&domain.axes[2]).as_ref(), skipped).map(Some)
 }
 
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     let own = boxes(domain, dims)?;
-    let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)) else { return Ok(own) };
+    let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)?) else { return Ok(own) };
     let [odd, even] = turn.quarters.each_ref().map(|quarter| boxes(quarter, quarter.primal_dims()));
     Ok(own.with_quarters(fold, [odd?, even?]))
 }
