@@ -53,9 +53,6 @@ const OF_ONE_STATE: f64 = 0.85;
 /// punch.
 const GROWS: f64 = 0.17;
 
-/// The amplification that follows is multiplied by this.
-const FORESEEN: f64 = 1.0;
-
 /// What the goal may be multiplied by where the amplification is foreseen, and what exceeds the tolerance by [`MARGIN`] is still accepted.
 const CLOSER: f64 = 1.25;
 const MARGIN: f64 = 1.05;
@@ -399,7 +396,7 @@ impl<'p, 's> Search<'p, 's> {
                     // Where more is missing than the refinement of the grid before was to leave, as under a punch that is pressed in, so it
                     // will be on the next. The first refinement says nothing: it leaves twice as much as foreseen on any scene.
                     let short = if self.grids > 2 { (missing / self.foreseen).max(1.0) } else { 1.0 };
-                    least = least.min(FORESEEN * amplification * grown * short);
+                    least = least.min(amplification * grown * short);
                 }
                 let least = match self.one_state {
                     Some(_) => OF_ONE_STATE,

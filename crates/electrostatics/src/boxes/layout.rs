@@ -310,7 +310,7 @@ impl Layout {
     }
 
     /// The same but for the conductors: its planes, walls and permittivity.
-    pub(crate) fn is_even(&self, a: usize) -> bool {
+    fn is_even(&self, a: usize) -> bool {
         let p = &self.planes[a];
         let size = p.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
         let n = p.len();

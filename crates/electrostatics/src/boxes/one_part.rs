@@ -87,7 +87,8 @@ pub(super) struct OnBase {
     pub(super) cut: Vec<Vec<f64>>,
 }
 
-/// Solves one part on one grid, given as that of the core and as it is reflected: its primal problem, and, except under a map, the energies of its dual one if `lower_too`. The potentials of
+/// Solves one part on one grid, given as that of the core and as it is reflected: its primal problem, and, except under a map, the energies
+/// of its dual one if `lower_too`. The potentials of
 /// a `coarser` grid come with the number of the part's first right-hand side.
 pub(super) fn solve_part(
     problem: &GridProblem<'_>,

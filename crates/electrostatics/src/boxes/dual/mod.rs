@@ -162,12 +162,9 @@ impl Dual {
             return Ok(Self { lines, other: None, schwarz, work: SchwarzWork::default(), repair });
         };
         let on_other = bases(&turn.half)?;
-        let exchange = Exchange::new(
-            &reflection(&turn.half, &on_other, 0),
-            domain.dual_dims()[1],
-            &reflection(domain, &basis, 2),
-        )?;
-        let fold = Fold::new(domain.dual_dims(), reflection(domain, &basis, 2).as_ref(), [0; 2])?;
+        let [first, last] = [reflection(&turn.half, &on_other, 0), reflection(domain, &basis, 2)];
+        let exchange = Exchange::new(&first, domain.dual_dims()[1], &last)?;
+        let fold = Fold::new(domain.dual_dims(), last.as_ref(), [0; 2])?;
         let on_quarters = turn.quarters.each_ref().map(bases);
         let quarter = |k: usize, basis: &[Option<Basis>; 3]| {
             precondition::schwarz(&turn.quarters[k], basis, turn.quarters[k].dual_dims())

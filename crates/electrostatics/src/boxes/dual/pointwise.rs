@@ -84,16 +84,14 @@ impl Lines {
     }
 }
 
-impl Lines {
-    /// Fluxes at points, by component, where all lines are whole.
-    pub(super) fn at_points(
-        &self,
-        domain: &Domain,
-        points: &[AxisPoints; 3],
-        fluxes: &[&Flux],
-    ) -> Vec<[Vec<f64>; 3]> {
-        at_points(points, &FluxesAt::new(self, None, domain, points, fluxes))
-    }
+/// Fluxes on lines at points, by component; those of the first axis are on other lines where these are given.
+pub(super) fn fluxes_at(
+    (lines, other): (&Lines, Option<&OtherLines>),
+    domain: &Domain,
+    points: &[AxisPoints; 3],
+    fluxes: &[&Flux],
+) -> Vec<[Vec<f64>; 3]> {
+    at_points(points, &FluxesAt::new(lines, other, domain, points, fluxes))
 }
 
 impl OtherLines {
@@ -116,14 +114,9 @@ impl OtherLines {
 }
 
 impl Dual {
-    /// Fluxes at points, by component.
-    pub(super) fn at_points(
-        &self,
-        domain: &Domain,
-        points: &[AxisPoints; 3],
-        fluxes: &[&Flux],
-    ) -> Vec<[Vec<f64>; 3]> {
-        at_points(points, &FluxesAt::new(&self.lines, self.other.as_ref(), domain, points, fluxes))
+    /// Its lines, as [`fluxes_at`] takes them.
+    pub(super) fn all_lines(&self) -> (&Lines, Option<&OtherLines>) {
+        (&self.lines, self.other.as_ref())
     }
 
     /// What the map adds to the energies of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
@@ -338,7 +331,7 @@ mod tests {
             let found = Mat::from_fn(2, 2, |i, j| weights.product(&at[i], &at[j], true));
             assert!(apart(&part.primal.straight_energies(u), &found) < 1e-12, "{found:?}");
             let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
-            let at = projected.dual.at_points(whole, &points, &fluxes);
+            let at = fluxes_at(projected.dual.all_lines(), whole, &points, &fluxes);
             let found = Mat::from_fn(2, 2, |i, j| weights.over_permittivity(&at[i], &at[j]));
             assert!(apart(&projected.dual.energies_of(&projected.found), &found) < 1e-12, "{found:?}");
         });
@@ -360,7 +353,7 @@ mod tests {
                 let found = added_energies(domain, extra, u, domain.primal_dims()).unwrap().unwrap();
                 assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
                 let metric = Metric::new(whole, extra, Of::Resistance).unwrap().unwrap();
-                let at = projected.dual.at_points(whole, &metric.points, &fluxes);
+                let at = fluxes_at(projected.dual.all_lines(), whole, &metric.points, &fluxes);
                 let (found, largest) = projected.dual.added_energies(whole, extra, &fluxes).unwrap().unwrap();
                 assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
                 assert_eq!(largest, metric.largest);

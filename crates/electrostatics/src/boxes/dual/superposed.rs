@@ -3,6 +3,7 @@
 use super::across_grids::Fluxes;
 use super::aim::Less;
 use super::mapped::{Flux, Solved, project};
+use super::pointwise::fluxes_at;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error, gradients_at};
@@ -63,7 +64,7 @@ pub(crate) fn distances(
     };
     let (cut, own) = (cut_at(&points), gradients(solved.coefficients, &points));
     let found: Vec<&Flux> = projected.found.iter().map(|found| &found.flux).collect();
-    let flux_at = |points: &[AxisPoints; 3]| projected.dual.at_points(whole, points, &found);
+    let flux_at = |points: &[AxisPoints; 3]| fluxes_at(projected.dual.all_lines(), whole, points, &found);
     let fluxes = flux_at(&points);
     for i in 0..n {
         for j in 0..n {
@@ -187,6 +188,6 @@ impl Fluxes {
 
     /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
     pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
-        self.lines.at_points(&self.domain, points, &[self.kept.get(state)?]).pop()
+        fluxes_at((&self.lines, None), &self.domain, points, &[self.kept.get(state)?]).pop()
     }
 }

@@ -68,23 +68,23 @@ impl Exchange {
         let [[_, n1, n2], [m0, _, m2]] = self.dims();
         let (from, to) = (n1 * n2, n1 * m2);
         sized(out, m0 * to);
-        // Pairs of slabs, in the order of those that are above the middle.
-        let (below, above) = out.split_at_mut(self.first.len() * to);
-        let mut images: Vec<(usize, &mut [f64])> = below.chunks_exact_mut(to.max(1)).enumerate().collect();
-        images.sort_by_key(|(there, _)| self.first.iter().position(|own| own.there == *there));
-        let slabs = above.par_chunks_exact_mut(to.max(1)).zip(images);
-        slabs.zip(x.par_chunks_exact(from.max(1))).zip(&self.first).for_each(
-            |(((above, (_, below)), x), own)| {
-                for ((above, below), row) in
-                    above.chunks_exact_mut(m2).zip(below.chunks_exact_mut(m2)).zip(x.chunks_exact(n2))
-                {
-                    for ((above, below), last) in above.iter_mut().zip(below).zip(&self.last) {
-                        *above = row[last.here];
-                        *below = parity * own.sign * last.sign * row[last.there];
-                    }
+        // For each place of the whole axis the one above its middle that it is or is the image of.
+        let mut above = vec![0; m0];
+        for (k, own) in self.first.iter().enumerate() {
+            (above[own.here], above[own.there]) = (k, k);
+        }
+        out.par_chunks_exact_mut(to.max(1)).zip(above).enumerate().for_each(|(place, (slab, k))| {
+            let own = &self.first[k];
+            let rows = x[k * from..(k + 1) * from].chunks_exact(n2.max(1));
+            for (to, row) in slab.chunks_exact_mut(m2.max(1)).zip(rows) {
+                for (to, last) in to.iter_mut().zip(&self.last) {
+                    *to = match place == own.here {
+                        true => row[last.here],
+                        false => parity * own.sign * last.sign * row[last.there],
+                    };
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Adds to an array of the first half what one of the second is there.

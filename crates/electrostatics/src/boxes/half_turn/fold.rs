@@ -180,7 +180,7 @@ mod tests {
             let mut projected = extended.clone();
             fold.project(&mut projected);
             assert!(projected.iter().zip(&extended).all(|(a, b)| (a - b).abs() < 1e-14));
-            // The projection is orthogonal, and what it leaves it leaves again.
+            // The projection is orthogonal, and to apply it twice is to apply it once.
             let x = some(n, 5);
             let mut once = x.clone();
             fold.project(&mut once);
