@@ -18,7 +18,8 @@ type Press<'a> = dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stoppe
 /// `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is where the layer starts from.
 ///
 /// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is met as
-/// closely as equilibrium is.
+/// closely as equilibrium is. Where a force falls as the displacement grows, which is another equilibrium, it is taken from the line
+/// between those two, and halfway between them if that happens again.
 ///
 /// # Errors
 /// [`Stopped`], if `press` stops or the force is not met.
@@ -41,6 +42,8 @@ pub(super) fn meet_force(
         slope = Some(last.force / last.compression);
     }
     let mut left = *settings;
+    // Whether the last displacement was one between two others because nothing was known of the slope.
+    let mut on_chord = false;
     for _ in 0..MAX_TRIES {
         let miss = last.force - target;
         if miss.abs() <= tolerance * target.abs() || target == 0.0 && miss == 0.0 {
@@ -50,7 +53,10 @@ pub(super) fn meet_force(
         let next = match high {
             Some(high) => {
                 let inside = |c: &f64| *c > low.0 && *c < high.0;
-                newton.filter(inside).unwrap_or(0.5 * (low.0 + high.0))
+                let chord = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
+                let guess = newton.or((!on_chord).then_some(chord)).filter(inside);
+                on_chord = newton.is_none();
+                guess.unwrap_or(0.5 * (low.0 + high.0))
             }
             // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
             None => {

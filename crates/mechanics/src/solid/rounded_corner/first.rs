@@ -7,6 +7,7 @@
 use super::super::layer::{Inclusion, Indenter, LayerMesh, LayerModel, RoundedPunch};
 use super::super::layer_mesh::about;
 use super::super::levels::around_corners;
+use super::super::model::State;
 use super::super::newton::{NewtonSettings, StopReason, Stopped};
 use super::super::press::{Goal, PlaneLayer, deepest};
 use super::mesh::Fineness;
@@ -31,6 +32,13 @@ const STEP: f64 = 1.0;
 const SHORTEST_STEP: f64 = 0.1;
 /// How many of them are tried.
 const MAX_STEPS: usize = 20;
+/// Sides of the first mesh that pass the corner up to which following the load from rest costs less than the further ways to begin.
+const FEW_SIDES: f64 = 60.0;
+/// Compression with which the search for that of a sharp punch under a force begins, distance from the force, over it, that is near enough,
+/// since the first mesh is made for that compression, and how many compressions are tried.
+const FIRST_COMPRESSION: f64 = 0.05;
+const NEAR_FORCE: f64 = 0.01;
+const MAX_TRIES: usize = 8;
 
 /// A layer under a sharp punch.
 struct Sharp {
@@ -46,20 +54,45 @@ impl Sharp {
     }
 }
 
+/// Takes a layer over from its state on another mesh.
+type Begin<'a> = dyn Fn((&LayerModel, &State, Fineness), Fineness) -> Result<Pressed, Box<Stopped>> + 'a;
+
+/// A sharp punch `at` a compression under which it has about a `force` (N per metre of width). Forces grow about as a power of the
+/// compression, and each compression is pressed to from rest: that takes fewer linear systems than going from one to a larger one, around
+/// whose corner the surface slides farther.
+fn near_force(force: f64, at: &dyn Fn(f64) -> Result<Sharp, Box<Stopped>>) -> Result<Sharp, Box<Stopped>> {
+    let mut now = at(FIRST_COMPRESSION)?;
+    let mut power = 1.0;
+    for _ in 0..MAX_TRIES {
+        if (now.force / force - 1.0).abs() <= NEAR_FORCE {
+            break;
+        }
+        let compression = now.model.compression();
+        let next = compression * (force / now.force).powf(1.0 / power);
+        let there = at(next.min(0.5 * (1.0 + compression)))?;
+        let growth = (there.force / now.force).ln() / (there.model.compression() / compression).ln();
+        (now, power) = (there, if growth >= 1.0 { growth } else { 1.0 });
+    }
+    Ok(now)
+}
+
 impl Rounded<'_> {
     /// The layer on the coarsest mesh: from a sharp punch or, off the middle, from its two halves. Where they lead to no equilibrium, by
     /// following the load from rest on a mesh that is fine all along the way.
     pub(super) fn first(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
-        let fineness = Fineness::FIRST;
         let begun = match self.punch.position {
             0.0 => self.begin_from_sharp(goal),
             _ => self.begin_from_halves(goal),
         };
         match begun {
-            Err(stopped) if stopped.reason != StopReason::Cancelled => {}
-            first => return first,
+            Err(stopped) if stopped.reason != StopReason::Cancelled => self.from_rest(goal),
+            first => first,
         }
-        let (layer, punch) = (self.layer, &self.punch);
+    }
+
+    /// The layer on the coarsest mesh by following the load from rest, on a mesh that is fine all along the way.
+    fn from_rest(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
+        let (layer, punch, fineness) = (self.layer, &self.punch, Fineness::FIRST);
         let [height, length] = [layer.thickness, layer.half_length];
         let cells = fineness.cells as usize;
         let mut mesh =
@@ -138,22 +171,43 @@ impl Rounded<'_> {
         // The fan of the sharp punch has to be about as fine as the corner.
         let halvings = (SHARP_RADIUS * layer.thickness / self.punch.corner_radius).log2().ceil();
         let level = halvings.clamp(0.0, MAX_SHARP_LEVEL) as usize;
-        let sharp =
-            |goal| (1..=level).try_fold(press(None, 0, goal)?, |last, level| press(Some(&last), level, goal));
-        let there = sharp(goal)?;
+        let at = |compression| press(None, 0, Goal::Compression(compression));
+        let finer = |first| {
+            (1..=level).try_fold(first, |last: Sharp, level| {
+                let goal = Goal::Compression(last.model.compression());
+                press(Some(&last), level, goal)
+            })
+        };
+        let there = finer(match goal {
+            Goal::Compression(compression) => at(compression)?,
+            Goal::Force(force) => near_force(force, &at)?,
+        })?;
         let asked = compression_at(goal, &there.model);
-        let mut best = self.begin_from_state_of(&there, asked);
-        if !best.as_ref().is_ok_and(|found| there.is_free(found)) && !self.cancelled() {
-            let finer = press(Some(&there), level + 1, goal);
-            best = least_force(best, finer.and_then(|finer| self.begin_from_state_of(&finer, asked)));
+        let mut best = self.begin_from_state_of(&there, &|from, to| {
+            self.near(from, to, asked).ok_or_else(|| stopped(StopReason::NoConvergence, from.0))
+        });
+        let is_free = |best: &Result<Pressed, _>| best.as_ref().is_ok_and(|found| there.is_free(found));
+        let sides = self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing);
+        if !is_free(&best) && sides <= FEW_SIDES && !self.cancelled() {
+            best = least_force(best, self.from_rest(Goal::Compression(asked)));
+        }
+        if is_free(&best) || self.cancelled() {
+            return best;
+        }
+        let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, asked, 0);
+        best = least_force(best, self.begin_from_state_of(&there, &run_up));
+        if !is_free(&best) && !self.cancelled() {
+            let finer = press(Some(&there), level + 1, Goal::Compression(asked));
+            best = least_force(best, finer.and_then(|finer| self.begin_from_state_of(&finer, &run_up)));
         }
         for part in SMALLER {
-            let free = best.as_ref().is_ok_and(|found| there.is_free(found));
-            if free || best.is_ok() && part < LEAST_WORTH || self.cancelled() {
+            if is_free(&best) || best.is_ok() && part < LEAST_WORTH || self.cancelled() {
                 break;
             }
-            let goal = Goal::Compression(part * asked);
-            let before = sharp(goal).and_then(|sharp| self.begin_from_state_of(&sharp, part * asked));
+            let part = part * asked;
+            let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, part, 0);
+            let sharp = at(part).and_then(finer);
+            let before = sharp.and_then(|sharp| self.begin_from_state_of(&sharp, &run_up));
             best = least_force(best, before.and_then(|before| self.further(before, asked)));
         }
         best
@@ -161,15 +215,14 @@ impl Rounded<'_> {
 
     /// The layer on the coarsest mesh from a sharp punch: on one of several meshes, until the surface is free on it, or on that where it
     /// is held back the least.
-    fn begin_from_state_of(&self, sharp: &Sharp, compression: f64) -> Result<Pressed, Box<Stopped>> {
+    fn begin_from_state_of(&self, sharp: &Sharp, begin: &Begin<'_>) -> Result<Pressed, Box<Stopped>> {
         let from = (&sharp.model, sharp.model.state(), Fineness::FIRST);
-        let mut best = self.take_over(from, Fineness::FIRST, compression, 0);
+        let mut best = begin(from, Fineness::FIRST);
         for passing in OTHER_FIRST {
             if best.as_ref().is_ok_and(|found| sharp.is_free(found)) || self.cancelled() {
                 break;
             }
-            let other = self.take_over(from, Fineness { passing, ..Fineness::FIRST }, compression, 0);
-            best = least_force(best, other);
+            best = least_force(best, begin(from, Fineness { passing, ..Fineness::FIRST }));
         }
         best
     }

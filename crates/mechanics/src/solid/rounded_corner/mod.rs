@@ -128,6 +128,22 @@ impl<'a> Rounded<'a> {
         self.take_over((&from.model, from.model.state(), from.fineness), to, compression, HALFWAY)
     }
 
+    /// The layer at a compression on a mesh of the fineness `to`, if its equilibrium is found near its state on another one.
+    fn near(
+        &self,
+        (other, state, _): (&LayerModel, &State, Fineness),
+        to: Fineness,
+        compression: f64,
+    ) -> Option<Pressed> {
+        let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
+        let mut model = self.model(&mesh).ok()?;
+        let max_solves = if mesh.is_whole() { 2 * MAX_SOLVES_NEAR } else { MAX_SOLVES_NEAR };
+        let from_coarser = FromCoarser::Equilibrium;
+        let settings = NewtonSettings { from_coarser, max_solves, ..self.settings(to) };
+        let step = model.take_over(other, state, compression, &settings)?;
+        model.fault(step.force).is_none().then_some(Pressed { mesh, model, step, fineness: to })
+    }
+
     /// The layer at a compression on a mesh of the fineness `to`, from its state on another one at about that compression. Where that is
     /// too far away, by meshes between the two, which are put there up to `halfway` times; at last by a run-up.
     fn take_over(
@@ -138,17 +154,8 @@ impl<'a> Rounded<'a> {
         halfway: usize,
     ) -> Result<Pressed, Box<Stopped>> {
         let (other, state, fineness) = from;
-        let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
-        let mut model = self.model(&mesh)?;
-        let run_up = self.settings(to);
-        let max_solves = if mesh.is_whole() { 2 * MAX_SOLVES_NEAR } else { MAX_SOLVES_NEAR };
-        let near = NewtonSettings { from_coarser: FromCoarser::Equilibrium, max_solves, ..run_up };
-        let mut found = |settings| {
-            let step = model.take_over(other, state, compression, &settings)?;
-            model.fault(step.force).is_none().then_some(step)
-        };
-        if let Some(step) = found(near) {
-            return Ok(Pressed { mesh, model, step, fineness: to });
+        if let Some(found) = self.near(from, to, compression) {
+            return Ok(found);
         }
         if halfway > 0 && !self.cancelled() {
             let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1);
@@ -163,7 +170,10 @@ impl<'a> Rounded<'a> {
         if self.cancelled() {
             return Err(stopped(StopReason::Cancelled, other));
         }
-        match found(run_up) {
+        let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
+        let mut model = self.model(&mesh)?;
+        let run_up = model.take_over(other, state, compression, &self.settings(to));
+        match run_up.filter(|step| model.fault(step.force).is_none()) {
             Some(step) => Ok(Pressed { mesh, model, step, fineness: to }),
             None if self.cancelled() => Err(stopped(StopReason::Cancelled, other)),
             None => Err(stopped(StopReason::NoConvergence, other)),
