@@ -85,13 +85,13 @@ impl Rounded<'_> {
             _ => self.begin_from_halves(goal),
         };
         match begun {
-            Err(stopped) if stopped.reason != StopReason::Cancelled => self.from_rest(goal),
+            Err(stopped) if stopped.reason != StopReason::Cancelled => self.follow_from_rest(goal),
             first => first,
         }
     }
 
     /// The layer on the coarsest mesh by following the load from rest, on a mesh that is fine all along the way.
-    fn from_rest(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
+    fn follow_from_rest(&self, goal: Goal) -> Result<Pressed, Box<Stopped>> {
         let (layer, punch, fineness) = (self.layer, &self.punch, Fineness::FIRST);
         let [height, length] = [layer.thickness, layer.half_length];
         let cells = fineness.cells as usize;
@@ -189,7 +189,7 @@ impl Rounded<'_> {
         let is_free = |best: &Result<Pressed, _>| best.as_ref().is_ok_and(|found| there.is_free(found));
         let sides = self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing);
         if !is_free(&best) && sides <= FEW_SIDES && !self.cancelled() {
-            best = least_force(best, self.from_rest(Goal::Compression(asked)));
+            best = least_force(best, self.follow_from_rest(Goal::Compression(asked)));
         }
         if is_free(&best) || self.cancelled() {
             return best;
