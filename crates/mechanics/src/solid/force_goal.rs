@@ -88,3 +88,28 @@ pub(super) fn meet_force(
     let (reason, smallest_j) = (StopReason::NoConvergence, effort.smallest_j);
     Err(Box::new(Stopped { reached: 0.0, step: 1.0, reason, smallest_j, element: 0, effort }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::newton::Effort;
+    use super::*;
+
+    fn step(compression: f64, force: f64) -> LayerStep {
+        let effort = Effort::default();
+        LayerStep { compression, force, end_contact_force: 0.0, imbalance: 0.0, penetration: 0.0, effort }
+    }
+
+    #[test]
+    fn a_force_that_falls_while_the_displacement_grows_does_not_send_the_search_far_away() {
+        // The first equilibrium is another one than those that are pressed to from it, as on coarse meshes at a corner.
+        let start = step(0.1911, 4010.1);
+        let mut tried = Vec::new();
+        let press = &mut |compression: f64, _: &NewtonSettings| {
+            tried.push(compression);
+            Ok(step(compression, 4022.5 + 22_000.0 * (compression - 0.190_607)))
+        };
+        let found = meet_force(4000.0, 1e-10, &NewtonSettings::default(), start, press).unwrap();
+        assert!((found.force / 4000.0 - 1.0).abs() < 1e-9, "{found:?}");
+        assert!(tried.len() < 8 && tried.iter().all(|c| (c / 0.19 - 1.0).abs() < 0.02), "{tried:?}");
+    }
+}

@@ -32,8 +32,8 @@ const STEP: f64 = 1.0;
 const SHORTEST_STEP: f64 = 0.1;
 /// How many of them are tried.
 const MAX_STEPS: usize = 20;
-/// Sides of the first mesh that pass the corner up to which following the load from rest costs less than the further ways to begin.
-const FEW_SIDES: f64 = 60.0;
+/// Sides of the first mesh that pass the corner up to which following the load from rest costs less than run-ups on that mesh and others.
+const FEW_SIDES: f64 = 40.0;
 /// Compression with which the search for that of a sharp punch under a force begins, distance from the force, over it, that is near enough,
 /// since the first mesh is made for that compression, and how many compressions are tried.
 const FIRST_COMPRESSION: f64 = 0.05;
@@ -183,16 +183,18 @@ impl Rounded<'_> {
             Goal::Force(force) => near_force(force, &at)?,
         })?;
         let asked = compression_at(goal, &there.model);
-        let mut best = self.begin_from_state_of(&there, &|from, to| {
-            self.near(from, to, asked).ok_or_else(|| stopped(StopReason::NoConvergence, from.0))
-        });
         let is_free = |best: &Result<Pressed, _>| best.as_ref().is_ok_and(|found| there.is_free(found));
-        let sides = self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing);
-        if !is_free(&best) && sides <= FEW_SIDES && !self.cancelled() {
-            best = least_force(best, self.follow_from_rest(Goal::Compression(asked)));
-        }
-        if is_free(&best) || self.cancelled() {
-            return best;
+        let mut best = Err(stopped(StopReason::NoConvergence, &there.model));
+        if self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing) <= FEW_SIDES {
+            best = self.begin_from_state_of(&there, &|from, to| {
+                self.near(from, to, asked).ok_or_else(|| stopped(StopReason::NoConvergence, from.0))
+            });
+            if !is_free(&best) && !self.cancelled() {
+                best = least_force(best, self.follow_from_rest(Goal::Compression(asked)));
+            }
+            if is_free(&best) || self.cancelled() {
+                return best;
+            }
         }
         let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, asked, 0);
         best = least_force(best, self.begin_from_state_of(&there, &run_up));
