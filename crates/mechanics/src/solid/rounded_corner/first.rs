@@ -57,9 +57,9 @@ impl Sharp {
 /// Takes a layer over from its state on another mesh.
 type Begin<'a> = dyn Fn((&LayerModel, &State, Fineness), Fineness) -> Result<Pressed, Box<Stopped>> + 'a;
 
-/// A sharp punch `at` a compression under which it has about a `force` (N per metre of width). Forces grow about as a power of the
-/// compression, and each compression is pressed to from rest: that takes fewer linear systems than going from one to a larger one, around
-/// whose corner the surface slides farther.
+/// A sharp punch pressed by about a `force` (N per metre of width); `at` presses one to a compression. Forces grow about as a power of the
+/// compression. Each compression is pressed to from rest: that takes fewer linear systems than going on from a smaller one, since the
+/// surface slides around the corner on the way.
 fn near_force(force: f64, at: &dyn Fn(f64) -> Result<Sharp, Box<Stopped>>) -> Result<Sharp, Box<Stopped>> {
     let mut now = at(FIRST_COMPRESSION)?;
     let mut power = 1.0;
@@ -206,9 +206,9 @@ impl Rounded<'_> {
             if is_free(&best) || best.is_ok() && part < LEAST_WORTH || self.cancelled() {
                 break;
             }
-            let part = part * asked;
-            let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, part, 0);
-            let sharp = at(part).and_then(finer);
+            let smaller = part * asked;
+            let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, smaller, 0);
+            let sharp = at(smaller).and_then(finer);
             let before = sharp.and_then(|sharp| self.begin_from_state_of(&sharp, &run_up));
             best = least_force(best, before.and_then(|before| self.further(before, asked)));
         }
