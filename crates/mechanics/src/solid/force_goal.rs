@@ -9,7 +9,7 @@ const MAX_TRIES: usize = 60;
 /// 1e-10.
 const ACCEPTED: f64 = 1e-6;
 /// Distance from the goal, over it, that is a short way.
-const NEAR: f64 = 0.1;
+pub(super) const NEAR: f64 = 0.1;
 
 /// Presses a layer to a displacement of the indenter over the thickness.
 type Press<'a> = dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stopped>> + 'a;

@@ -7,11 +7,10 @@
 use super::super::layer::{Inclusion, Indenter, LayerMesh, LayerModel, RoundedPunch};
 use super::super::layer_mesh::about;
 use super::super::levels::around_corners;
-use super::super::model::State;
 use super::super::newton::{NewtonSettings, StopReason, Stopped};
 use super::super::press::{Goal, PlaneLayer, deepest};
 use super::mesh::Fineness;
-use super::{Pressed, Rounded, compression_at, stopped};
+use super::{Other, Pressed, Rounded, compression_at, stopped};
 
 /// Linear systems that following the load from rest may take.
 const MAX_SOLVES_FROM_REST: usize = 3000;
@@ -34,11 +33,6 @@ const SHORTEST_STEP: f64 = 0.1;
 const MAX_STEPS: usize = 20;
 /// Sides of the first mesh that pass the corner up to which following the load from rest costs less than run-ups on that mesh and others.
 const FEW_SIDES: f64 = 40.0;
-/// Compression with which the search for that of a sharp punch under a force begins, distance from the force, over it, that is near enough,
-/// since the first mesh is made for that compression, and how many compressions are tried.
-const FIRST_COMPRESSION: f64 = 0.05;
-const NEAR_FORCE: f64 = 0.01;
-const MAX_TRIES: usize = 8;
 
 /// A layer under a sharp punch.
 struct Sharp {
@@ -55,26 +49,7 @@ impl Sharp {
 }
 
 /// Takes a layer over from its state on another mesh.
-type Begin<'a> = dyn Fn((&LayerModel, &State, Fineness), Fineness) -> Result<Pressed, Box<Stopped>> + 'a;
-
-/// A sharp punch pressed by about a `force` (N per metre of width); `at` presses one to a compression. Forces grow about as a power of the
-/// compression. Each compression is pressed to from rest: that takes fewer linear systems than going on from a smaller one, since the
-/// surface slides around the corner on the way.
-fn near_force(force: f64, at: &dyn Fn(f64) -> Result<Sharp, Box<Stopped>>) -> Result<Sharp, Box<Stopped>> {
-    let mut now = at(FIRST_COMPRESSION)?;
-    let mut power = 1.0;
-    for _ in 0..MAX_TRIES {
-        if (now.force / force - 1.0).abs() <= NEAR_FORCE {
-            break;
-        }
-        let compression = now.model.compression();
-        let next = compression * (force / now.force).powf(1.0 / power);
-        let there = at(next.min(0.5 * (1.0 + compression)))?;
-        let growth = (there.force / now.force).ln() / (there.model.compression() / compression).ln();
-        (now, power) = (there, if growth >= 1.0 { growth } else { 1.0 });
-    }
-    Ok(now)
-}
+type Begin<'a> = dyn Fn(Other<'_>, Fineness) -> Result<Pressed, Box<Stopped>> + 'a;
 
 impl Rounded<'_> {
     /// The layer on the coarsest mesh: from a sharp punch or, off the middle, from its two halves. Where they lead to no equilibrium, by
@@ -171,45 +146,40 @@ impl Rounded<'_> {
         // The fan of the sharp punch has to be about as fine as the corner.
         let halvings = (SHARP_RADIUS * layer.thickness / self.punch.corner_radius).log2().ceil();
         let level = halvings.clamp(0.0, MAX_SHARP_LEVEL) as usize;
-        let at = |compression| press(None, 0, Goal::Compression(compression));
-        let finer = |first| {
-            (1..=level).try_fold(first, |last: Sharp, level| {
-                let goal = Goal::Compression(last.model.compression());
-                press(Some(&last), level, goal)
-            })
-        };
-        let there = finer(match goal {
-            Goal::Compression(compression) => at(compression)?,
-            Goal::Force(force) => near_force(force, &at)?,
-        })?;
+        let sharp =
+            |goal| (1..=level).try_fold(press(None, 0, goal)?, |last, level| press(Some(&last), level, goal));
+        let there = sharp(goal)?;
         let asked = compression_at(goal, &there.model);
         let is_free = |best: &Result<Pressed, _>| best.as_ref().is_ok_and(|found| there.is_free(found));
-        let mut best = Err(stopped(StopReason::NoConvergence, &there.model));
-        if self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing) <= FEW_SIDES {
-            best = self.begin_from_state_of(&there, &|from, to| {
+        let found = |from: Other<'_>, to| self.take_over(from, to, asked, 0);
+        let sides = self.punch.sides_passing(layer.thickness, asked, Fineness::FIRST.passing);
+        let mut best;
+        if sides <= FEW_SIDES {
+            best = self.begin_from_state_of(&there, &|from: Other<'_>, to| {
                 self.near(from, to, asked).ok_or_else(|| stopped(StopReason::NoConvergence, from.0))
             });
             if !is_free(&best) && !self.cancelled() {
                 best = least_force(best, self.follow_from_rest(Goal::Compression(asked)));
             }
-            if is_free(&best) || self.cancelled() {
-                return best;
+            if !is_free(&best) && !self.cancelled() {
+                let run_up = |from: Other<'_>, to| self.run_up(from, to, asked);
+                best = least_force(best, self.begin_from_state_of(&there, &run_up));
             }
+        } else {
+            best = self.begin_from_state_of(&there, &found);
         }
-        let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, asked, 0);
-        best = least_force(best, self.begin_from_state_of(&there, &run_up));
         if !is_free(&best) && !self.cancelled() {
-            let finer = press(Some(&there), level + 1, Goal::Compression(asked));
-            best = least_force(best, finer.and_then(|finer| self.begin_from_state_of(&finer, &run_up)));
+            let finer = press(Some(&there), level + 1, goal);
+            best = least_force(best, finer.and_then(|finer| self.begin_from_state_of(&finer, &found)));
         }
         for part in SMALLER {
             if is_free(&best) || best.is_ok() && part < LEAST_WORTH || self.cancelled() {
                 break;
             }
             let smaller = part * asked;
-            let run_up = |from: (&LayerModel, &State, Fineness), to| self.take_over(from, to, smaller, 0);
-            let sharp = at(smaller).and_then(finer);
-            let before = sharp.and_then(|sharp| self.begin_from_state_of(&sharp, &run_up));
+            let found = |from: Other<'_>, to| self.take_over(from, to, smaller, 0);
+            let sharp = sharp(Goal::Compression(smaller));
+            let before = sharp.and_then(|sharp| self.begin_from_state_of(&sharp, &found));
             best = least_force(best, before.and_then(|before| self.further(before, asked)));
         }
         best

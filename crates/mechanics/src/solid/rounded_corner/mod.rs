@@ -42,6 +42,9 @@ struct Pressed {
     fineness: Fineness,
 }
 
+/// A layer on another mesh, and its state.
+type Other<'a> = (&'a LayerModel, &'a State, Fineness);
+
 /// A layer under a punch with rounded corners.
 struct Rounded<'a> {
     layer: &'a PlaneLayer,
@@ -129,12 +132,7 @@ impl<'a> Rounded<'a> {
     }
 
     /// The layer at a compression on a mesh of the fineness `to`, if its equilibrium is found near its state on another one.
-    fn near(
-        &self,
-        (other, state, _): (&LayerModel, &State, Fineness),
-        to: Fineness,
-        compression: f64,
-    ) -> Option<Pressed> {
+    fn near(&self, (other, state, _): Other<'_>, to: Fineness, compression: f64) -> Option<Pressed> {
         let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
         let mut model = self.model(&mesh).ok()?;
         let max_solves = if mesh.is_whole() { 2 * MAX_SOLVES_NEAR } else { MAX_SOLVES_NEAR };
@@ -148,17 +146,16 @@ impl<'a> Rounded<'a> {
     /// too far away, by meshes between the two, which are put there up to `halfway` times; at last by a run-up.
     fn take_over(
         &self,
-        from: (&LayerModel, &State, Fineness),
+        from: Other<'_>,
         to: Fineness,
         compression: f64,
         halfway: usize,
     ) -> Result<Pressed, Box<Stopped>> {
-        let (other, state, fineness) = from;
         if let Some(found) = self.near(from, to, compression) {
             return Ok(found);
         }
         if halfway > 0 && !self.cancelled() {
-            let between = self.take_over(from, fineness.halfway(to), compression, halfway - 1);
+            let between = self.take_over(from, from.2.halfway(to), compression, halfway - 1);
             let there = between.and_then(|between| {
                 let from = (&between.model, between.model.state(), between.fineness);
                 self.take_over(from, to, compression, halfway - 1)
@@ -168,12 +165,22 @@ impl<'a> Rounded<'a> {
             }
         }
         if self.cancelled() {
-            return Err(stopped(StopReason::Cancelled, other));
+            return Err(stopped(StopReason::Cancelled, from.0));
         }
+        self.run_up(from, to, compression)
+    }
+
+    /// The same by a run-up alone: the punch starts a little above the load, clear of the surface.
+    fn run_up(
+        &self,
+        (other, state, _): Other<'_>,
+        to: Fineness,
+        compression: f64,
+    ) -> Result<Pressed, Box<Stopped>> {
         let mesh = self.layer.mesh_where_corners_are(self.punch, to, &surface(other, state), compression);
         let mut model = self.model(&mesh)?;
-        let run_up = model.take_over(other, state, compression, &self.settings(to));
-        match run_up.filter(|step| model.fault(step.force).is_none()) {
+        let found = model.take_over(other, state, compression, &self.settings(to));
+        match found.filter(|step| model.fault(step.force).is_none()) {
             Some(step) => Ok(Pressed { mesh, model, step, fineness: to }),
             None if self.cancelled() => Err(stopped(StopReason::Cancelled, other)),
             None => Err(stopped(StopReason::NoConvergence, other)),
