@@ -155,7 +155,12 @@ impl<'a> Sliding<'a> {
             let before = step;
             let next = before.compression * (force / before.force).powf(1.0 / power);
             let effort = now.effort;
-            (now, step) = at(next.min(0.5 * (1.0 + before.compression)))?;
+            (now, step) = match at(next.min(0.5 * (1.0 + before.compression))) {
+                Ok(there) => there,
+                Err(stopped) if stopped.reason == StopReason::Cancelled => return Err(stopped),
+                // It may be too deep; secants go on from what there is in smaller steps.
+                Err(_) => break,
+            };
             now.effort = now.effort.after(effort);
             step.effort = step.effort.after(effort);
             let growth = (step.force / before.force).ln() / (step.compression / before.compression).ln();
