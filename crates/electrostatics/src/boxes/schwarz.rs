@@ -69,62 +69,88 @@ impl<T: Real> SeparableBox<T> {
             return;
         }
         let modes = |a: usize| &*self.modes[a];
-        let block = row_block(n0, plane);
         let corner = (self.window[0].start * dims[1] + self.window[1].start) * dims[2] + self.window[2].start;
-        let (mut r, mut corner, mut stride, mut row) = (r, corner, dims[1] * dims[2], dims[2]);
-        if let Some(scaling) = &self.scaling {
-            for (line, (to, by)) in out.chunks_exact_mut(n2).zip(scaling.chunks_exact(n2)).enumerate() {
-                let from = corner + line / n1 * stride + line % n1 * row;
-                for ((t, s), x) in to.iter_mut().zip(by).zip(&r[from..from + n2]) {
-                    *t = *s * *x;
-                }
-            }
-            (r, corner, stride, row) = (&*out, 0, plane, n2);
-        }
-        // Along axis 0 straight from the array: whole runs of rows where the box spans the last axis.
-        let (strips, width) = if n2 == row { (1, plane) } else { (n1, n2) };
-        work.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
-            let some = b * block..(b * block + out.len() / plane);
-            for j in 0..strips {
-                let source = right(r, corner + j * row, width, stride);
-                let a = modes(0).transposed.left_rows(some.clone());
-                multiply(a, source, target(out, j * n2, plane), false);
-            }
-        });
-        // Along the other two, slab by slab, there and back.
-        let (l0, l1, l2) = (&modes(0).values, &modes(1).values, &modes(2).values);
-        work.par_chunks_mut(plane).enumerate().with_min_len(slab_batch(plane)).for_each_init(
+        let stride = dims[1] * dims[2];
+        // Along the last two axes, slab by slab, straight from the array.
+        let batch = slab_batch(plane);
+        let scaling = |i: usize| self.scaling.as_ref().map(|all| &all[i * plane..(i + 1) * plane]);
+        work.par_chunks_mut(plane).enumerate().with_min_len(batch).for_each_init(
             || vec![T::default(); plane],
             |tmp, (i, slab)| {
-                multiply(modes(1).transposed.left(), right(slab, 0, n2, n2), target(tmp, 0, n2), false);
-                multiply(left(tmp, 0, n1, n2, n2), modes(2).vectors.right(), target(slab, 0, n2), false);
-                for j in 0..n1 {
-                    let base = l0[i] + l1[j];
-                    for (x, l) in slab[j * n2..(j + 1) * n2].iter_mut().zip(l2) {
-                        *x = *x / (base + *l);
+                let mut from = right(r, corner + i * stride, n2, dims[2]);
+                if let Some(scaling) = scaling(i) {
+                    let rows = slab.chunks_exact_mut(n2).zip(scaling.chunks_exact(n2));
+                    for ((to, by), row) in rows.zip(from.data.chunks(dims[2])) {
+                        for ((t, s), x) in to.iter_mut().zip(by).zip(row) {
+                            *t = *s * *x;
+                        }
                     }
+                    from = right(slab, 0, n2, n2);
                 }
-                if self.singular && i == 0 {
-                    slab[0] = T::default();
-                }
-                multiply(left(slab, 0, n1, n2, n2), modes(2).transposed.right(), target(tmp, 0, n2), false);
-                multiply(modes(1).vectors.left(), right(tmp, 0, n2, n2), target(slab, 0, n2), false);
+                multiply(modes(1).transposed.left(), from, target(tmp, 0, n2), false);
+                multiply(left(tmp, 0, n1, n2, n2), modes(2).vectors.right(), target(slab, 0, n2), false);
             },
         );
-        out.par_chunks_mut(block * plane).enumerate().for_each(|(b, out)| {
-            let some = b * block..(b * block + out.len() / plane);
-            multiply(
-                modes(0).vectors.left_rows(some),
-                right(work, 0, plane, plane),
-                target(out, 0, plane),
-                false,
-            );
-        });
-        if let Some(scaling) = &self.scaling {
-            out.par_iter_mut().zip(scaling).with_min_len(16_384).for_each(|(x, s)| *x = *x * *s);
+        self.solve_lines(work);
+        // Back along the last two.
+        out.par_chunks_mut(plane).zip(work.par_chunks(plane)).enumerate().with_min_len(batch).for_each_init(
+            || vec![T::default(); plane],
+            |tmp, (i, (slab, from))| {
+                multiply(left(from, 0, n1, n2, n2), modes(2).transposed.right(), target(tmp, 0, n2), false);
+                multiply(modes(1).vectors.left(), right(tmp, 0, n2, n2), target(slab, 0, n2), false);
+                if let Some(scaling) = scaling(i) {
+                    slab.iter_mut().zip(scaling).for_each(|(x, s)| *x = *x * *s);
+                }
+            },
+        );
+    }
+
+    /// Along the first axis there and back, with the division by the sums of eigenvalues between. Entries of such lines lie far apart: a
+    /// few lines side by side are copied to where both products find them in the caches.
+    fn solve_lines(&self, work: &mut [T]) {
+        let [n0, n1, n2] = self.shape();
+        let plane = n1 * n2;
+        let [first, second, third] = &self.modes;
+        let bundle = |(b, mut rows): (usize, Vec<&mut [T]>), [lines, turned, sums]: &mut [Vec<T>; 3]| {
+            let width = rows.first().map_or(0, |row| row.len());
+            for (line, row) in lines.chunks_exact_mut(LINES).zip(&rows) {
+                line[..width].copy_from_slice(row);
+            }
+            for (c, sum) in sums.iter_mut().take(width).enumerate() {
+                let at = b * LINES + c;
+                *sum = second.values[at / n2] + third.values[at % n2];
+            }
+            multiply(first.transposed.left(), right(lines, 0, width, LINES), target(turned, 0, LINES), false);
+            for (line, l) in turned.chunks_exact_mut(LINES).zip(&first.values) {
+                for (x, sum) in line.iter_mut().zip(&*sums).take(width) {
+                    *x = *x / (*l + *sum);
+                }
+            }
+            if self.singular && b == 0 {
+                turned[0] = T::default();
+            }
+            multiply(first.vectors.left(), right(turned, 0, width, LINES), target(lines, 0, LINES), false);
+            for (row, line) in rows.iter_mut().zip(lines.chunks_exact(LINES)) {
+                row.copy_from_slice(&line[..width]);
+            }
+        };
+        let mut bundles: Vec<Vec<&mut [T]>> =
+            (0..plane.div_ceil(LINES)).map(|_| Vec::with_capacity(n0)).collect();
+        for slab in work.chunks_exact_mut(plane) {
+            for (own, row) in bundles.iter_mut().zip(slab.chunks_mut(LINES)) {
+                own.push(row);
+            }
         }
+        let batch = slab_batch(n0 * LINES);
+        bundles.into_par_iter().enumerate().with_min_len(batch).for_each_init(
+            || [n0 * LINES, n0 * LINES, LINES].map(|n| vec![T::default(); n]),
+            |buffers, own| bundle(own, buffers),
+        );
     }
 }
+
+/// Lines of the first axis that are solved together.
+const LINES: usize = 128;
 
 /// Rows of axis 0 handled by one task: few enough tasks that the right factor is not read too often.
 pub(crate) fn row_block(n0: usize, plane: usize) -> usize {
