@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use elastocap_case::Case;
 use elastocap_electrostatics::{Bounded, Foresight};
 
+use crate::common_base::{CommonBase, Purposes};
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult};
 use crate::plan::PlannedStep;
@@ -44,6 +45,36 @@ const LARGE: usize = 1_000_000;
 /// usually ten times nearer to the truth than they are.
 const HIDDEN: f64 = 0.1;
 
+/// What is known of the capacitance of a step.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    measured: Bounded,
+    with_error_of_base: Option<(usize, Bounded)>,
+}
+
+impl State {
+    fn of(step: &StepResult) -> Option<Self> {
+        let with_error_of_base = step.with_error_of_base;
+        step.measured.map(|measured| Self { measured, with_error_of_base })
+    }
+
+    /// Its capacitance and that of another step, whose difference is their change: with the error of a base, where it is the same for both
+    /// and they are closer then.
+    fn beside(&self, other: &Self) -> [Bounded; 2] {
+        let measured = [self.measured, other.measured];
+        match (self.with_error_of_base, other.with_error_of_base) {
+            (Some((base, own)), Some((of, other))) if base == of => {
+                let is_closer = spread(&own) + spread(&other) < measured.iter().map(spread).sum();
+                if is_closer { [own, other] } else { measured }
+            }
+            _ => measured,
+        }
+    }
+}
+
+/// What is aimed for where a change is hidden, over what its middle asks for: it may turn out to be smaller.
+const UNSURE: f64 = 0.85;
+
 /// The change from `first` to `own`, F. Its bounds are those of the two states, rounded outwards.
 fn change(first: &Bounded, own: &Bounded) -> Bounded {
     Bounded {
@@ -73,7 +104,7 @@ fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     let change = change(first, own);
     if holds_zero(&change) {
         let size = change.value.abs().max(0.5 * HIDDEN * spread(&change));
-        (tolerance * size).max(NO_CHANGE * first.value.abs())
+        (UNSURE * tolerance * size).max(NO_CHANGE * first.value.abs())
     } else {
         tolerance * change.value.abs()
     }
@@ -95,21 +126,23 @@ fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<Option<f64>>
 
 /// Notes change and sensitivity in the rows of a curve, in place of what they had before.
 pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
-    let first = steps.first().map(|step| (step.index, step.load, step.measured));
+    let first = steps.first().map(|step| (step.index, step.load, State::of(step)));
     for step in &mut *steps {
+        let own = State::of(step);
         let row = &mut step.row;
         [row.change_f, row.change_lower_f, row.change_upper_f, row.change_relative] = [None; 4];
         let Some((index, load, Some(first))) = first.filter(|_| case.load.is_some()) else { continue };
-        let Some(own) = step.measured else { continue };
+        let Some(own) = own else { continue };
         let is_same = step.index == index
             || step.same_as == Some(index)
             || (step.load == load && case.poses.get(step.index) == case.poses.get(index));
         let none = Bounded { value: 0.0, lower: 0.0, upper: 0.0 };
-        let change = if is_same { none } else { change(&first, &own) };
+        let [from, to] = first.beside(&own);
+        let change = if is_same { none } else { change(&from, &to) };
         row.change_f = Some(change.value);
         row.change_lower_f = Some(change.lower);
         row.change_upper_f = Some(change.upper);
-        row.change_relative = Some(change.value / first.value).filter(|share| share.is_finite());
+        row.change_relative = Some(change.value / first.measured.value).filter(|share| share.is_finite());
     }
     note_sensitivities(case, steps);
 }
@@ -139,16 +172,27 @@ impl ChangeSearch<'_> {
             step.before_change = FinishedStep::of(step).map(Box::new);
         }
         let mut exhausted: Exhausted = found.iter().map(|step| without_tolerance(step.as_ref()?)).collect();
-        for _ in 0..MAX_ROUNDS {
-            let wanted = self.wanted(found, &exhausted);
+        // The error of a base cancels in changes as long as every step that is solved again is added to it.
+        let mut differences = true;
+        for number in 0..MAX_ROUNDS {
+            let mut wanted = self.wanted(found, &exhausted, false);
             if wanted.is_empty() || self.cancel.load(Ordering::Relaxed) {
                 break;
             }
             let (at_once, memory_limit) = self.shares(found);
             let least = wanted.iter().map(|(_, tolerance)| *tolerance).fold(f64::INFINITY, f64::min);
             let known: Vec<Bounded> = found.iter().flatten().filter_map(|step| step.measured).collect();
+            let in_contact = |(place, _): &(usize, f64)| {
+                self.work.get(*place).is_none_or(|step| step.pose.distance <= 0.0)
+            };
+            let purposes = Purposes { number, differences: differences && !wanted.iter().any(in_contact) };
             let first = self.work.first();
-            let base = first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known));
+            let base =
+                first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known, purposes));
+            let cancels = base.as_ref().is_some_and(CommonBase::cancels);
+            if cancels {
+                wanted = self.wanted(found, &exhausted, true);
+            }
             let foreseen: Vec<Option<Foresight>> = wanted
                 .iter()
                 .map(|(place, _)| found.get(*place).and_then(Option::as_ref).and_then(|step| step.foresight))
@@ -164,6 +208,7 @@ impl ChangeSearch<'_> {
                 if let Some(why) = exhausted.get_mut(*place) {
                     *why = without_tolerance(&again);
                 }
+                differences &= !cancels || again.with_error_of_base.is_some();
                 step.take_sharper(again);
             }
         }
@@ -181,42 +226,54 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The places of the steps that are to be solved again, and the relative tolerance of each.
-    fn wanted(&self, found: &[Option<StepResult>], exhausted: &Exhausted) -> Vec<(usize, f64)> {
-        let Some(first) = measured(found, 0) else { return Vec::new() };
+    /// The places of the steps that are to be solved again, and the relative tolerance of each: those whose bounds are too wide, or, with
+    /// `all`, all whose capacitances by themselves do not give the change.
+    fn wanted(&self, found: &[Option<StepResult>], exhausted: &Exhausted, all: bool) -> Vec<(usize, f64)> {
+        let Some(first) = state(found, 0) else { return Vec::new() };
         let is_exhausted = |place: usize| exhausted.get(place).is_none_or(Option::is_some);
         let goal_of = |place: usize| {
-            let own = measured(found, place).filter(|own| !is_known(self.tolerance, &first, own))?;
-            let goal = goal(self.tolerance, &first, &own);
+            let own = state(found, place)?;
+            let [from, to] = if all { [first.measured, own.measured] } else { first.beside(&own) };
+            if is_known(self.tolerance, &from, &to) {
+                return None;
+            }
+            let [from, to] = first.beside(&own);
+            let goal = goal(self.tolerance, &from, &to);
             let is_lost = |place: usize, state: &Bounded| is_exhausted(place) && spread(state) > goal;
-            (!is_lost(0, &first) && !is_lost(place, &own)).then_some((place, own, goal))
+            (!is_lost(0, &from) && !is_lost(place, &to)).then_some((place, [from, to], goal))
         };
         let states: Vec<_> = (1..found.len()).filter_map(goal_of).collect();
         let goals: Vec<f64> = states.iter().map(|(_, _, goal)| *goal).collect();
-        let (of_first, of_others) = spreads(spread(&first), is_exhausted(0), &goals);
-        let others =
-            states.into_iter().zip(of_others).filter_map(|((place, own, _), most)| Some((place, own, most?)));
-        let too_wide = std::iter::once((0, first, of_first))
-            .chain(others)
-            .filter(|(place, state, most)| !is_exhausted(*place) && spread(state) > ACCEPTED * *most);
+        let Some(from) = states.iter().map(|(_, [from, _], _)| *from).reduce(wider) else {
+            return Vec::new();
+        };
+        let (of_first, of_others) = spreads(spread(&from), is_exhausted(0), &goals);
+        let others = states
+            .into_iter()
+            .zip(of_others)
+            .filter_map(|((place, [_, own], _), most)| Some((place, own, most?)));
+        let too_wide = std::iter::once((0, from, of_first)).chain(others).filter(|(place, state, most)| {
+            !is_exhausted(*place) && (all || spread(state) > ACCEPTED * *most)
+        });
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
     /// Marks the steps whose change is not known to the tolerance.
     fn mark(&self, found: &mut [Option<StepResult>], exhausted: &Exhausted) {
-        let first = measured(found, 0);
+        let first = state(found, 0);
         let first_geometry =
             found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
         let why_first = exhausted.first().and_then(Option::as_ref);
         for (place, step) in found.iter_mut().enumerate().skip(1) {
             let Some(step) = step else { continue };
-            let Some(own) = step.measured else { continue };
+            let Some(own) = State::of(step) else { continue };
             let Some(first) = first else {
                 step.miss(Missed::Change, "the first step has no capacitance to change against".to_owned());
                 continue;
             };
-            let change = change(&first, &own);
-            if !is_known(self.tolerance, &first, &own) {
+            let [from, to] = first.beside(&own);
+            let change = change(&from, &to);
+            if !is_known(self.tolerance, &from, &to) {
                 let why = exhausted.get(place).and_then(Option::as_ref).or(why_first);
                 let stopped = self.cancel.load(Ordering::Relaxed);
                 let why = match why {
@@ -241,10 +298,10 @@ impl ChangeSearch<'_> {
                 continue;
             }
             // What the bounds do not hold, they do not hold of the change either.
-            let allowed = (self.tolerance * change.value.abs()).max(NO_CHANGE * first.value.abs());
-            let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * own.value.abs()
-                + first_geometry.unwrap_or(0.0) * first.value.abs();
-            let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * own.value.abs();
+            let allowed = (self.tolerance * change.value.abs()).max(NO_CHANGE * from.value.abs());
+            let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * to.value.abs()
+                + first_geometry.unwrap_or(0.0) * from.value.abs();
+            let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * to.value.abs();
             for (error, missed, what) in [
                 (mechanics, Missed::Mechanics, "the finite elements of the layer leave"),
                 (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),
@@ -261,8 +318,12 @@ impl ChangeSearch<'_> {
     }
 }
 
-fn measured(found: &[Option<StepResult>], place: usize) -> Option<Bounded> {
-    found.get(place)?.as_ref()?.measured
+fn state(found: &[Option<StepResult>], place: usize) -> Option<State> {
+    State::of(found.get(place)?.as_ref()?)
+}
+
+fn wider(one: Bounded, other: Bounded) -> Bounded {
+    if spread(&one) >= spread(&other) { one } else { other }
 }
 
 /// Why a step does not have the tolerance that its field was solved to; `None` if it has.
@@ -284,6 +345,7 @@ impl StepResult {
         self.seconds.electrostatics = self.seconds.electrostatics.plus(&again.seconds.electrostatics);
         self.seconds.total += again.seconds.total;
         let (Some(before), Some(now)) = (self.measured, again.measured) else { return };
+        self.with_error_of_base = again.with_error_of_base.or(self.with_error_of_base);
         if spread(&now) >= spread(&before) {
             return;
         }
@@ -343,6 +405,19 @@ mod tests {
         for (first, own) in [(9.75, 12.5), (10.25, 11.5), (9.8, 11.6)] {
             assert!(found.lower <= own - first && own - first <= found.upper);
         }
+    }
+
+    #[test]
+    fn the_error_of_a_base_counts_where_both_states_have_the_same_and_are_closer_with_it() {
+        let state =
+            |measured: Bounded, base: Option<(usize, Bounded)>| State { measured, with_error_of_base: base };
+        let (sharp, wide) = (bounded(10.01, 0.01), bounded(10.0, 0.1));
+        let own = |number: usize, with: Bounded| state(wide, Some((number, with)));
+        let pair = |a: State, b: State| a.beside(&b);
+        assert_eq!(pair(own(0, sharp), own(0, sharp)), [sharp, sharp]);
+        assert_eq!(pair(own(0, sharp), own(1, sharp)), [wide, wide]);
+        assert_eq!(pair(own(0, sharp), state(wide, None)), [wide, wide]);
+        assert_eq!(pair(own(0, sharp), own(0, bounded(10.0, 0.3))), [wide, wide]);
     }
 
     #[test]

@@ -15,19 +15,46 @@ const SHARE: f64 = 0.6;
 pub(crate) struct CommonBase {
     scene: Scene,
     base: Base,
+    number: usize,
+}
+
+/// What a base is to serve for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Purposes {
+    /// Tells it from other bases of the same run.
+    pub(crate) number: usize,
+    /// Whether nothing but differences between the steps is to be known to the tolerance.
+    pub(crate) differences: bool,
 }
 
 impl CommonBase {
     /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
-    /// nothing that is bent, is farther than `reach` (m) from the origin. `None` where they have none.
-    pub(crate) fn of(bent: &BentScene, reach: f64, known: Known<'_>, settings: &Settings) -> Option<Self> {
+    /// nothing that is bent, is farther than `reach` (m) from the origin, and the indenter of none is nearer by more than `nearer` (m), where
+    /// their differences alone are wanted. `None` where they have none.
+    pub(crate) fn of(
+        bent: &BentScene,
+        (reach, nearer): (f64, Option<f64>),
+        known: Known<'_>,
+        number: usize,
+        settings: &Settings,
+    ) -> Option<Self> {
         let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
         let roughly =
             Settings { relative_tolerance: known.relative_tolerance, field: false, ..settings.clone() };
         let change = known.largest_change(&solve(&scene, &roughly).ok()?.measured?);
-        let additions = Additions { reach, change, share: SHARE };
+        let additions = Additions { reach, change, share: SHARE, nearer };
         let base = solve_base(&scene, (&bent.scene, &bent.map), additions, settings).ok()??;
-        Some(Self { scene, base })
+        Some(Self { scene, base, number })
+    }
+
+    /// Tells it from other bases of the same run.
+    pub(crate) fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Whether its error cancels in differences of what is added to it, and in these alone is what was asked for.
+    pub(crate) fn cancels(&self) -> bool {
+        self.base.cancels()
     }
 
     /// The field of a scene by what its indenter changes; `None` where its base is another one, or the tolerance is not met in this way.

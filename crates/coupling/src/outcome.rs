@@ -87,6 +87,9 @@ pub struct StepResult {
     pub floating: Vec<FloatingConductor>,
     /// What [`Row::capacitance_f`] is, F.
     pub measured: Option<Bounded>,
+    /// The same with what the error of a base adds to it, where the step was solved by what it adds to that: the same for all steps with the
+    /// same number. Differences of these are those of the capacitances.
+    pub with_error_of_base: Option<(usize, Bounded)>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
     /// What a solve of the same step to another tolerance may begin with.

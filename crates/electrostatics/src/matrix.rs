@@ -117,17 +117,8 @@ impl MatrixBounds {
     /// unless a row of middles had a negative sum.
     pub(crate) fn entries(&self) -> Vec<Vec<Bounded>> {
         let n = self.upper.nrows();
-        let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
         let entry = |i: usize, j: usize| {
-            // Of the two triangles one is read, because they may differ by rounding.
-            let (i, j) = (i.min(j), i.max(j));
-            let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
-            // Where rounding was counted, the two forms may be larger than the entry by many orders: so is the rounding of this sum.
-            let rounding = f64::EPSILON * (self.upper[(i, j)].abs() + self.lower[(i, j)].abs());
-            // No energy is negative, so that an entry is at most this large; what is beyond is rounding that was not counted.
-            let largest = (self.upper[(i, i)] * self.upper[(j, j)]).sqrt();
-            let beyond = (self.upper[(i, j)].abs() - largest).max(0.0);
-            let half = (0.5 + f64::EPSILON) * (gap(i) * gap(j)).sqrt() + rounding + beyond;
+            let [value, half] = self.by_polarisation(i, j);
             let limits = Bounded { value, lower: value - half, upper: value + half };
             if i == j { limits.narrowed(0.0, f64::INFINITY) } else { limits.narrowed(f64::NEG_INFINITY, 0.0) }
         };
@@ -135,6 +126,20 @@ impl MatrixBounds {
         narrow_by_dominance(&mut entries);
         raise_negative_rows(&mut entries);
         entries
+    }
+
+    /// The middle of an entry's limits by polarisation alone, and half of their distance.
+    pub(crate) fn by_polarisation(&self, i: usize, j: usize) -> [f64; 2] {
+        let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
+        // Of the two triangles one is read, because they may differ by rounding.
+        let (i, j) = (i.min(j), i.max(j));
+        let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
+        // Where rounding was counted, the two forms may be larger than the entry by many orders: so is the rounding of this sum.
+        let rounding = f64::EPSILON * (self.upper[(i, j)].abs() + self.lower[(i, j)].abs());
+        // No energy is negative, so that an entry is at most this large; what is beyond is rounding that was not counted.
+        let largest = (self.upper[(i, i)] * self.upper[(j, j)]).sqrt();
+        let beyond = (self.upper[(i, j)].abs() - largest).max(0.0);
+        [value, (0.5 + f64::EPSILON) * (gap(i) * gap(j)).sqrt() + rounding + beyond]
     }
 
     /// Bounds on the matrix of these conductors with all others at potential zero.

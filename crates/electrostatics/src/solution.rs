@@ -278,6 +278,10 @@ pub struct Solution {
     pub seconds: PhaseSeconds,
     /// The sampled field, if [`Settings::field`] asks for it.
     pub field: Option<Field>,
+    /// The capacitance that [`Settings::target`] names and what the error of a base adds to it, F, where that is known: the same for all
+    /// scenes that are added to the same base, so that the differences of these are those of the capacitances. See
+    /// [`solve_superposed`](crate::solve_superposed).
+    pub with_error_of_base: Option<Bounded>,
     /// What a solve to another tolerance may begin with, where there are bounds on a grid of boxes.
     pub foresight: Option<Foresight>,
 }

@@ -60,6 +60,27 @@ impl Target {
         }
     }
 
+    /// Whether it is a linear function of the matrix.
+    pub(crate) fn is_linear(self, driven: usize) -> bool {
+        match self {
+            Self::Mutual([i, j]) => i != j && i.max(j) < driven,
+            Self::Own(i) => i < driven,
+            Self::TwoTerminal | Self::Pair(_) | Self::Matrix => false,
+        }
+    }
+
+    /// The bounds that it has within those of a form that need not be a Maxwell matrix; `None` where it is not linear.
+    pub(crate) fn within(self, bounds: &MatrixBounds) -> Option<Bounded> {
+        let (i, j, sign) = match self {
+            _ if !self.is_linear(bounds.upper.nrows()) => return None,
+            Self::Mutual([i, j]) => (i, j, -1.0),
+            Self::Own(i) => (i, i, 1.0),
+            Self::TwoTerminal | Self::Pair(_) | Self::Matrix => return None,
+        };
+        let [value, half] = bounds.by_polarisation(i, j);
+        Some(Bounded { value: sign * value, lower: sign * value - half, upper: sign * value + half })
+    }
+
     /// The value that it has where the matrix is known.
     pub(crate) fn value(self, matrix: &faer::Mat<f64>) -> Option<f64> {
         let exact = MatrixBounds { lower: matrix.clone(), upper: matrix.clone() };

@@ -185,6 +185,7 @@ mod tests {
             entry_status: None,
             floating: Vec::new(),
             measured,
+            with_error_of_base: None,
             solver: None,
             foresight: None,
             before_change: None,

@@ -13,7 +13,7 @@ use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::ForceLimit;
 
 use crate::change::ACCEPTED;
-use crate::common_base::{CommonBase, Known};
+use crate::common_base::{CommonBase, Known, Purposes};
 use crate::deform::{Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
@@ -150,6 +150,7 @@ impl Solver<'_> {
         relative_tolerance: f64,
         memory_limit: u64,
         capacitances: &[Bounded],
+        purposes: Purposes,
     ) -> Option<CommonBase> {
         // In contact the gap beside an indenter is squeezed so much that a base does not serve.
         if step.pose.distance <= 0.0 {
@@ -165,7 +166,16 @@ impl Solver<'_> {
         let farthest = self.case.poses.iter().map(|pose| pose.distance).fold(0.0, f64::max);
         let reach = bent.reach() + farthest - step.pose.distance;
         let known = Known { capacitances, relative_tolerance: self.settings.relative_tolerance };
-        CommonBase::of(&bent, reach, known, &self.settings_to(relative_tolerance, memory_limit).boxes())
+        let distances = self.case.poses.iter().map(|pose| pose.distance).filter(|distance| *distance > 0.0);
+        let nearest = distances.fold(step.pose.distance, f64::min);
+        let nearer = purposes.differences.then_some(step.pose.distance - nearest);
+        CommonBase::of(
+            &bent,
+            (reach, nearer),
+            known,
+            purposes.number,
+            &self.settings_to(relative_tolerance, memory_limit).boxes(),
+        )
     }
 
     /// A step that the run was stopped before, with what is known of the layer.

@@ -6,6 +6,7 @@ use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::solid::mesh_error::error_on_finest;
 
 use super::{Shaped, Solver, StepField};
+use crate::common_base::CommonBase;
 use crate::deform::shear_force::shear_force;
 use crate::deform::{Deformation, Displacement, FiniteElementStep, ForceCheck, Rods};
 use crate::failure::{StepFailure, Stop};
@@ -232,6 +233,7 @@ impl Solver<'_> {
         result.mark(shortfalls);
         result.entry_status = entries;
         result.measured = measured;
+        result.with_error_of_base = self.base.map(CommonBase::number).zip(solution.with_error_of_base);
         result.maxwell = maxwell;
         result.seconds.electrostatics = solution.seconds;
         result.foresight = solution.foresight;
@@ -309,6 +311,7 @@ impl StepResult {
             entry_status: None,
             floating: Vec::new(),
             measured: None,
+            with_error_of_base: None,
             solver: None,
             foresight: None,
             before_change: None,

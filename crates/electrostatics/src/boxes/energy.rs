@@ -28,6 +28,9 @@ pub(crate) struct Energies {
     pub repair_share: f64,
     /// Primal coefficients, one array per right-hand side (upper bounds only).
     pub coefficients: Vec<Vec<f64>>,
+    /// Lower and upper bounds of the energies with those of the error of a base, of what is added to it: see
+    /// [`crate::boxes::superposed`].
+    pub with_error_of_base: Option<[Mat<f64>; 2]>,
     /// Seconds assembling and seconds solving.
     pub seconds: [f64; 2],
 }
@@ -131,6 +134,7 @@ pub(crate) fn upper(
         converged,
         repair_share: 0.0,
         coefficients,
+        with_error_of_base: None,
         seconds: [(assembled - started).as_secs_f64(), assembled.elapsed().as_secs_f64()],
     };
     Ok((energies, primal))
@@ -188,6 +192,7 @@ pub(crate) fn lower(
         converged: fluxes.iter().all(|flux| flux.converged),
         repair_share: share_of_repair,
         coefficients: Vec::new(),
+        with_error_of_base: None,
         seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
     };
     let state =

@@ -5,7 +5,7 @@ use crate::boxes::half_turn::halves::ACROSS;
 use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
-use crate::boxes::superposed::Base;
+use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::symmetry::{Part, leave_opposite, parts};
 use crate::floating::Floating;
 use crate::solution::Settings;
@@ -33,6 +33,12 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) keeps_fluxes: bool,
     /// A solution that the one of this problem is added to.
     pub(crate) base: Option<&'a Base>,
+    /// Where the error of the base is to cancel in differences: what the body that is added to it sees of that.
+    pub(crate) sight: Option<Sight>,
+    /// Where it is such a base, what bodies see of its error.
+    pub(crate) seen_by: Option<Sight>,
+    /// Whether it is the base of one symmetric part of others.
+    pub(crate) is_part: bool,
     /// How far a grid reaches into open space at least, and whether it must reach that far and no farther.
     pub(crate) reach: Option<(f64, bool)>,
 }
@@ -89,6 +95,9 @@ impl<'a> GridProblem<'a> {
             settings,
             keeps_fluxes: false,
             base: None,
+            sight: None,
+            seen_by: None,
+            is_part: false,
             reach,
         })
     }
@@ -159,6 +168,15 @@ impl<'a> GridProblem<'a> {
     /// Whether other solutions are to be added to that of this problem.
     pub(crate) fn is_base(&self) -> bool {
         matches!(self.reach, Some((_, false)))
+    }
+
+    /// Leaves of its parts one to be solved.
+    pub(crate) fn leave_part(&mut self, index: usize) {
+        for (_, part) in self.parts.iter_mut().enumerate().filter(|(k, _)| *k != index) {
+            let left = std::mem::take(&mut part.potentials);
+            part.unsolved.splice(0..0, left);
+        }
+        self.is_part = true;
     }
 
     /// Whether the caller wants the solve to stop.

@@ -204,9 +204,20 @@ pub(crate) fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) 
 /// Refines where this reduces the missing energy most for its cost, until no more than `target` should be missing. Returns the
 /// energy that should be missing afterwards.
 pub(crate) fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
+    refine_weighted(grid, indicator, target, |_, _| 1.0)
+}
+
+/// The same where the energy that some elements miss counts more than once: an element is given by its axis and its number.
+pub(crate) fn refine_weighted(
+    grid: &mut Grid,
+    indicator: &Indicator,
+    target: f64,
+    weight: impl Fn(usize, usize) -> f64,
+) -> f64 {
     let mut items = items(grid, indicator);
+    items.iter_mut().for_each(|((a, e), item)| item.missing *= weight(*a, *e));
     plan(&mut items, target);
-    let left = items.iter().map(|(_, i)| i.missing).sum();
+    let left = items.iter().map(|((a, e), item)| item.missing / weight(*a, *e)).sum();
     let mut changes: [BTreeMap<usize, Change>; 3] = Default::default();
     let mut again: [Vec<usize>; 3] = Default::default();
     for ((a, e), item) in &items {

@@ -6,7 +6,7 @@
 
 use crate::SolveError;
 use crate::boxes::grid_problem::GridProblem;
-use crate::boxes::grid_refinement::{Indicator, missing, refine};
+use crate::boxes::grid_refinement::{Indicator, missing, refine_weighted};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{Coarser, Lower, Outcome, on_grid};
 use crate::boxes::one_part::Potentials;
@@ -164,6 +164,8 @@ pub(crate) struct Search<'p, 's> {
     distance: f64,
     /// The error of the target that a base leaves; zero without one.
     of_base: f64,
+    /// What a body that is added to it sees of that.
+    seen: f64,
     /// Errors found so far.
     judged: Vec<f64>,
     /// How often the grid was extended into open space because refinement did not help.
@@ -202,6 +204,7 @@ impl<'p, 's> Search<'p, 's> {
             open_space,
             distance,
             of_base: problem.base.map_or(0.0, |base| base.spread),
+            seen: 0.0,
             judged: Vec::new(),
             widened: 0,
             wider: false,
@@ -258,7 +261,7 @@ impl<'p, 's> Search<'p, 's> {
             let found = match problem.cancelled() {
                 true => Err(SolveError::Cancelled),
                 false => {
-                    let known = self.lower.as_ref();
+                    let known = self.lower.as_ref().filter(|_| problem.sight.is_none());
                     let lower = match purpose {
                         Purpose::Prove => Lower::Proved { known, accepted },
                         Purpose::Explore | Purpose::Estimate => Lower::None,
@@ -275,7 +278,9 @@ impl<'p, 's> Search<'p, 's> {
                 found => found?,
             };
             self.grids += 1;
-            if let Some(base) = problem.base {
+            if let Some(sight) = &problem.sight {
+                [self.of_base, self.seen] = outcome.of_base(problem, sight);
+            } else if let Some(base) = problem.base {
                 let value = problem.settings.target.value(&outcome.bounds.upper);
                 let ratio = base.value.zip(value).map_or(1.0, |(base, value)| (base / value).abs());
                 self.of_base = base.spread * ratio;
@@ -319,8 +324,12 @@ impl<'p, 's> Search<'p, 's> {
     }
 
     /// The part of an error of the target that this problem's grid is responsible for: all of it, or what a base leaves. The roots of the
-    /// two parts add up to that of the whole.
+    /// two parts add up to that of the whole; where the error of the base cancels, its square root counts in a product with that of the grid.
     fn own(&self, error: f64) -> f64 {
+        if self.problem.sight.is_some() {
+            let left = (error - self.seen).max(0.0);
+            return ((4.0 * self.of_base + left).sqrt() - 2.0 * self.of_base.sqrt()).powi(2);
+        }
         (error.sqrt() - self.of_base.sqrt()).max(0.0).powi(2)
     }
 
@@ -374,7 +383,8 @@ impl<'p, 's> Search<'p, 's> {
         let settings = self.problem.settings;
         match purpose {
             Purpose::Explore => {
-                let polarised = outcome.amplification(self.tolerance, settings);
+                let polarised =
+                    if self.problem.is_part { 1.0 } else { outcome.amplification(self.tolerance, settings) };
                 let overstated = self.before.as_ref().and_then(|b| outcome.overstated(b, missing, settings));
                 self.amplification = polarised / overstated.unwrap_or(1.0);
                 self.settled = match (self.last_overstated, overstated) {
@@ -502,7 +512,11 @@ impl<'p, 's> Search<'p, 's> {
                     }
                 }
             };
-            left = refine(&mut grid, indicator, target);
+            let farthest = problem.core.size();
+            let axes = self.grid.axes.clone();
+            left = refine_weighted(&mut grid, indicator, target, |a, e| {
+                problem.seen_by.as_ref().map_or(1.0, |sight| sight.weight(a, &axes[a], e, farthest))
+            });
         }
         let (memory, unknowns) = (problem.memory(&grid), problem.unknowns(&grid));
         if self.shortfall.is_none() && (memory > settings.memory_limit || unknowns > MAX_UNKNOWNS) {

@@ -10,13 +10,14 @@ use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
 use crate::boxes::layout::Grid;
-use crate::boxes::one_part::{PartPotentials, Potentials, SolvedPart, combined, solve_part};
+use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, combined, solve_part};
+use crate::boxes::superposed::Sight;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
-use faer::Mat;
+use faer::{Mat, Scale};
 
 /// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
 /// on cubes, plates and pairs.
@@ -37,12 +38,22 @@ pub(crate) struct Coarser {
     pub(crate) upper: Mat<f64>,
 }
 
+/// What is added to a base misses at least this share of its error in each part.
+const LEAST_OF_PART: f64 = 0.1;
+
+/// What a body sees of the error of a base, over the share of it that is without sources around the body.
+const SEEN_BESIDE: f64 = 1.3;
+
 /// Energies of all parts on one grid.
 pub(crate) struct Outcome {
     /// Of the driven conductors: the matrix that is reported.
     pub(crate) bounds: MatrixBounds,
     /// Of all conductors.
     pub(crate) all: MatrixBounds,
+    /// Those of the matrix with the energies of the error of a base, where they are to be known.
+    pub(crate) with_error_of_base: Option<MatrixBounds>,
+    /// Whether it is that of a part alone, whose matrix is not a Maxwell matrix.
+    is_part: bool,
     /// The form that rounding of `all` is a share of, F.
     pub(super) rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
@@ -86,7 +97,7 @@ pub(crate) fn on_grid(
     let n = problem.layout.conductors.len();
     let basis = problem.basis();
     let (mut up, mut low) = (Mat::zeros(n, n), Mat::zeros(n, n));
-    let mut out = Outcome::empty();
+    let mut out = Outcome { is_part: problem.is_part, ..Outcome::empty() };
     let (core, grid) = (grid, &grid.reflected(problem.reflected));
     let has_lower = !matches!(lower, Lower::None);
     let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, own: &Mat<f64>| {
@@ -124,13 +135,24 @@ pub(crate) fn on_grid(
         }
     }
     if has_lower && problem.layout.map.is_some() {
+        let mut with_error = problem.sight.map(|_| [Mat::zeros(n, n), Mat::zeros(n, n)]);
         for k in 0..out.solved.len() {
             let Some((at, part)) = out.solved.get(k) else { continue };
             let dual = part.bent_lower(problem, share)?;
             add(&mut low, *at, part, &dual.matrix);
+            match (&mut with_error, &dual.with_error_of_base) {
+                (Some(to), Some(own)) => to.iter_mut().zip(own).for_each(|(to, own)| add(to, *at, part, own)),
+                _ => with_error = None,
+            }
             out.unknowns = out.unknowns.max(part.energies.unknowns + dual.unknowns);
             out.add_dual_cost(&dual);
         }
+        out.with_error_of_base = with_error.map(|own| {
+            let [lower, upper] = own.map(scaled);
+            let mut bounds = MatrixBounds { lower, upper };
+            bounds.count_rounding(&out.rounding, contrast_of(&problem.layout.permittivity));
+            bounds
+        });
     }
     let lower = if has_lower { scaled(low) } else { upper.clone() };
     out.set_bounds(problem, upper, lower);
@@ -145,6 +167,8 @@ impl Outcome {
         Self {
             bounds: none(),
             all: none(),
+            with_error_of_base: None,
+            is_part: false,
             rounding: Mat::zeros(0, 0),
             basis: Mat::zeros(0, 0),
             solved: Vec::new(),
@@ -343,7 +367,7 @@ impl Outcome {
             _ => 1.0,
         };
         let lacking = SURPLUS_FACTOR * understated.max(1.0) * missing + beyond;
-        self.bounds.lower = self.bounds.upper.clone() * faer::Scale(1.0 - lacking.min(1.0));
+        self.bounds.lower = self.bounds.upper.clone() * Scale(1.0 - lacking.min(1.0));
     }
 
     /// How much the energies of the target fell from a coarser grid, relative, of each state that the target depends on.
@@ -365,7 +389,52 @@ impl Outcome {
 
     /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
-        error_of(&self.bounds, settings)
+        match &self.with_error_of_base {
+            Some(bounds) => linear_error(bounds, settings.target),
+            None if self.is_part => linear_error(&self.bounds, settings.target),
+            None => error_of(&self.bounds, settings),
+        }
+    }
+
+    /// The error of the target that the error of a base would leave if it were that of one part alone, and what of it a body sees. In
+    /// products with the error of what is added, it counts where that is.
+    pub(crate) fn of_base(&self, problem: &GridProblem<'_>, sight: &Sight) -> [f64; 2] {
+        let forms = |of: &dyn Fn(&OnBase, &Mat<f64>) -> Mat<f64>| {
+            self.of_gaps(problem, |part| {
+                let none = || Mat::zeros(0, 0);
+                part.added.as_ref().map_or_else(none, |added| of(added, &part.energies.matrix))
+            })
+        };
+        let known = forms(&|added, _| added.base[0].clone());
+        let seen = forms(&|added, _| &added.base[0] * Scale(sight.share(added.is_odd)));
+        let added = forms(&|added, energies| energies - &added.base[1]);
+        let all = added.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
+        let root: f64 = known
+            .iter()
+            .zip(&added)
+            .map(|(known, added)| (known * (added.abs() / all).max(LEAST_OF_PART)).sqrt())
+            .sum();
+        [root * root, SEEN_BESIDE * seen.iter().sum::<f64>()]
+    }
+
+    /// What a gap of the energies of each part makes of the target, over its value.
+    pub(in crate::boxes) fn of_gaps(
+        &self,
+        problem: &GridProblem<'_>,
+        gap: impl Fn(&SolvedPart) -> Mat<f64>,
+    ) -> Vec<f64> {
+        let (n, unit) = (self.basis.nrows(), VACUUM_PERMITTIVITY * problem.layout.unit);
+        let target = problem.settings.target;
+        let value = target.within(&self.bounds).map_or(f64::NAN, |own| own.value.abs());
+        let of_part = |(at, part): &(usize, SolvedPart)| {
+            let (own, mut all) = (gap(part), Mat::zeros(n, n));
+            for (i, j) in (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j))) {
+                all[(at + i, at + j)] = unit * part.copies * own[(i, j)];
+            }
+            let bounds = MatrixBounds { lower: Mat::zeros(n, n), upper: from_energies(&self.basis, &all) };
+            target.within(&bounds).map_or(f64::NAN, |own| (own.upper - own.lower) / value)
+        };
+        self.solved.iter().map(of_part).collect()
     }
 
     /// The error that rounding alone leaves of the target, however fine the grid: that of bounds which differ by no more.
@@ -389,7 +458,7 @@ impl Outcome {
             problem.floating.proved(&self.all)
         } else {
             // The matrix of all conductors is taken to be as uncertain as the target.
-            let lower = &self.all.upper * faer::Scale(1.0 - self.error(settings).min(0.5));
+            let lower = &self.all.upper * Scale(1.0 - self.error(settings).min(0.5));
             problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
         };
         if !settings.bounds {
@@ -407,6 +476,8 @@ impl Outcome {
                 }
             }
         }
+        let with_error_of_base =
+            self.with_error_of_base.as_ref().and_then(|bounds| settings.target.within(bounds));
         let stalled = || {
             "the linear solver stopped before its goal: the elements of the grid differ too much in size"
                 .to_owned()
@@ -433,8 +504,14 @@ impl Outcome {
             seconds: self.seconds,
             field: None,
             foresight: None,
+            with_error_of_base,
         }
     }
+}
+
+/// The relative spread of a linear target within bounds of a form that need not be a Maxwell matrix.
+fn linear_error(bounds: &MatrixBounds, target: Target) -> f64 {
+    target.within(bounds).map_or(f64::INFINITY, |own| (own.upper - own.lower) / own.value.abs())
 }
 
 /// The largest relative spread of the target within bounds, or error estimate without.

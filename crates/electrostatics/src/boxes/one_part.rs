@@ -57,7 +57,7 @@ impl Embedded<'_> {
 }
 
 /// The upper problem of one part.
-pub(super) struct SolvedPart {
+pub(in crate::boxes) struct SolvedPart {
     pub(super) energies: Energies,
     pub(super) primal: Primal,
     /// Of the conductors' blocks, for each right-hand side.
@@ -85,6 +85,10 @@ pub(super) struct OnBase {
     missed: Mat<f64>,
     /// The interpolated base, for each right-hand side.
     pub(super) cut: Vec<Vec<f64>>,
+    /// By how much the energies of the base are known, and these.
+    pub(super) base: [Mat<f64>; 2],
+    /// Whether the base is odd across a mirror plane.
+    pub(super) is_odd: bool,
 }
 
 /// Solves one part on one grid, given as that of the core and as it is reflected: its primal problem, and, except under a map, the energies
@@ -162,6 +166,8 @@ pub(super) fn solve_part(
         index,
         under_map,
         missed,
+        base: added.base_forms(),
+        is_odd: added.is_odd(),
         cut: added.cut,
     });
     let lower = dual.as_ref().map(|dual| dual.matrix.clone());
@@ -179,7 +185,7 @@ impl SolvedPart {
             let own = (under_map, self.energies.coefficients.as_slice());
             let with = (self.images.as_slice(), &self.primal);
             let upper = [&self.energies.matrix, missed];
-            return added.lower(&self.domain, upper, own, with, share, cancel);
+            return added.lower(&self.domain, upper, own, with, problem.sight.as_ref(), share, cancel);
         }
         let solved = Solved {
             coefficients: &self.energies.coefficients,

@@ -4,7 +4,7 @@ use crate::SolveError;
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search;
 use crate::boxes::mapped::map::SceneMap;
-use crate::boxes::superposed::Base;
+use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::two_states;
 use crate::consistency::contradiction;
 use crate::solution::{Settings, Solution};
@@ -79,6 +79,12 @@ fn solve_in(
     });
     let mut problem = GridProblem::new(scene, map, in_frame.as_ref(), settings)?;
     problem.base = base;
+    if let Some(base) = base.filter(|base| base.cancels) {
+        problem.sight = map.and_then(|map| Sight::of(scene, map, base.conductors, &base.frame, 0.0));
+        if problem.sight.is_none() {
+            return Err(SolveError::Superposition);
+        }
+    }
     let setup = begin.elapsed().as_secs_f64();
     let found = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,

@@ -520,6 +520,7 @@ impl<'a> Search<'a> {
             seconds: self.seconds,
             field: None,
             foresight: None,
+            with_error_of_base: None,
         };
         match contradiction(&solution, &found.all, &self.floating) {
             Some(what) => Err(SolveError::Contradiction(what)),

@@ -191,6 +191,7 @@ pub fn solve_mesh(
                 seconds,
                 field: None,
                 foresight: None,
+                with_error_of_base: None,
             },
             mesh,
         };

@@ -63,7 +63,7 @@ fn to(relative_tolerance: f64, target: Target) -> Settings {
     Settings { relative_tolerance, target, ..Settings::default() }
 }
 
-const ADDITIONS: Additions = Additions { reach: 4.0, change: 1.0, share: 0.2 };
+const ADDITIONS: Additions = Additions { reach: 4.0, change: 1.0, share: 0.2, nearer: None };
 
 fn base_of(full: &(Scene, Arc<SceneMap>), settings: &Settings) -> Base {
     solve_base(&scene(None), (&full.0, &full.1), ADDITIONS, settings).unwrap().unwrap()
@@ -137,6 +137,73 @@ fn without_mirrors_the_bounds_are_the_same() {
         let scale = with.maxwell[0][0].value;
         assert!((a.lower - b.lower).abs() + (a.upper - b.upper).abs() < 1e-4 * scale, "{a:?} {b:?}");
     }
+}
+
+/// The pair in its layer, without a plane below it.
+fn in_open_space(scene: Scene) -> Scene {
+    Scene { domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3], ..scene }
+}
+
+/// A grounded box high over the pair in open space, which a map makes bulge and lowers by as much as is given.
+fn far_finger(lowered: f64) -> (Scene, Arc<SceneMap>) {
+    let finger = Body::grounded("finger", cuboid([-1.5, 28.5, -1.5], [1.5, 31.5, 1.5]));
+    let axis = |breaks: &[f64], mirrored: bool| {
+        let degrees = vec![4; breaks.len() - 1];
+        MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
+    };
+    let axes =
+        [axis(&[0.0, 1.5, 3.5], true), axis(&[26.5, 28.5, 31.5, 33.5], false), axis(&[0.0, 1.5, 3.5], true)];
+    let bend = move |[x, y, z]: [f64; 3]| {
+        let fall = |x: f64| if x.abs() > 1.5 { 0.5 * (3.5 - x.abs()) } else { 1.0 };
+        let up = match y {
+            _ if y < 28.5 => (y - 26.5) / 2.0,
+            _ if y > 31.5 => (33.5 - y) / 2.0,
+            _ => 1.0,
+        };
+        let bulge = (1.0 - 0.1 * (x * x).min(1.0) - 0.1 * (z * z).min(1.0)) * fall(x) * fall(z) * up;
+        [0.0, -lowered * bulge, 0.0]
+    };
+    (in_open_space(scene(Some(finger))), Arc::new(SceneMap::new(axes, bend)))
+}
+
+#[test]
+fn the_error_of_a_base_cancels_in_the_change_between_two_fingers() {
+    let target = Target::Mutual([0, 1]);
+    let (all, without) = ([0.7, -0.7].map(far_finger), in_open_space(scene(None)));
+    let direct = all.each_ref().map(|(scene, map)| solve_mapped(scene, map, &to(1e-5, target)).unwrap());
+    let [from, now] = direct.each_ref().map(|own| own.measured.unwrap());
+    let change = [now.lower - from.upper, now.upper - from.lower];
+    let tolerance = 3e-5;
+    let settings = to(tolerance, target);
+    let additions = Additions { reach: 34.0, nearer: Some(0.0), ..ADDITIONS };
+    let (first, map) = &all[0];
+    let base = solve_base(&without, (first, map), additions, &settings).unwrap().unwrap();
+    assert!(base.cancels());
+    let [a, b] = all.each_ref().map(|(scene, map)| {
+        let found = solve_superposed(scene, map, &base, &settings).unwrap();
+        assert!(found.reached, "{:?}", found.shortfall);
+        let (measured, with) = (found.measured.unwrap(), found.with_error_of_base.unwrap());
+        assert!(with.upper - with.lower <= tolerance * with.value, "{with:?}");
+        // What the error of the base adds is not negative, and no more than the error of the capacitance.
+        assert!(with.upper >= measured.lower && measured.upper >= with.lower, "{measured:?} {with:?}");
+        [measured, with]
+    });
+    for ([_, own], direct) in [a, b].iter().zip([from, now]) {
+        println!("{:e} to {:e}: {:e} to {:e}", direct.lower, direct.upper, own.lower, own.upper);
+    }
+    let found = |k: usize| [b[k].lower - a[k].upper, b[k].upper - a[k].lower];
+    let [by_itself, with] = [found(0), found(1)];
+    println!("{tolerance:e}: {change:?}, {by_itself:?}, with the error of the base {with:?}");
+    for own in [by_itself, with] {
+        assert!(own[0] <= change[1] && change[0] <= own[1], "{own:?} {change:?}");
+    }
+    // The middle of what is known of the change by sharp solves lies within.
+    let middle = 0.5 * (change[0] + change[1]);
+    assert!(with[0] <= middle && middle <= with[1], "{with:?} {middle:e}");
+    // The base of a larger finger that comes nearer does not serve so.
+    let additions = Additions { reach: 34.0, nearer: Some(25.0), ..ADDITIONS };
+    let base = solve_base(&without, (&all[0].0, &all[0].1), additions, &to(1e-3, target));
+    assert!(!base.unwrap().unwrap().cancels());
 }
 
 #[test]

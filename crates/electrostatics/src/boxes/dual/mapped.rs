@@ -135,6 +135,7 @@ pub(crate) fn lower(
         converged: found.iter().all(|one| one.converged),
         repair_share,
         coefficients: Vec::new(),
+        with_error_of_base: None,
         seconds: *seconds,
     })
 }

@@ -4,10 +4,13 @@ use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::grid_problem::{GridProblem, InFrame};
-use crate::boxes::grid_search::Search;
+use crate::boxes::grid_refinement::{missing, refine};
+use crate::boxes::grid_search::{STEP, Search};
 use crate::boxes::layout::{Frame, Layout};
 use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::one_grid::{Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
+use crate::boxes::superposed::{Added, Sight};
 use crate::boxes::symmetry::Part;
 use crate::floating::Floating;
 use crate::solution::Settings;
@@ -27,6 +30,8 @@ pub struct Base {
     pub(crate) parts: Vec<BasePart>,
     /// The relative spread of the target that it was solved to.
     pub spread: f64,
+    /// Whether its error is to cancel in differences: it is then larger than what is added to it may be known to.
+    pub(crate) cancels: bool,
     /// The value of the target, F, if it has one.
     pub(crate) value: Option<f64>,
     /// Unknowns of the largest problem, primal and dual.
@@ -47,6 +52,18 @@ pub(crate) struct BasePart {
     pub(crate) fluxes: Fluxes,
 }
 
+impl BasePart {
+    /// Whether its potentials are odd across a mirror plane.
+    pub(crate) fn is_odd(&self) -> bool {
+        self.odd.contains(&true)
+    }
+
+    /// By how much its energies are known, as a form.
+    pub(crate) fn gap(&self) -> Mat<f64> {
+        &self.upper - &self.lower
+    }
+}
+
 /// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for, where that is a small share.
 const MOST: f64 = 0.8;
 const MOST_OF_SHARE: f64 = 2.0;
@@ -61,7 +78,24 @@ pub struct Additions {
     pub change: f64,
     /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
     pub share: f64,
+    /// Set where differences between the scenes alone are to be known to the tolerance: how much nearer to the conductors of the base, m,
+    /// than in the scene that is given the body may be.
+    pub nearer: Option<f64>,
 }
+
+/// The largest share of the error of a base that a body may see where it is to cancel.
+const MOST_SEEN: f64 = 0.35;
+
+/// What a body may see of the error of each part of a base, over the tolerance; the error over the tolerance at most, beyond which it counts
+/// too much in the product with the error of what is added.
+const SEEN: f64 = 0.2;
+const MOST_OF_PART: f64 = 1.2;
+
+/// The largest error that the base may leave by itself, over the tolerance.
+const LEFT: f64 = 0.6;
+
+/// The largest relative error of a part.
+const ROUGH: f64 = 0.1;
 
 /// Where rays begin at least, over the distance of the farthest face: twice as far as any plane, and a little more for the places from which
 /// the two distances are measured.
@@ -90,43 +124,168 @@ pub fn solve_base(
     let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(of_energy);
     let in_frame =
         InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(NEAREST), radius: None };
-    let mut problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
-    problem.keeps_fluxes = true;
-    let mut search = Search::new(&problem)?;
-    let met = search
-        .pursue(additions.share * tolerance, (MOST_OF_SHARE * additions.share).min(MOST) * tolerance)?;
-    let found = search.finish(met)?;
-    if !met {
-        return Ok(None);
-    }
-    let radius = found.grid.radius;
+    let sight = additions.nearer.and_then(|nearer| sight(scene, like, &frame, nearer, &settings));
     let mut out = Base {
-        conductors: problem.layout.conductors.len(),
+        conductors: scene.conductors().count(),
         frame,
-        radius,
+        radius: 0.0,
         parts: Vec::new(),
-        spread: found.outcome.error(&settings),
-        value: settings.target.value(&found.outcome.bounds.upper),
-        unknowns: found.outcome.unknowns,
+        spread: 0.0,
+        cancels: false,
+        value: None,
+        unknowns: 0,
     };
-    let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
-    for (part, (_, own)) in solved.zip(found.outcome.solved) {
-        let (Some(mut fluxes), Some(lower)) = (own.fluxes, own.lower) else { return Ok(None) };
-        fluxes.prepare()?;
-        out.parts.push(BasePart {
-            odd: part.odd,
-            potentials: part.potentials.clone(),
-            domain: own.domain,
-            coefficients: own.energies.coefficients,
-            upper: own.energies.matrix,
-            lower,
-            fluxes,
-        });
+    let problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
+    let farthest = problem.core.size();
+    if let Some(sight) = sight.filter(|sight| sight.is_far(farthest)) {
+        out.cancels = true;
+        if out.solve_in_parts((scene, like), &problem, &in_frame, &sight)? {
+            return Ok(Some(out));
+        }
+        out.cancels = false;
+        (out.parts, out.spread, out.value, out.unknowns) = (Vec::new(), 0.0, None, 0);
     }
-    Ok(Some(out))
+    let goal = additions.share * tolerance;
+    let accepted = (MOST_OF_SHARE * additions.share).min(MOST) * tolerance;
+    Ok(if out.solve(problem, goal, accepted)? { Some(out) } else { None })
+}
+
+/// Missing energy and error of the linear solver, over the energy, for a first look.
+const ROUGH_ENERGY: f64 = 1e-2;
+const ROUGH_SHARE: f64 = 1e-3;
+
+/// What a gap of the energies of each part, as large as these, would make of the target, over its value: by a small grid.
+fn weights(problem: &GridProblem<'_>) -> Result<Vec<f64>, SolveError> {
+    let settings = problem.settings;
+    let far =
+        OpenSpace::new(&problem.layout, &problem.floating, settings).distance(settings.relative_tolerance);
+    let mut grid = problem.first_grid(far)?;
+    loop {
+        problem.check_memory(&grid)?;
+        let rough = on_grid(problem, &grid, ROUGH_SHARE, Lower::None, None)?;
+        let indicator = rough.indicator(problem);
+        let missing = missing(&grid, &indicator);
+        if missing <= ROUGH_ENERGY {
+            return Ok(rough.of_gaps(problem, |part| part.energies.matrix.clone()));
+        }
+        let unknowns = problem.unknowns(&grid);
+        refine(&mut grid, &indicator, (STEP * missing).max(0.5 * ROUGH_ENERGY));
+        if problem.unknowns(&grid) == unknowns {
+            return Ok(rough.of_gaps(problem, |part| part.energies.matrix.clone()));
+        }
+    }
+}
+
+/// What the body of a scene sees of the error of a base, where that can cancel.
+fn sight(
+    base: &Scene,
+    (scene, map): (&Scene, &Arc<SceneMap>),
+    frame: &Frame,
+    nearer: f64,
+    settings: &Settings,
+) -> Option<Sight> {
+    let can_cancel = settings.target.is_linear(scene.driven().count())
+        && scene.floating().next().is_none()
+        && scene.conductors().count() > base.conductors().count();
+    let own = || Sight::of(scene, map, base.conductors().count(), frame, nearer);
+    can_cancel.then(own).flatten().filter(|sight| sight.share(false) <= MOST_SEEN)
 }
 
 impl Base {
+    /// Each part on a grid of its own, so that the error cancels in differences between what is added to it. Says whether it is then known
+    /// well enough: where it is not, the body sees more of the error than was expected.
+    fn solve_in_parts(
+        &mut self,
+        (scene, like): (&Scene, (&Scene, &Arc<SceneMap>)),
+        problem: &GridProblem<'_>,
+        in_frame: &InFrame,
+        sight: &Sight,
+    ) -> Result<bool, SolveError> {
+        let settings = problem.settings;
+        let tolerance = settings.relative_tolerance;
+        let weights = weights(problem)?;
+        let solved = (0..problem.parts.len()).filter(|k| !problem.parts[*k].potentials.is_empty());
+        for (k, weight) in solved.zip(&weights) {
+            let mut own = GridProblem::new(scene, None, Some(in_frame), settings)?;
+            let is_odd = own.parts[k].odd.contains(&true);
+            own.leave_part(k);
+            own.seen_by = Some(*sight);
+            let goal = (SEEN / sight.share(is_odd)).min(MOST_OF_PART) * tolerance / weight;
+            let goal = if goal.is_finite() { goal.min(ROUGH) } else { return Ok(false) };
+            if !self.solve(own, goal, MOST_OF_SHARE * goal)? {
+                return Ok(false);
+            }
+        }
+        match self.least_apart(like, sight, settings) {
+            Ok(apart) => {
+                let all: f64 = apart.iter().zip(&weights).map(|(apart, weight)| apart * weight).sum();
+                Ok(all <= LEFT * tolerance)
+            }
+            Err(SolveError::Superposition) => Ok(false),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// [`Added::least_apart`] of each part.
+    fn least_apart(
+        &self,
+        like: (&Scene, &Arc<SceneMap>),
+        sight: &Sight,
+        settings: &Settings,
+    ) -> Result<Vec<f64>, SolveError> {
+        let in_frame = InFrame {
+            frame: self.frame,
+            mirrored: [true; 3],
+            reach: 0.0,
+            far: 0.0,
+            radius: Some(self.radius),
+        };
+        let problem = GridProblem::new(like.0, Some(like.1), Some(&in_frame), settings)?;
+        let grid = problem.first_grid(0.0)?.reflected(problem.reflected);
+        let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
+        let of_part = |part: &Part| {
+            let (domain, held) = part.layout.domain(&grid);
+            Added::new(self, part, &domain, &held)?.least_apart(&domain, sight)
+        };
+        solved.map(of_part).collect()
+    }
+
+    /// Solves for the parts of a problem and takes them over; says whether an error that is accepted was reached.
+    fn solve(&mut self, mut problem: GridProblem<'_>, goal: f64, accepted: f64) -> Result<bool, SolveError> {
+        problem.keeps_fluxes = true;
+        let mut search = Search::new(&problem)?;
+        let met = search.pursue(goal, accepted)?;
+        let found = search.finish(met)?;
+        let is_other = !self.parts.is_empty() && self.radius != found.grid.radius;
+        if !met || is_other {
+            return Ok(false);
+        }
+        let settings = problem.settings;
+        self.radius = found.grid.radius;
+        self.spread += found.outcome.error(settings);
+        let value = match self.cancels {
+            true => settings.target.within(&found.outcome.bounds).map(|own| own.value),
+            false => settings.target.value(&found.outcome.bounds.upper),
+        };
+        self.value = value.map(|value| self.value.unwrap_or(0.0) + value);
+        self.unknowns = self.unknowns.max(found.outcome.unknowns);
+        let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
+        for (part, (_, own)) in solved.zip(found.outcome.solved) {
+            let (Some(mut fluxes), Some(lower)) = (own.fluxes, own.lower) else { return Ok(false) };
+            fluxes.prepare()?;
+            self.parts.push(BasePart {
+                odd: part.odd,
+                potentials: part.potentials.clone(),
+                domain: own.domain,
+                coefficients: own.energies.coefficients,
+                upper: own.energies.matrix,
+                lower,
+                fluxes,
+            });
+        }
+        Ok(true)
+    }
+
     /// The part that another scene's part is added to, and which of its right-hand sides belongs to each one there: none where the
     /// conductors of the base are at zero. `None` where it has no such part.
     pub(crate) fn part_of(&self, part: &Part) -> Option<(&BasePart, Vec<Option<usize>>)> {
@@ -142,6 +301,11 @@ impl Base {
             let of: Option<Vec<_>> = part.potentials.iter().map(|v| number(own, v)).collect();
             Some((own, of?))
         })
+    }
+
+    /// Whether its error cancels in differences of what is added to it, and is larger than these may be known to.
+    pub fn cancels(&self) -> bool {
+        self.cancels
     }
 
     /// Memory that it takes, bytes.

@@ -34,17 +34,17 @@ fn joined_axis(base: &Axis, own: &Axis) -> Option<Axis> {
     Some(Axis { line, cuts, walls: own.walls, rays: own.rays })
 }
 
-/// The grid of a base, divided at the planes of a scene as well.
-pub(super) fn at_planes(base: &Domain, own: &Domain) -> Option<Domain> {
+/// The grid of a base, divided at the planes of a scene as well, and at `more` places of each axis.
+pub(super) fn at_planes(base: &Domain, own: &Domain, more: &[Vec<f64>; 3]) -> Option<Domain> {
     let planes = [0, 1, 2].map(|a| {
         let axis = &own.axes[a];
-        let first = axis.line.first_finite();
-        let mut at: Vec<usize> = axis.cuts.iter().map(|cut| cut.saturating_sub(first)).collect();
-        at.iter_mut().for_each(|n| *n = (*n).min(axis.line.nodes.len() - 1));
-        at.extend([0, axis.line.nodes.len() - 1]);
-        at.sort_unstable();
-        at.dedup();
-        let nodes: Vec<f64> = at.iter().map(|n| axis.line.nodes[*n]).collect();
+        let (first, all) = (axis.line.first_finite(), &axis.line.nodes);
+        let node = |cut: &usize| all[cut.saturating_sub(first).min(all.len() - 1)];
+        let ends = [all[0], all[all.len() - 1]];
+        let within = more[a].iter().copied().filter(|x| ends[0] < *x && *x < ends[1]);
+        let mut nodes: Vec<f64> = axis.cuts.iter().map(node).chain(ends).chain(within).collect();
+        nodes.sort_unstable_by(f64::total_cmp);
+        nodes.dedup();
         let cut = |cut: &usize| {
             let end = axis.line.elements();
             if *cut == 0 {
@@ -52,7 +52,7 @@ pub(super) fn at_planes(base: &Domain, own: &Domain) -> Option<Domain> {
             } else if *cut == end {
                 nodes.len() - 1 + axis.line.elements() - axis.line.degrees.len()
             } else {
-                at.partition_point(|n| *n < cut - first) + first
+                nodes.partition_point(|x| *x < node(cut)) + first
             }
         };
         let cuts = axis.cuts.iter().map(cut).collect();

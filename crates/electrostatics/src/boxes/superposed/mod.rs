@@ -27,29 +27,44 @@
 //! interpolation is good.
 //!
 //! Where the body is a dielectric, eps is the permittivity without it, and K that with it under the map.
+//!
+//! **Differences.** Let e be the error of u0 as a potential in space, H what a conductor sees of it ([`sight`]), and R how far the flux that is
+//! added to d0 is from the gradient of what is added to u0. In open space the map bends nothing but coordinates, so that both u0 and d0 have
+//! images in the coordinates of the boxes: the sum of both fluxes less the image of d0, and u less that of u0, are apart by the second term of
+//! the above and, in B, by |d0 - eps grad u0| in the norm of K^-1 and once more without a map. For any function w that is zero on all
+//! conductors the products of grad u with K grad w, and of grad u0 with that of w in space, differ by at most R |w|. With e - H for w, and with
+//! u less the true potential,
+//!
+//! | (U - C)^(1/2) - |e - H| | <= R,        |e - H|^2 = |e|^2 - X,
+//!
+//! so that C + |e|^2 is at least U - 2 |e| R - R^2 and at most U + X + 2 |e| R, with |e|^2 <= G0. It is the same |e|^2 for all scenes that
+//! are added to the base.
 
 mod base;
+mod errors;
 mod grids;
 mod products;
+mod sight;
 
 pub use base::{Additions, Base, solve_base};
+pub(crate) use sight::Sight;
 
 use crate::SolveError;
-use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::domain::{Block, Domain};
 use crate::boxes::dual::aim::Less;
 use crate::boxes::dual::mapped::Solved;
-use crate::boxes::dual::superposed::{Weights, distances};
+use crate::boxes::dual::superposed::distances;
 use crate::boxes::energy::{Drive, Energies};
 use crate::boxes::half_turn::images::Image;
-use crate::boxes::mapped::gradients::{FINER, add_with_error, gradients_at};
-use crate::boxes::mapped::metric::{Metric, Of, product};
-use crate::boxes::mapped::points::AxisPoints;
+use crate::boxes::mapped::gradients::FINER;
+use crate::boxes::mapped::metric::{Metric, Of};
 use crate::boxes::primal::Primal;
 use crate::boxes::symmetry::Part;
 use base::BasePart;
 use elastocap_fem::tensor::{Window, along, dot};
+use errors::{squared_sum, twice_the_product};
 use faer::{Mat, Scale};
-use grids::{at_planes, bent_block, interpolation, only, permittivity_of};
+use grids::{bent_block, interpolation, only, permittivity_of};
 use products::{As, Joint};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -61,15 +76,8 @@ const MOST_SQUEEZED: f64 = 60.0;
 /// The same in a dielectric body. At the edges of a box that a map makes round it is always large, but the flux of the base is smooth there.
 const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
-/// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
-const EXACT: usize = 1;
-const RULES: [usize; 2] = [0, 1];
-
 /// The rounding of a square of z in a body, over that of u0 there: sums of millions of terms that cancel.
 const ROUNDING: f64 = 1e-12;
-
-/// A share of the error of the base that need not be known any better.
-const NEGLIGIBLE: f64 = 0.03;
 
 /// The base of one part of a scene, on a coarse grid.
 pub(crate) struct Added<'a> {
@@ -196,6 +204,16 @@ impl<'a> Added<'a> {
             (Some(i), Some(j)) => form[(i, j)],
             _ => 0.0,
         })
+    }
+
+    /// By how much the energies of the base are known, and these.
+    pub(crate) fn base_forms(&self) -> [Mat<f64>; 2] {
+        [self.of_base(&self.base.gap()), self.of_base(&self.base.upper)]
+    }
+
+    /// Whether the base is odd across a mirror plane.
+    pub(crate) fn is_odd(&self) -> bool {
+        self.base.is_odd()
     }
 
     /// Energies of the base, for each right-hand side.
@@ -340,6 +358,7 @@ impl<'a> Added<'a> {
         [upper, missed]: [&Mat<f64>; 2],
         (own, y): (&Mat<f64>, &[Vec<f64>]),
         (images, primal): (&[Option<Image>], &Primal),
+        sight: Option<&Sight>,
         share: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Energies, SolveError> {
@@ -351,26 +370,32 @@ impl<'a> Added<'a> {
         let largest = found.largest * self.without.as_ref().map_or(1.0, |own| own.largest);
         let begin = Instant::now();
         let n = y.len();
-        let known = Mat::from_fn(self.base.upper.nrows(), self.base.upper.nrows(), |i, j| {
-            self.base.upper[(i, j)] - self.base.lower[(i, j)]
-        });
-        let known = self.of_base(&known);
-        let known = &known + self.under_map(domain, &known, largest)?;
+        let known = self.of_base(&self.base.gap());
+        let [on_block, more] = self.under_map(domain, &known, largest)?;
         let missed = self.missed_under_map(domain, missed, largest)?;
-        let scaled = |m: &Mat<f64>, scale: f64| Mat::from_fn(n, n, |i, j| scale * m[(i, j)]);
-        let terms = [known, found.apart.clone(), found.repair.clone(), missed];
-        let sizes = terms.each_ref().map(|m| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0).sqrt());
-        let total: f64 = sizes.iter().sum();
-        // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
-        let mut matrix = upper.clone();
-        for (term, size) in terms.iter().zip(sizes).filter(|(_, size)| *size > 0.0) {
-            matrix -= scaled(term, total / size);
-        }
-        for i in 0..n {
-            matrix[(i, i)] -= 256.0 * f64::EPSILON * upper[(i, i)];
-        }
+        let own = [&found.apart, &found.repair, &missed];
+        let below = |by: &Mat<f64>| {
+            let mut matrix = upper - by;
+            for i in 0..n {
+                matrix[(i, i)] -= 256.0 * f64::EPSILON * upper[(i, i)];
+            }
+            matrix
+        };
+        let lost = squared_sum([&(&known + &more)].into_iter().chain(own));
+        let mut matrix = below(&lost);
         let is_finite = |m: &Mat<f64>| (0..n).all(|i| (0..n).all(|j| m[(i, j)].is_finite()));
-        if !found.proved || !terms.iter().all(is_finite) {
+        let proved = found.proved && is_finite(&lost);
+        let with_error_of_base = match sight {
+            Some(sight) if proved => {
+                let in_ball = self.errors_around(domain, sight)?;
+                let seen = squared_sum([&(&known * Scale(sight.share(self.base.is_odd()))), &in_ball]);
+                let apart = squared_sum([&on_block, &(&on_block + &more)].into_iter().chain(own));
+                let product = twice_the_product(&known, &apart);
+                Some([below(&(&product + &apart)), upper + seen + product])
+            }
+            _ => None,
+        };
+        if !proved {
             matrix = Mat::zeros(n, n);
         }
         let [setup, solve] = found.seconds;
@@ -381,70 +406,9 @@ impl<'a> Added<'a> {
             converged: found.converged,
             repair_share: 0.0,
             coefficients: Vec::new(),
+            with_error_of_base,
             seconds: [setup, solve + begin.elapsed().as_secs_f64()],
         })
-    }
-
-    /// By how much the square of d0 - eps grad u0 is larger in the norm of K^-1, whose largest ratio to that of the boxes is given.
-    fn under_map(&self, own: &Domain, known: &Mat<f64>, largest: f64) -> Result<Mat<f64>, SolveError> {
-        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
-        // On B as if there were no map, times the ratio: where that is next to nothing, it is enough.
-        let on_block = self.errors_on_block(own, Of::Permittivity, EXACT)?;
-        let most = &on_block * Scale(largest - 1.0);
-        if trace(&most) <= NEGLIGIBLE * trace(known) {
-            return Ok(most);
-        }
-        let [coarser, finer] = RULES.map(|extra| self.errors_on_block(own, Of::Resistance, extra));
-        let mut out = Mat::zeros(known.nrows(), known.ncols());
-        add_with_error(&mut out, &coarser?, &finer?, 1.0);
-        Ok(out)
-    }
-
-    /// The square of d0 - eps grad u0 on B by Gauss's rule with so many points more than the degree: over the permittivity, or by how much
-    /// it is larger in the norm of K^-1.
-    fn errors_on_block(&self, own: &Domain, of: Of, extra: usize) -> Result<Mat<f64>, SolveError> {
-        let n = self.of.len();
-        let domain = at_planes(&self.base.domain, own).ok_or(SolveError::Superposition)?;
-        let whole = &domain.truncated();
-        let without = self.without.as_ref().map_or(&own.permittivity, |own| &own.domain.permittivity);
-        let metric = match of {
-            Of::Permittivity => None,
-            Of::Resistance => Metric::new(whole, extra, Of::Resistance)?,
-        };
-        let places = match &metric {
-            Some(metric) => metric.points.clone(),
-            None => [0, 1, 2].map(|a| {
-                let axis = &whole.axes[a];
-                let [low, high] = [self.block.lo[a], self.block.hi[a]];
-                AxisPoints::new(axis, axis.cuts[low]..axis.cuts[high], extra)
-            }),
-        };
-        let points = |axes: &[Axis; 3]| [0, 1, 2].map(|a| places[a].on(&axes[a]));
-        let (of_flux, of_potential) = (points(self.base.fluxes.axes()), points(&self.base.domain.axes));
-        let weights = Weights::new(&Domain { permittivity: without.clone(), ..whole.clone() }, &places);
-        let with = self.without.as_ref().map(|_| Weights::new(whole, &places));
-        let error = |k: usize| -> Result<[Vec<f64>; 3], SolveError> {
-            let base = &self.base;
-            let gradient = gradients_at(&base.domain, &of_potential, &[&base.coefficients[k]]).pop();
-            let mut error = weights.times_permittivity(gradient.ok_or(SolveError::Superposition)?);
-            let flux = base.fluxes.at(k, &of_flux).ok_or(SolveError::Superposition)?;
-            for (error, flux) in error.iter_mut().zip(&flux) {
-                error.iter_mut().zip(flux).for_each(|(e, d)| *e -= d);
-            }
-            Ok(error)
-        };
-        let errors: Vec<Option<[Vec<f64>; 3]>> =
-            self.of.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
-        Ok(Mat::from_fn(n, n, |i, j| match (&errors[i], &errors[j], &metric) {
-            (Some(x), Some(y), Some(metric)) => {
-                let of_body = with
-                    .as_ref()
-                    .map_or(0.0, |with| with.over_permittivity(x, y) - weights.over_permittivity(x, y));
-                product(&metric.tensors, x, y) + of_body
-            }
-            (Some(x), Some(y), None) => weights.over_permittivity(x, y),
-            _ => 0.0,
-        }))
     }
 }
 

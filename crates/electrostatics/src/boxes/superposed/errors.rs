@@ -1,0 +1,168 @@
+//! What the flux of a base is apart from the gradient of its potential, on the part of space that a map bends and around a body.
+
+use super::Added;
+use super::grids::at_planes;
+use super::sight::Sight;
+use crate::SolveError;
+use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::dual::superposed::Weights;
+use crate::boxes::mapped::gradients::{add_with_error, gradients_at};
+use crate::boxes::mapped::metric::{Metric, Of, product};
+use crate::boxes::mapped::points::AxisPoints;
+use faer::{Mat, Scale};
+use std::ops::Range;
+
+/// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
+const EXACT: usize = 1;
+const RULES: [usize; 2] = [0, 1];
+
+/// What a length on B is in the norm of K^-1 over what it is without a map, usually.
+const BENT: f64 = 3.0;
+
+/// A share of the error of the base that need not be known any better.
+const NEGLIGIBLE: f64 = 0.03;
+
+impl Added<'_> {
+    /// The square of d0 - eps grad u0 on B, and by how much it is larger in the norm of K^-1, whose largest ratio to that of the boxes is
+    /// given.
+    pub(super) fn under_map(
+        &self,
+        own: &Domain,
+        known: &Mat<f64>,
+        largest: f64,
+    ) -> Result<[Mat<f64>; 2], SolveError> {
+        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
+        let domain = self.divided(own, &Default::default())?;
+        let block = self.elements(&domain);
+        // On B as if there were no map, times the ratio: where that is next to nothing, it is enough.
+        let on_block = self.errors(own, &domain, &block, Of::Permittivity, EXACT)?;
+        let most = &on_block * Scale(largest - 1.0);
+        if trace(&most) <= NEGLIGIBLE * trace(known) {
+            return Ok([on_block, most]);
+        }
+        let [coarser, finer] = RULES.map(|extra| self.errors(own, &domain, &block, Of::Resistance, extra));
+        let mut out = Mat::zeros(known.nrows(), known.ncols());
+        add_with_error(&mut out, &coarser?, &finer?, 1.0);
+        Ok([on_block, out])
+    }
+
+    /// About how much the energies with those of the error of the base would be apart if nothing but the base were missed, over the energies
+    /// of the base.
+    pub(crate) fn least_apart(&self, domain: &Domain, sight: &Sight) -> Result<f64, SolveError> {
+        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
+        let [gap, energies] = self.base_forms();
+        let seen =
+            size(&(&gap * Scale(sight.share(self.is_odd())))) + size(&self.errors_around(domain, sight)?);
+        let divided = self.divided(domain, &Default::default())?;
+        let on_block =
+            size(&self.errors(domain, &divided, &self.elements(&divided), Of::Permittivity, EXACT)?);
+        let own = on_block * (1.0 + BENT);
+        Ok((seen * seen + 4.0 * size(&gap) * own + own * own) / trace(&energies))
+    }
+
+    /// The elements of B in a grid from [`Added::divided`].
+    fn elements(&self, divided: &Domain) -> [Range<usize>; 3] {
+        [0, 1, 2].map(|a| {
+            let axis = &divided.axes[a];
+            axis.cuts[self.block.lo[a]]..axis.cuts[self.block.hi[a]]
+        })
+    }
+
+    /// No less than the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added there.
+    pub(super) fn errors_around(&self, own: &Domain, sight: &Sight) -> Result<Mat<f64>, SolveError> {
+        let own = Domain { conductors: Vec::new(), ..own.clone() };
+        let ends = [0, 1, 2].map(|a| vec![sight.middle[a] - sight.clear, sight.middle[a] + sight.clear]);
+        let domain = self.divided(&own, &ends)?;
+        let around = [0, 1, 2].map(|a| {
+            let line = &domain.axes[a].line;
+            let [low, high] = [ends[a][0], ends[a][1]];
+            let from = line.nodes.partition_point(|x| *x <= low).saturating_sub(1);
+            let to = line.nodes.partition_point(|x| *x < high).min(line.nodes.len() - 1);
+            line.first_finite() + from..line.first_finite() + to
+        });
+        self.errors(&own, &domain, &around, Of::Permittivity, EXACT)
+    }
+
+    /// The grid of the base, divided at the planes of a scene as well, and at `more` places of each axis.
+    fn divided(&self, own: &Domain, more: &[Vec<f64>; 3]) -> Result<Domain, SolveError> {
+        Ok(at_planes(&self.base.domain, own, more).ok_or(SolveError::Superposition)?.truncated())
+    }
+
+    /// The square of d0 - eps grad u0 on elements of a grid from [`Added::divided`] by Gauss's rule with so many points more than the degree:
+    /// over the permittivity, or by how much it is larger in the norm of K^-1.
+    fn errors(
+        &self,
+        own: &Domain,
+        whole: &Domain,
+        elements: &[Range<usize>; 3],
+        of: Of,
+        extra: usize,
+    ) -> Result<Mat<f64>, SolveError> {
+        let n = self.of.len();
+        let without = self.without.as_ref().map_or(&own.permittivity, |own| &own.domain.permittivity);
+        let metric = match of {
+            Of::Permittivity => None,
+            Of::Resistance => Metric::new(whole, extra, Of::Resistance)?,
+        };
+        let places = match &metric {
+            Some(metric) => metric.points.clone(),
+            None => [0, 1, 2].map(|a| AxisPoints::new(&whole.axes[a], elements[a].clone(), extra)),
+        };
+        let points = |axes: &[Axis; 3]| [0, 1, 2].map(|a| places[a].on(&axes[a]));
+        let (of_flux, of_potential) = (points(self.base.fluxes.axes()), points(&self.base.domain.axes));
+        let weights = Weights::new(&Domain { permittivity: without.clone(), ..whole.clone() }, &places);
+        let with = self.without.as_ref().map(|_| Weights::new(whole, &places));
+        let error = |k: usize| -> Result<[Vec<f64>; 3], SolveError> {
+            let base = &self.base;
+            let gradient = gradients_at(&base.domain, &of_potential, &[&base.coefficients[k]]).pop();
+            let mut error = weights.times_permittivity(gradient.ok_or(SolveError::Superposition)?);
+            let flux = base.fluxes.at(k, &of_flux).ok_or(SolveError::Superposition)?;
+            for (error, flux) in error.iter_mut().zip(&flux) {
+                error.iter_mut().zip(flux).for_each(|(e, d)| *e -= d);
+            }
+            Ok(error)
+        };
+        let errors: Vec<Option<[Vec<f64>; 3]>> =
+            self.of.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
+        Ok(Mat::from_fn(n, n, |i, j| match (&errors[i], &errors[j], &metric) {
+            (Some(x), Some(y), Some(metric)) => {
+                let of_body = with
+                    .as_ref()
+                    .map_or(0.0, |with| with.over_permittivity(x, y) - weights.over_permittivity(x, y));
+                product(&metric.tensors, x, y) + of_body
+            }
+            (Some(x), Some(y), None) => weights.over_permittivity(x, y),
+            _ => 0.0,
+        }))
+    }
+}
+
+/// No less than the square of a sum of lengths, from the squares of these.
+pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -> Mat<f64> {
+    let sized: Vec<_> = squares.into_iter().map(|m| (m, size(m))).collect();
+    let total: f64 = sized.iter().map(|(_, size)| size).sum();
+    // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
+    let n = sized.first().map_or(0, |(m, _)| m.nrows());
+    let mut out = Mat::zeros(n, n);
+    for (m, size) in sized.into_iter().filter(|(_, size)| *size != 0.0) {
+        out += m * Scale(total / size);
+    }
+    out
+}
+
+/// No less than twice the product of two lengths, from their squares.
+pub(super) fn twice_the_product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    let ratio = size(b) / size(a);
+    // 2 a b <= t a^2 + b^2 / t.
+    if ratio.is_finite() && ratio > 0.0 {
+        a * Scale(ratio) + b * Scale(1.0 / ratio)
+    } else {
+        squared_sum([a, b])
+    }
+}
+
+/// The length of which a form has the square; NaN where that is not finite.
+fn size(m: &Mat<f64>) -> f64 {
+    let is_finite = (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].is_finite()));
+    if is_finite { (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>().max(0.0).sqrt() } else { f64::NAN }
+}
