@@ -5,8 +5,8 @@
 //! around the middle of a body of radius a, and q = a / b, the part of e without sources in the ball is a sum of solid harmonics. Each of
 //! degree l >= 1 is seen with a share of at most (2 l + 1) / l q^(2 l + 1) / (1 - q^(2 l + 1)) of its energy in the ball, H being taken to
 //! end where the ball ends, and a constant with at most q / (1 - q) of what a function that falls from it to zero has outside of the ball.
-//! There is no constant where e is odd across a plane through the middle. The rest of e in the ball is no larger than what the flux of the
-//! base is apart from the gradient of its potential there.
+//! Where e is odd across a plane through the middle, the constant is zero. The rest of e in the ball has at most the energy of the difference
+//! between the flux of the base and the gradient of its potential in the ball.
 
 use crate::boxes::layout::Frame;
 use crate::boxes::mapped::map::{MapAxis, SceneMap};
@@ -40,7 +40,7 @@ const CLEAR: f64 = 0.8;
 
 impl Sight {
     /// The body behind the first `others` conductors of a scene under a map, in a frame. It may come nearer by `nearer` (m) to what else
-    /// there is. `None` where the map bends anything else, where there is no such body, or a wall that flux does not pass.
+    /// there is. `None` where the map bends anything else, where there is no such body, or where a wall is insulated.
     pub(crate) fn of(
         scene: &Scene,
         map: &SceneMap,
