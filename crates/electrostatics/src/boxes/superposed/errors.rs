@@ -68,11 +68,21 @@ impl Added<'_> {
         })
     }
 
-    /// No less than the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added there.
+    /// No less than the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added there. Refused where the ball reaches
+    /// beyond the last node of an axis that goes on to infinity.
     pub(super) fn errors_around(&self, own: &Domain, sight: &Sight) -> Result<Mat<f64>, SolveError> {
         let own = Domain { conductors: Vec::new(), ..own.clone() };
         let ends = [0, 1, 2].map(|a| vec![sight.middle[a] - sight.clear, sight.middle[a] + sight.clear]);
         let domain = self.divided(&own, &ends)?;
+        let is_inside = (0..3).all(|a| {
+            let line = &domain.axes[a].line;
+            let [low, high] = [ends[a][0], ends[a][1]];
+            (line.first_finite() == 0 || line.nodes.first().is_some_and(|first| *first <= low))
+                && line.nodes.last().is_some_and(|last| high <= *last)
+        });
+        if !is_inside {
+            return Err(SolveError::Superposition);
+        }
         let around = [0, 1, 2].map(|a| {
             let line = &domain.axes[a].line;
             let [low, high] = [ends[a][0], ends[a][1]];
