@@ -50,10 +50,11 @@ impl Lines {
         self.segments[a].iter().map(of).collect()
     }
 
-    /// The component of a flux along the first axis at so many points, given the values of its segments there, for modes of the other two.
-    fn along_first(&self, flux: &Flux, values: &[RunValues], points: usize) -> Vec<f64> {
-        let [_, n1, n2] = self.dims;
-        let plane = n1 * n2;
+    /// The component of a flux along the first axis at so many points, given the values of its segments there, for a window of the modes of
+    /// the other two.
+    fn along_first(&self, flux: &Flux, values: &[RunValues], points: usize, window: &Window) -> Vec<f64> {
+        let [rows, columns] = window;
+        let plane = rows.len() * columns.len();
         let mut out = vec![0.0; points * plane];
         // Few enough pieces that the flux is not read too often.
         let block = points.div_ceil(PIECES);
@@ -66,14 +67,21 @@ impl Lines {
                     continue;
                 }
                 let part = matrix.left_rows(own.start - first..own.end - first);
-                let [rows, columns] = &bundle.across;
-                let width = rows.len() * columns.len();
-                for (s, row) in rows.clone().enumerate() {
-                    let line = right(y, s * columns.len(), columns.len(), width);
-                    let at = (own.start - mine.start) * plane + row * n2 + columns.start;
+                let [all, across] = &bundle.across;
+                let some = common(across, columns);
+                if some.is_empty() {
+                    continue;
+                }
+                let width = all.len() * across.len();
+                for row in common(all, rows) {
+                    let from = (row - all.start) * across.len() + some.start - across.start;
+                    let line = right(y, from, some.len(), width);
+                    let at = (own.start - mine.start) * plane
+                        + (row - rows.start) * columns.len()
+                        + (some.start - columns.start);
                     multiply(part, line, target(out, at, plane), false);
                     let root = |t: usize| self.weights.root_at([run.range.start, row, t]);
-                    let roots: Vec<f64> = columns.clone().map(root).collect();
+                    let roots: Vec<f64> = some.clone().map(root).collect();
                     for line in out[at..].chunks_mut(plane).take(own.len()) {
                         line.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
                     }
@@ -82,6 +90,14 @@ impl Lines {
         });
         out
     }
+}
+
+/// Modes of the second and of the third axis.
+type Window = [Range<usize>; 2];
+
+/// What two ranges have in common.
+fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    a.start.max(b.start)..a.end.min(b.end)
 }
 
 /// Fluxes on lines at points, by component; those of the first axis are on other lines where these are given.
@@ -104,7 +120,9 @@ impl OtherLines {
         flux: &Flux,
     ) -> Vec<f64> {
         let both = points.with_mirror_image(&domain.axes[0]);
-        let found = self.lines.along_first(flux, &self.lines.values_at(&turn.half, 0, &both), both.len());
+        let values = self.lines.values_at(&turn.half, 0, &both);
+        let [_, n1, n2] = self.lines.dims;
+        let found = self.lines.along_first(flux, &values, both.len(), &[0..n1, 0..n2]);
         let exchange = self.exchange.at_points(points.len());
         let mut out = vec![0.0; exchange.dims()[0].iter().product()];
         // A derivative along the first axis has the other parity.
@@ -137,13 +155,15 @@ impl Dual {
 struct FluxesAt<'f> {
     lines: &'f Lines,
     fluxes: &'f [&'f Flux],
-    /// The component of each along the first axis, at the points there and for modes of the other two.
+    /// The modes of the second and the third axis that do not vanish at all points: of a turned scene all of them.
+    window: Window,
+    /// The component of each along the first axis, at the points there and for the window.
     first: Vec<Vec<f64>>,
     /// Points on the second and the third axis.
     counts: [usize; 2],
     /// Of the segments of the second and the third axis, the values at its points, and the transpose.
     values: [Vec<(RunValues, Dense<f64>)>; 2],
-    /// Potential modes of the second and the third axis at its points.
+    /// Potential modes of the second and the third axis, those of the window, at its points.
     modes: [Strips; 2],
     /// For each element of the first axis its points, and its potential modes there.
     elements: Vec<(Range<usize>, Range<usize>, Dense<f64>)>,
@@ -159,7 +179,16 @@ impl<'f> FluxesAt<'f> {
     ) -> Self {
         let radial = |a: usize| lines.basis[a].as_ref().map(|basis: &Basis| &basis.radial);
         let modes = |a: usize| points[a].modes(&domain.axes[a], radial(a));
-        let strips = |a: usize| Strips::new(&SparseRows::from_mat(modes(a).as_ref()));
+        let is_turned = other.is_some() && domain.turn.is_some();
+        let window = [1, 2].map(|a| match is_turned {
+            true => 0..lines.dims[a],
+            false => points[a].modes_on(&domain.axes[a], &(0..points[a].len())),
+        });
+        let strips = |a: usize| {
+            let (all, own) = (modes(a), &window[a - 1]);
+            let part = all.as_ref().submatrix(0, own.start, all.nrows(), own.len());
+            Strips::new(&SparseRows::from_mat(part))
+        };
         let first = modes(0);
         let of_element = |own: Range<usize>| {
             let rows = points[0].modes_on(&domain.axes[0], &own);
@@ -172,7 +201,7 @@ impl<'f> FluxesAt<'f> {
         };
         let along_first = |flux: &&Flux| match (other, &domain.turn) {
             (Some(other), Some(turn)) => other.component_along_first(domain, turn, &points[0], flux),
-            _ => lines.along_first(flux, &lines.values_at(domain, 0, &points[0]), points[0].len()),
+            _ => lines.along_first(flux, &lines.values_at(domain, 0, &points[0]), points[0].len(), &window),
         };
         Self {
             lines,
@@ -184,13 +213,15 @@ impl<'f> FluxesAt<'f> {
                 values.into_iter().map(with_transpose).collect()
             }),
             modes: [strips(1), strips(2)],
+            window,
             elements: points[0].by_element().into_iter().map(of_element).collect(),
         }
     }
 
-    /// The component along the second axis of one mode of the first, at the points of the second, for modes of the third.
+    /// The component along the second axis of one mode of the first, at the points of the second, for the window of the third.
     fn second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
-        let across = self.lines.dims[2];
+        let [_, window] = &self.window;
+        let across = window.len();
         out.fill(0.0);
         for ((bundle, run), y) in self.lines.runs(1).zip(&flux.0[1]) {
             let [rows, columns] = &bundle.across;
@@ -201,20 +232,24 @@ impl<'f> FluxesAt<'f> {
             if matrix.rows == 0 {
                 continue;
             }
-            let width = rows.len() * columns.len();
-            let own = right(y, (i - rows.start) * columns.len(), columns.len(), width);
-            let at = first * across + columns.start;
-            multiply(matrix.left(), own, target(out, at, across), false);
+            let (width, some) = (rows.len() * columns.len(), common(columns, window));
+            if some.is_empty() {
+                continue;
+            }
+            let from = (i - rows.start) * columns.len() + some.start - columns.start;
+            let at = first * across + some.start - window.start;
+            multiply(matrix.left(), right(y, from, some.len(), width), target(out, at, across), false);
             let roots: Vec<f64> =
-                columns.clone().map(|t| self.lines.weights.root_at([i, run.range.start, t])).collect();
+                some.clone().map(|t| self.lines.weights.root_at([i, run.range.start, t])).collect();
             for row in out[at..].chunks_mut(across).take(matrix.rows) {
                 row.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
             }
         }
     }
 
-    /// The component along the third axis of one mode of the first, for modes of the second, at the points of the third.
+    /// The component along the third axis of one mode of the first, for the window of the second, at the points of the third.
     fn third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
+        let [window, _] = &self.window;
         let across = self.counts[1];
         out.fill(0.0);
         for ((bundle, run), y) in self.lines.runs(2).zip(&flux.0[2]) {
@@ -226,13 +261,17 @@ impl<'f> FluxesAt<'f> {
             if turned.cols == 0 {
                 continue;
             }
-            let width = rows.len() * columns.len();
-            let from = (i - rows.start) * columns.len();
-            let own = Left { data: &y[from..], rows: columns.len(), cols: turned.rows, row: 1, col: width };
-            multiply(own, turned.right(), target(out, columns.start * across + first, across), false);
-            for j in columns.clone() {
+            let (width, some) = (rows.len() * columns.len(), common(columns, window));
+            if some.is_empty() {
+                continue;
+            }
+            let from = (i - rows.start) * columns.len() + some.start - columns.start;
+            let own = Left { data: &y[from..], rows: some.len(), cols: turned.rows, row: 1, col: width };
+            let at = (some.start - window.start) * across + first;
+            multiply(own, turned.right(), target(out, at, across), false);
+            for j in some {
                 let root = self.lines.weights.root_at([i, j, run.range.start]);
-                let at = j * across + first;
+                let at = (j - window.start) * across + first;
                 out[at..at + turned.cols].iter_mut().for_each(|x| *x *= root);
             }
         }
@@ -246,7 +285,7 @@ impl Fields for FluxesAt<'_> {
 
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]) {
         let (flux, (points, rows, _)) = (self.fluxes[field], &self.elements[element]);
-        let ([_, d1, d2], [n1, n2]) = (self.lines.dims, self.counts);
+        let ([d1, d2], [n1, n2]) = (self.window.each_ref().map(Range::len), self.counts);
         let plane = n1 * n2;
         let [first, second, third] = components;
         let own = &self.first[field][points.start * d1 * d2..points.end * d1 * d2];

@@ -136,11 +136,12 @@ impl AxisPoints {
         own.iter().min().zip(own.iter().max()).map_or(0..0, |(low, high)| *low..high + 1)
     }
 
-    /// The potential modes of an axis without infinite elements that belong to the element of some of the points.
+    /// The potential modes of an axis without infinite elements that belong to the elements of some of the points.
     pub(crate) fn modes_on(&self, axis: &Axis, points: &Range<usize>) -> Range<usize> {
         let offsets = elastocap_fem::mixed::potential_offsets(&axis.line);
-        let element = self.element.get(points.start);
-        element.map_or(0..0, |e| offsets[*e]..offsets[e + 1])
+        let elements = self.element.get(points.clone()).unwrap_or_default();
+        let ends = elements.first().zip(elements.last());
+        ends.map_or(0..0, |(low, high)| offsets[*low]..offsets[high + 1])
     }
 
     /// Values of the potential modes of an axis without infinite elements: orthonormal Legendre polynomials, or the `radial` basis.

@@ -32,23 +32,9 @@ impl Mesh<Space> {
         let mut mesh = Self::default();
         let placed: Vec<Vec<[f64; 3]>> = sweeps.iter().map(Sweep::points).collect();
         let extent = placed.iter().flatten().flatten().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
-        let mut known: HashMap<[i64; 3], u32> = HashMap::new();
+        let mut known = NodesByPlace::new(1e-9 * extent);
         for (sweep, points) in sweeps.iter().zip(&placed) {
-            let number: Vec<u32> = points
-                .iter()
-                .map(|p| {
-                    let cell = p.map(|x| (x / (1e-9 * extent)).round() as i64);
-                    for k in 0..27 {
-                        let near = [cell[0] + k % 3 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k / 9 - 1];
-                        if let Some(&found) = known.get(&near) {
-                            return found;
-                        }
-                    }
-                    mesh.nodes.push(*p);
-                    known.insert(cell, mesh.nodes.len() as u32 - 1);
-                    mesh.nodes.len() as u32 - 1
-                })
-                .collect();
+            let number: Vec<u32> = points.iter().map(|p| known.node_at(*p, &mut mesh.nodes)).collect();
             let plane = sweep.section.nodes.len();
             for layer in 0..sweep.along.len() - 1 {
                 for quadrilateral in &sweep.section.elements {
@@ -86,6 +72,50 @@ impl Mesh<Space> {
         };
         let (a, b, c) = (mean(0), mean(1), mean(2));
         dot(cross(a, b), c)
+    }
+}
+
+/// Finds nodes by their places.
+struct NodesByPlace {
+    /// Points that are this close, m, are one node.
+    tolerance: f64,
+    /// The last node in each cell of a grid.
+    last: HashMap<[i64; 3], u32>,
+    /// The node before each one in the same cell.
+    before: Vec<Option<u32>>,
+}
+
+impl NodesByPlace {
+    /// Length of a cell over the tolerance: most points are so far from the faces of theirs that there is no other cell to look into.
+    const CELL: f64 = 1e3;
+
+    fn new(tolerance: f64) -> Self {
+        Self { tolerance, last: HashMap::new(), before: Vec::new() }
+    }
+
+    /// The node at a place: one of `nodes`, or a new one.
+    fn node_at(&mut self, place: [f64; 3], nodes: &mut Vec<[f64; 3]>) -> u32 {
+        // Half a cell off, since many nodes have coordinates of zero.
+        let cell = |x: f64| (x / (Self::CELL * self.tolerance) + 0.5).floor() as i64;
+        let [low, high] = [-1.0, 1.0].map(|side| place.map(|x| cell(x + side * self.tolerance)));
+        for i in low[0]..=high[0] {
+            for j in low[1]..=high[1] {
+                for k in low[2]..=high[2] {
+                    let mut found = self.last.get(&[i, j, k]).copied();
+                    while let Some(node) = found {
+                        let at = nodes[node as usize];
+                        if (0..3).all(|a| (at[a] - place[a]).abs() <= self.tolerance) {
+                            return node;
+                        }
+                        found = self.before[node as usize];
+                    }
+                }
+            }
+        }
+        let node = nodes.len() as u32;
+        nodes.push(place);
+        self.before.push(self.last.insert(place.map(cell), node));
+        node
     }
 }
 
