@@ -158,14 +158,13 @@ impl<'a> Bent<'a> {
     }
 
     /// The weighted tensor at a point, over the permittivity.
-    fn at(&self, point: [usize; 3]) -> Option<(&Symmetric, f64)> {
+    fn at(&self, point: [usize; 3]) -> Option<(Symmetric, f64)> {
         let mut own = [0; 3];
         for a in 0..3 {
             own[a] = point[a].checked_sub(self.first[a]).filter(|k| *k < self.counts[a])?;
         }
         let cell = [0, 1, 2].map(|a| self.metric.points[a].interval[own[a]]);
-        let tensor = self.metric.tensors.get((own[0] * self.counts[1] + own[1]) * self.counts[2] + own[2])?;
-        Some((tensor, self.domain.permittivity_of(cell)))
+        Some((self.metric.at(own)?, self.domain.permittivity_of(cell)))
     }
 }
 
@@ -220,7 +219,7 @@ impl Aim<'_> {
                         (0..3).for_each(|c| out[c] -= weight * share * less[c][index]);
                     }
                     if let Some((tensor, eps)) = self.bent.as_ref().and_then(|bent| bent.at([i, j, k])) {
-                        let added = times(tensor, gradient);
+                        let added = times(&tensor, gradient);
                         (0..3).for_each(|c| out[c] += added[c] / eps);
                     }
                     (0..3).for_each(|c| flux[c][index] = out[c]);

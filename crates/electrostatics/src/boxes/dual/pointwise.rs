@@ -324,7 +324,7 @@ mod tests {
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::half_turn::images::images;
     use crate::boxes::mapped::gradients::{EXTRA, FINER, added_energies, gradients_at};
-    use crate::boxes::mapped::metric::{Metric, product};
+    use crate::boxes::mapped::metric::Metric;
     use crate::boxes::one_grid::Lower;
     use crate::boxes::one_part::SolvedPart;
     use crate::solution::Settings;
@@ -385,7 +385,7 @@ mod tests {
             let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
             for extra in [EXTRA, FINER] {
                 let of = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
-                    Mat::from_fn(2, 2, |i, j| product(&metric.tensors, &x[i], &x[j]))
+                    Mat::from_fn(2, 2, |i, j| metric.product(&x[i], &x[j]))
                 };
                 let metric = Metric::new(domain, extra, Of::Permittivity).unwrap().unwrap();
                 let at = gradients_at(domain, &metric.points, &coefficients);

@@ -7,7 +7,7 @@ use super::pointwise::fluxes_at;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error, gradients_at};
-use crate::boxes::mapped::metric::{Metric, Of, held, product};
+use crate::boxes::mapped::metric::{Metric, Of, held};
 use crate::boxes::mapped::points::AxisPoints;
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
@@ -82,7 +82,7 @@ pub(crate) fn distances(
         let permittivity = Weights::new(whole, &metric.points);
         let cut: Vec<[Vec<f64>; 3]> =
             cut_at(&metric.points).into_iter().map(|p| permittivity.times_permittivity(p)).collect();
-        let own = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| product(&metric.tensors, x, y);
+        let own = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| metric.product(x, y);
         Ok(Mat::from_fn(n, n, |i, j| {
             own(&fluxes[i], &cut[j]) + own(&fluxes[j], &cut[i]) + own(&cut[i], &cut[j])
         }))

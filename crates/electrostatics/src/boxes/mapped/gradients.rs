@@ -1,6 +1,6 @@
 //! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss points, factor by factor.
 
-use super::metric::{Metric, Of, Rule, times};
+use super::metric::{Metric, Of, Rule};
 use super::points::AxisPoints;
 use super::sums::{Fields, Tensors, at_least, at_points, products};
 use crate::SolveError;
@@ -184,7 +184,8 @@ impl Gradients {
     /// `y += A x` for the part that the map adds.
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims, work: &mut Work) {
         self.evaluate(x, dims, work);
-        self.weigh(&mut work.flux);
+        // K grad u times the weight, without its part eps grad u.
+        self.metric.weigh(&mut work.flux);
         let Functions { window: [w0, w1, w2], counts: [_, n1, n2], values: v, slopes: g, .. } =
             &self.functions;
         let plane = n1 * n2;
@@ -207,15 +208,6 @@ impl Gradients {
                 };
                 own(&v[2].back, by_value);
                 own(&g[2].back, by_slope);
-            },
-        );
-    }
-
-    /// Gradients become K grad u times the weight, without its part eps grad u.
-    fn weigh(&self, [f0, f1, f2]: &mut [Vec<f64>; 3]) {
-        f0.par_iter_mut().zip(f1).zip(f2).zip(&self.metric.tensors).with_min_len(4096).for_each(
-            |(((a, b), c), k)| {
-                [*a, *b, *c] = times(k, [*a, *b, *c]);
             },
         );
     }

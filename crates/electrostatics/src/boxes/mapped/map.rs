@@ -8,9 +8,13 @@ use crate::solution::{Field, FieldSection};
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, target};
 use elastocap_geometry::scene::{Box3, Scene, Wall};
 use faer::Mat;
+use std::ops::Range;
 
 /// Lengths that differ by less than this share of the grid's size are the same.
 const SAME: f64 = 1e-9;
+
+/// Displacements that differ by less than this share of the largest one differ by rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// One axis of the grid of a [`SceneMap`].
 #[derive(Debug, Clone, PartialEq)]
@@ -36,11 +40,28 @@ impl MapAxis {
         nodes
     }
 
+    /// For each interval between two breaks the nodes on it, those at its ends among them.
+    fn node_ranges(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.degrees.iter().scan(0, |first, degree| {
+            let own = *first..*first + degree + 1;
+            *first += degree;
+            Some(own)
+        })
+    }
+
     /// Whether the displacement at `x` (m) may differ from zero.
     pub(crate) fn reaches(&self, x: f64) -> bool {
         let x = if self.mirrored { x.abs() } else { x };
         self.breaks.first().is_some_and(|first| *first <= x)
             && self.breaks.last().is_some_and(|last| x <= *last)
+    }
+
+    /// The interval between two breaks that `place` (m) lies in, and whether that is seen in the mirror.
+    fn interval(&self, place: f64) -> (usize, bool) {
+        let reflected = self.mirrored && place < 0.0;
+        let x = if reflected { -place } else { place };
+        let last = self.degrees.len().saturating_sub(1);
+        (self.breaks.partition_point(|b| *b <= x).saturating_sub(1).min(last), reflected)
     }
 
     /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid, of a function that is
@@ -49,10 +70,8 @@ impl MapAxis {
         let count = self.degrees.iter().sum::<usize>() + 1;
         let mut matrices = [Mat::zeros(places.len(), count), Mat::zeros(places.len(), count)];
         for (row, &place) in places.iter().enumerate() {
-            let reflected = self.mirrored && place < 0.0;
+            let (interval, reflected) = self.interval(place);
             let x = if reflected { -place } else { place };
-            let last = self.degrees.len().saturating_sub(1);
-            let interval = self.breaks.partition_point(|b| *b <= x).saturating_sub(1).min(last);
             let (Some(ends), Some(&degree)) =
                 (self.breaks.get(interval..interval + 2), self.degrees.get(interval))
             else {
@@ -103,7 +122,27 @@ impl SceneMap {
                 }
             }
         }
-        Self { axes, displacement: values, rounded: None }
+        let mut own = Self { axes, displacement: values, rounded: None };
+        own.steady();
+        own
+    }
+
+    /// Makes a displacement the same all along an interval of the third axis where it changes by rounding alone.
+    fn steady(&mut self) {
+        let largest = self.displacement.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
+        let [_, _, n2] = self.counts();
+        for nodes in self.axes[2].node_ranges() {
+            let is_same = |line: &[f64]| {
+                let own = line.get(nodes.clone()).unwrap_or_default();
+                own.first().is_some_and(|u| own.iter().all(|v| (u - v).abs() <= ROUNDING * largest))
+            };
+            if self.displacement.iter().all(|values| values.chunks_exact(n2).all(is_same)) {
+                for line in self.displacement.iter_mut().flat_map(|values| values.chunks_exact_mut(n2)) {
+                    let first = line[nodes.start];
+                    line[nodes.clone()].fill(first);
+                }
+            }
+        }
     }
 
     /// The same where the image of a box has no edges: fields are then smooth at the edges of the box, and grids need not be fine there.
@@ -235,6 +274,25 @@ impl SceneMap {
     /// The number of nodes on each axis.
     fn counts(&self) -> Dims {
         self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1)
+    }
+
+    /// For each place on the third axis, m, the interval between two breaks that it lies in and whether that is seen in the mirror, if the
+    /// displacement does not change along the interval; `None` if it does.
+    pub(crate) fn steady_pieces(&self, places: &[f64]) -> Vec<Option<(usize, bool)>> {
+        let axis = &self.axes[2];
+        let [_, _, n2] = self.counts();
+        let is_steady: Vec<bool> = axis
+            .node_ranges()
+            .map(|nodes| {
+                let mut lines = self.displacement.iter().flat_map(|values| values.chunks_exact(n2));
+                lines.all(|line| line[nodes.clone()].windows(2).all(|ends| ends[0] == ends[1]))
+            })
+            .collect();
+        let of = |place: &f64| {
+            let (interval, reflected) = axis.interval(*place);
+            is_steady.get(interval).is_some_and(|steady| *steady).then_some((interval, reflected))
+        };
+        places.iter().map(of).collect()
     }
 
     /// A component of the displacement at the tensor product of places.

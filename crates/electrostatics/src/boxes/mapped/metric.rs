@@ -3,6 +3,7 @@
 
 use super::map::MapGradients;
 use super::points::AxisPoints;
+use super::runs::Runs;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
 use rayon::prelude::*;
@@ -10,6 +11,9 @@ use std::ops::Range;
 
 /// A symmetric tensor: 00, 11, 22, 01, 02, 12.
 pub(crate) type Symmetric = [f64; 6];
+
+/// Rows of points, along the third axis, that one thread takes at a time.
+const ROWS_AT_ONCE: usize = 32;
 
 /// What a [`Metric`] holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +29,7 @@ pub(crate) struct Rule<'d> {
     domain: &'d Domain,
     of: Of,
     pub(crate) points: [AxisPoints; 3],
+    pub(crate) runs: Runs,
     gradients: MapGradients<'d>,
     held: Vec<bool>,
 }
@@ -40,31 +45,35 @@ impl<'d> Rule<'d> {
         if points.iter().any(|own| own.len() == 0) {
             return None;
         }
-        let gradients = map.gradients(&points.each_ref().map(|p| p.places.clone()));
-        Some(Self { domain, of, points, gradients, held: held(domain) })
+        let runs = Runs::new(map, &points[2]);
+        let mut places = points.each_ref().map(|p| p.places.clone());
+        places[2] = runs.ranges.iter().map(|run| points[2].places[run.start]).collect();
+        let gradients = map.gradients(&places);
+        Some(Self { domain, of, points, runs, gradients, held: held(domain) })
     }
 
-    /// Points on the second and the third axis together.
+    /// How many tensors there are for one place on the first axis.
     pub(crate) fn plane(&self) -> usize {
-        self.points[1].len() * self.points[2].len()
+        self.points[1].len() * self.runs.ranges.len()
     }
 
-    /// Weight times the tensor at each point `[j][k]` of one place on the first axis; zero in conductors. Returns a number that is at least 1
-    /// and at least the largest of eps K^-1 at these points in any direction.
+    /// The tensor for each point of the second axis and each run of the third, `[j][run]`, times the weights of the first two axes, for one
+    /// place on the first axis; zero in conductors. Returns a number that is at least 1 and at least the largest of eps K^-1 at these points in
+    /// any direction.
     ///
     /// # Errors
     /// A map that turns space inside out.
     pub(crate) fn slab(&self, i: usize, tensors: &mut [Symmetric]) -> Result<f64, SolveError> {
-        let (n2, cells) = (self.points[2].len(), self.domain.cells());
+        let (runs, cells) = (&self.runs.ranges, self.domain.cells());
         let mut largest: f64 = 1.0;
         for (index, (tensor, f)) in tensors.iter_mut().zip(&self.gradients.slab(i)).enumerate() {
-            let at = [i, index / n2, index % n2];
+            let at = [i, index / runs.len(), runs[index % runs.len()].start];
             let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
             if self.held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
                 *tensor = [0.0; 6];
                 continue;
             }
-            let weight: f64 = (0..3).map(|a| self.points[a].weights[at[a]]).product();
+            let weight: f64 = (0..2).map(|a| self.points[a].weights[at[a]]).product();
             let (own, stretch) = tensor_of(f, self.of).ok_or(SolveError::InsideOut)?;
             let eps = self.domain.permittivity_of(cell);
             let scale = match self.of {
@@ -78,11 +87,12 @@ impl<'d> Rule<'d> {
     }
 }
 
-/// Weighted tensors at Gauss points where the map is not the identity.
+/// Tensors at Gauss points where the map is not the identity.
 #[derive(Debug)]
 pub(crate) struct Metric {
     pub(crate) points: [AxisPoints; 3],
-    /// Weight times the tensor at each point `[i][j][k]`; zero in conductors.
+    pub(crate) runs: Runs,
+    /// What [`Rule::slab`] gives for each place on the first axis: `[i][j][run]`.
     pub(crate) tensors: Vec<Symmetric>,
     /// At least the largest of eps K^-1 at any of the points in any direction, and at least 1.
     pub(crate) largest: f64,
@@ -101,19 +111,68 @@ impl Metric {
         let slabs = tensors.par_chunks_mut(plane).enumerate();
         let largest: Vec<f64> = slabs.map(|(i, slab)| rule.slab(i, slab)).collect::<Result<_, _>>()?;
         let largest = largest.into_iter().fold(1.0, f64::max);
-        Ok(Some(Self { points: rule.points, tensors, largest }))
+        Ok(Some(Self { points: rule.points, runs: rule.runs, tensors, largest }))
+    }
+
+    /// Weight times the tensor at a point, if there is such a point.
+    pub(crate) fn at(&self, [i, j, k]: [usize; 3]) -> Option<Symmetric> {
+        let weight = self.points[2].weights.get(k)?;
+        let row = i * self.points[1].len() + j;
+        let tensor = self.tensors.get(row * self.runs.ranges.len() + self.runs.of(k))?;
+        Some(tensor.map(|t| weight * t))
+    }
+
+    /// Fields at the points become their images, times the weight of the point: those of each row, for one point of the first two axes, in
+    /// place.
+    pub(crate) fn weigh(&self, [x, y, z]: &mut [Vec<f64>; 3]) {
+        let (n2, count) = (self.points[2].len().max(1), self.runs.ranges.len().max(1));
+        let rows = (x.par_chunks_mut(n2).zip(y.par_chunks_mut(n2)).zip(z.par_chunks_mut(n2)))
+            .zip(self.tensors.par_chunks(count));
+        rows.with_min_len(ROWS_AT_ONCE).for_each(|(((x, y), z), tensors)| {
+            self.runs.weigh(tensors, &self.points[2].weights, [x, y, z]);
+        });
+    }
+
+    /// Sum of x K y over points, weighted.
+    pub(crate) fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
+        let (n2, count) = (self.points[2].len(), self.runs.ranges.len());
+        let weights = &self.points[2].weights;
+        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
+        let pieces: Vec<f64> = self
+            .tensors
+            .par_chunks((ROWS_AT_ONCE * count).max(1))
+            .enumerate()
+            .map(|(piece, tensors)| {
+                let row = |(n, tensors): (usize, &[Symmetric])| {
+                    let first = (piece * ROWS_AT_ONCE + n) * n2;
+                    let one = |(run, k): (&Range<usize>, &Symmetric)| {
+                        let at = |n: usize| {
+                            let (x, y) =
+                                ([0, 1, 2].map(|a| x[a][first + n]), [0, 1, 2].map(|a| y[a][first + n]));
+                            let image = times(k, y);
+                            weights[n] * (x[0] * image[0] + x[1] * image[1] + x[2] * image[2])
+                        };
+                        run.clone().map(at).sum::<f64>()
+                    };
+                    self.runs.ranges.iter().zip(tensors).map(one).sum::<f64>()
+                };
+                tensors.chunks_exact(count.max(1)).enumerate().map(row).sum()
+            })
+            .collect();
+        pieces.iter().sum()
     }
 
     /// At least the largest of eps K^-1 at any of the points outside a block in any direction, and at least 1; of [`Of::Resistance`].
     pub(crate) fn largest_outside(&self, domain: &Domain, block: &Block) -> f64 {
-        let [_, n1, n2] = self.points.each_ref().map(AxisPoints::len);
+        let (n1, runs) = (self.points[1].len(), &self.runs.ranges);
         let trace = |(index, tensor): (usize, &Symmetric)| {
-            let at = [index / (n1 * n2), index / n2 % n1, index % n2];
+            let row = index / runs.len();
+            let at = [row / n1, row % n1, runs[index % runs.len()].start];
             let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
             if (0..3).all(|a| block.lo[a] <= cell[a] && cell[a] < block.hi[a]) {
                 return 1.0;
             }
-            let weight: f64 = (0..3).map(|a| self.points[a].weights[at[a]]).product();
+            let weight: f64 = (0..2).map(|a| self.points[a].weights[at[a]]).product();
             3.0 + (tensor[0] + tensor[1] + tensor[2]) * domain.permittivity_of(cell) / weight
         };
         self.tensors.par_iter().enumerate().map(trace).reduce(|| 1.0, f64::max)
@@ -174,26 +233,6 @@ pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
     };
     let out = [0, 1, 2].map(|r| [0, 1, 2].map(|c| minor(c, r)));
     (out, (0..3).map(|c| f[0][c] * out[c][0]).sum())
-}
-
-/// Sum of x K y over points.
-pub(crate) fn product(tensors: &[Symmetric], x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
-    // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
-    const PIECE: usize = 4096;
-    let pieces: Vec<f64> = tensors
-        .par_chunks(PIECE)
-        .enumerate()
-        .map(|(piece, tensors)| {
-            let first = piece * PIECE;
-            let one = |(n, k): (usize, &Symmetric)| {
-                let (x, y) = ([0, 1, 2].map(|a| x[a][first + n]), [0, 1, 2].map(|a| y[a][first + n]));
-                let image = times(k, y);
-                x[0] * image[0] + x[1] * image[1] + x[2] * image[2]
-            };
-            tensors.iter().enumerate().map(one).sum()
-        })
-        .collect();
-    pieces.iter().sum()
 }
 
 /// K x.

@@ -10,4 +10,5 @@ pub(crate) mod metric;
 pub(crate) mod placed;
 pub(crate) mod points;
 pub(crate) mod pool;
+pub(crate) mod runs;
 pub(crate) mod sums;

@@ -28,6 +28,12 @@ impl PlacedMap {
         self.map.gradients(&own)
     }
 
+    /// See [`SceneMap::steady_pieces`].
+    pub(crate) fn steady_pieces(&self, places: &[f64]) -> Vec<Option<(usize, bool)>> {
+        let own: Vec<f64> = places.iter().map(|x| self.origin[2] + self.unit * x).collect();
+        self.map.steady_pieces(&own)
+    }
+
     /// Where the polynomials end on an axis, on both sides of a mirror plane.
     pub(crate) fn breaks(&self, axis: usize) -> Vec<f64> {
         let own = &self.map.axes[axis];

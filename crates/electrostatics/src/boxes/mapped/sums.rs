@@ -1,17 +1,18 @@
 //! Fields at Gauss points, and integrals of two of them with a tensor between them, element by element of the first axis. For the integrals,
 //! fields are never held at all points at once: such arrays are larger than those of the unknowns.
 
-use super::metric::{Metric, Rule, Symmetric, times};
+use super::metric::{Metric, Rule, Symmetric};
 use super::points::AxisPoints;
 use super::pool::Pool;
+use super::runs::Runs;
 use crate::SolveError;
 use elastocap_fem::tensor::{Dense, dot, multiply, right, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Points of the second and the third axis that are looked at together, for all points of an element of the first: what these take stays in
-/// cache.
+/// About how many points of the second and the third axis are looked at together, for all points of an element of the first: what these take
+/// stays in cache.
 const TOGETHER: usize = 1024;
 
 /// Fields that are held at a time, twice: of many, those of all would take more memory on many threads than the unknowns.
@@ -44,6 +45,13 @@ impl Tensors<'_> {
         match self {
             Self::Kept(metric) => &metric.points,
             Self::Of(rule) => &rule.points,
+        }
+    }
+
+    fn runs(&self) -> &Runs {
+        match self {
+            Self::Kept(metric) => &metric.runs,
+            Self::Of(rule) => &rule.runs,
         }
     }
 }
@@ -139,15 +147,19 @@ fn of_element(
     points: &Range<usize>,
     work: &mut Work,
 ) -> Result<(Mat<f64>, f64), SolveError> {
-    let plane = tensors.points()[1].len() * tensors.points()[2].len();
+    let [_, n1, n2] = tensors.points().each_ref().map(AxisPoints::len);
+    let (runs, weights) = (tensors.runs(), &tensors.points()[2].weights);
+    let (plane, row) = (n1 * n2, runs.ranges.len());
     let (n, count) = (fields.count(), points.len());
     let Work { tensors: computed, across, values, images } = work;
     let (tensors, largest) = match tensors {
-        Tensors::Kept(metric) => (&metric.tensors[points.start * plane..points.end * plane], metric.largest),
+        Tensors::Kept(metric) => {
+            (&metric.tensors[points.start * n1 * row..points.end * n1 * row], metric.largest)
+        }
         Tensors::Of(rule) => {
-            let own = at_least(computed, count * plane);
+            let own = at_least(computed, count * n1 * row);
             let mut largest = 1.0_f64;
-            for (i, slab) in points.clone().zip(own.chunks_exact_mut(plane)) {
+            for (i, slab) in points.clone().zip(own.chunks_exact_mut(n1 * row)) {
                 largest = largest.max(rule.slab(i, slab)?);
             }
             (&*own, largest)
@@ -167,8 +179,10 @@ fn of_element(
             for (field, own) in held.iter().zip(across.iter_mut()) {
                 fields.across(*field, element, own);
             }
-            for from in (0..plane).step_by(TOGETHER) {
-                let some = from..plane.min(from + TOGETHER);
+            let at_once = (TOGETHER / n2.max(1)).max(1);
+            for from in (0..n1).step_by(at_once) {
+                let lines = from..n1.min(from + at_once);
+                let some = lines.start * n2..lines.end * n2;
                 let (width, size) = (some.len(), count * some.len());
                 let values = at_least(values, 3 * held.len() * size);
                 for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
@@ -177,13 +191,20 @@ fn of_element(
                     }
                 }
                 let images = at_least(images, 3 * size);
-                let tensor = |at: usize| &tensors[at / width * plane + from + at % width];
                 let of = |place: usize| &values[3 * place * size..3 * (place + 1) * size];
                 for (place, &j) in held.iter().enumerate().filter(|(_, j)| second.contains(j)) {
-                    let [y0, y1, y2] = components(of(place), size);
-                    for at in 0..size {
-                        let image = times(tensor(at), [y0[at], y1[at], y2[at]]);
-                        (0..3).for_each(|c| images[c * size + at] = image[c]);
+                    images.copy_from_slice(of(place));
+                    let (x, rest) = images.split_at_mut(size);
+                    let (y, z) = rest.split_at_mut(size);
+                    let slabs = x.chunks_exact_mut(width).zip(y.chunks_exact_mut(width));
+                    for (i, ((x, y), z)) in slabs.zip(z.chunks_exact_mut(width)).enumerate() {
+                        let own = &tensors[(i * n1 + lines.start) * row..(i * n1 + lines.end) * row];
+                        let fields = x.chunks_exact_mut(n2).zip(y.chunks_exact_mut(n2));
+                        for (tensors, ((x, y), z)) in
+                            own.chunks_exact(row).zip(fields.zip(z.chunks_exact_mut(n2)))
+                        {
+                            runs.weigh(tensors, weights, [x, y, z]);
+                        }
                     }
                     let others = held.iter().enumerate().filter(|(_, i)| first.contains(i) && **i <= j);
                     for (other, &i) in others {
@@ -197,10 +218,6 @@ fn of_element(
         (0..j).for_each(|i| out[(j, i)] = out[(i, j)]);
     }
     Ok((out, largest))
-}
-
-fn components(all: &[f64], size: usize) -> [&[f64]; 3] {
-    [0, 1, 2].map(|c| &all[c * size..(c + 1) * size])
 }
 
 /// The first entries of a buffer, made longer where it is too short.

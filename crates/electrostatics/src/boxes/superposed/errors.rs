@@ -7,7 +7,7 @@ use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::superposed::Weights;
 use crate::boxes::mapped::gradients::{add_with_error, gradients_at};
-use crate::boxes::mapped::metric::{Metric, Of, product};
+use crate::boxes::mapped::metric::{Metric, Of};
 use crate::boxes::mapped::points::AxisPoints;
 use faer::{Mat, Scale};
 use std::ops::Range;
@@ -139,7 +139,7 @@ impl Added<'_> {
                 let of_body = with
                     .as_ref()
                     .map_or(0.0, |with| with.over_permittivity(x, y) - weights.over_permittivity(x, y));
-                product(&metric.tensors, x, y) + of_body
+                metric.product(x, y) + of_body
             }
             (Some(x), Some(y), None) => weights.over_permittivity(x, y),
             _ => 0.0,
