@@ -5,7 +5,7 @@ use super::points::AxisPoints;
 use super::sums::{Fields, Tensors, at_least, at_points, products};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
-use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Window, sized, target};
+use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Window, multiply, right, sized, target};
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -34,8 +34,9 @@ pub(crate) struct Functions {
     window: Window,
     /// Points on each axis.
     counts: Dims,
-    values: [Both; 3],
-    slopes: [Both; 3],
+    /// Of the second and the third axis.
+    values: [Both; 2],
+    slopes: [Both; 2],
     /// Of the first axis, for the points of each element in turn.
     first: Vec<OfElement>,
 }
@@ -43,9 +44,12 @@ pub(crate) struct Functions {
 /// The functions of an axis that are nonzero on an element, counted from the first of the window, at the points there.
 #[derive(Debug)]
 struct OfElement {
+    points: Range<usize>,
     functions: Range<usize>,
     value: Dense<f64>,
     slope: Dense<f64>,
+    /// Transposes of both.
+    back: [Dense<f64>; 2],
 }
 
 /// What is between the third axis and the second, of one function of the first.
@@ -60,8 +64,8 @@ impl Functions {
     pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
         let window = [0, 1, 2].map(|a| points[a].functions_on(&domain.axes[a], &(0..points[a].len())));
         let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
-        let values = both.each_ref().map(|[value, _]| Both::new(value));
-        let slopes = both.each_ref().map(|[_, slope]| Both::new(slope));
+        let values = [1, 2].map(|a: usize| Both::new(&both[a][0]));
+        let slopes = [1, 2].map(|a: usize| Both::new(&both[a][1]));
         let [value, slope] = &both[0];
         let of_element = |own: Range<usize>| {
             let all = points[0].functions_on(&domain.axes[0], &own);
@@ -71,7 +75,8 @@ impl Functions {
                 let part = all.as_ref().submatrix(own.start, functions.start, own.len(), functions.len());
                 Dense::from_mat(part)
             });
-            OfElement { functions, value, slope }
+            let back = [value.transposed(), slope.transposed()];
+            OfElement { points: own, functions, value, slope, back }
         };
         let first = points[0].by_element().into_iter().map(of_element).collect();
         Self { window, counts: points.each_ref().map(AxisPoints::len), values, slopes, first }
@@ -82,16 +87,16 @@ impl Functions {
     fn of_slab(&self, x: &[f64], dims: Dims, i: usize, between: &mut Between, out: [&mut [f64]; 3]) {
         let [w0, w1, w2] = &self.window;
         let n2 = self.counts[2];
-        let (v, g) = (&self.values, &self.slopes);
+        let ([v1, v2], [g1, g2]) = (&self.values, &self.slopes);
         let Between { by_value, by_slope } = between;
         let [by_value, by_slope] = [by_value, by_slope].map(|own| at_least(own, w1.len() * n2));
         let own = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
-        v[2].forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
-        g[2].forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
+        v2.forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
+        g2.forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
         let [none, second, third] = out;
-        v[1].forward.times(by_value, n2, none, false);
-        g[1].forward.times(by_value, n2, second, false);
-        v[1].forward.times(by_slope, n2, third, false);
+        v1.forward.times(by_value, n2, none, false);
+        g1.forward.times(by_value, n2, second, false);
+        v1.forward.times(by_slope, n2, third, false);
     }
 }
 
@@ -133,13 +138,21 @@ pub(crate) struct Gradients {
     functions: Functions,
 }
 
-/// What products with the operator need besides, kept from one to the next.
+/// What products with the operator need besides, kept from one to the next: arrays at points of the second and the third axis, for functions of
+/// the first.
 #[derive(Debug, Default)]
-pub(crate) struct Work {
-    /// At points of the second and the third axis, for functions of the first.
-    middle: [Vec<f64>; 3],
-    /// At points of all axes.
+pub(crate) struct Work([Vec<f64>; 3]);
+
+/// About how many points of the second and the third axis products take at a time, for all of the first: what they need stays in cache.
+const AT_ONCE: usize = 512;
+
+/// Rows of the functions of an element, and of its points, for each component.
+#[derive(Default)]
+struct OnElement {
+    rows: [Vec<f64>; 3],
+    before: [Vec<f64>; 3],
     flux: [Vec<f64>; 3],
+    images: [Vec<f64>; 3],
 }
 
 impl Gradients {
@@ -160,14 +173,15 @@ impl Gradients {
         self.metric.largest
     }
 
-    /// The gradient of a function at all points, by component, into the flux of `work`.
-    fn evaluate(&self, x: &[f64], dims: Dims, work: &mut Work) {
-        let Functions { window, counts: [n0, n1, n2], values: v, slopes: g, .. } = &self.functions;
+    /// `y += A x` for the part that the map adds.
+    pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims, work: &mut Work) {
+        let Functions {
+            window: [w0, w1, w2], counts: [_, n1, n2], values: [v1, v2], slopes: [g1, g2], ..
+        } = &self.functions;
         let plane = n1 * n2;
-        let Work { middle, flux } = work;
-        middle.iter_mut().for_each(|own| sized(own, window[0].len() * plane));
-        flux.iter_mut().for_each(|own| sized(own, n0 * plane));
-        let [none, second, third] = middle;
+        let Work(middle) = work;
+        middle.iter_mut().for_each(|own| sized(own, w0.len() * plane));
+        let [none, second, third] = &mut *middle;
         // Slab by slab, so that what is between the second and the third axis stays in cache.
         none.par_chunks_mut(plane)
             .zip(second.par_chunks_mut(plane))
@@ -176,40 +190,73 @@ impl Gradients {
             .for_each_init(Between::default, |between, (i, ((none, second), third))| {
                 self.functions.of_slab(x, dims, i, between, [none, second, third]);
             });
-        for (matrix, (from, to)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter().zip(flux)) {
-            matrix.forward.times_in_parallel(from, plane, to);
-        }
-    }
-
-    /// `y += A x` for the part that the map adds.
-    pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims, work: &mut Work) {
-        self.evaluate(x, dims, work);
-        // K grad u times the weight, without its part eps grad u.
-        self.metric.weigh(&mut work.flux);
-        let Functions { window: [w0, w1, w2], counts: [_, n1, n2], values: v, slopes: g, .. } =
-            &self.functions;
-        let plane = n1 * n2;
-        let Work { middle, flux } = work;
-        for (matrix, (to, from)) in [&g[0], &v[0], &v[0]].into_iter().zip(middle.iter_mut().zip(flux)) {
-            matrix.back.times_in_parallel(from, plane, to);
-        }
+        let at_once = (AT_ONCE / n2).max(1);
+        columns(middle, plane, at_once * n2).into_par_iter().enumerate().for_each_init(
+            OnElement::default,
+            |work, (piece, columns)| {
+                let lines = piece * at_once..(*n1).min((piece + 1) * at_once);
+                self.on_columns(&lines, columns, work);
+            },
+        );
         let [none, second, third] = &*middle;
         let slabs = &mut y[w0.start * dims[1] * dims[2]..w0.end * dims[1] * dims[2]];
         slabs.par_chunks_mut(dims[1] * dims[2]).enumerate().for_each_init(
             || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
             |[by_value, by_slope], (i, slab)| {
                 let [none, second, third] = [none, second, third].map(|own| &own[i * plane..(i + 1) * plane]);
-                v[1].back.times(none, *n2, by_value, false);
-                g[1].back.times(second, *n2, by_value, true);
-                v[1].back.times(third, *n2, by_slope, false);
+                v1.back.times(none, *n2, by_value, false);
+                g1.back.times(second, *n2, by_value, true);
+                v1.back.times(third, *n2, by_slope, false);
                 let mut own = |matrix: &Strips, from: &[f64]| {
                     let to = target(slab, w1.start * dims[2] + w2.start, dims[2]);
                     matrix.times_rows(from, w1.len(), *n2, to, true);
                 };
-                own(&v[2].back, by_value);
-                own(&g[2].back, by_slope);
+                own(&v2.back, by_value);
+                own(&g2.back, by_slope);
             },
         );
+    }
+
+    /// For some lines of points of the third axis, the rows of each function of the first become those of K grad u times the weight, without
+    /// its part eps grad u, tested with the functions.
+    fn on_columns(&self, lines: &Range<usize>, mut columns: [Vec<&mut [f64]>; 3], work: &mut OnElement) {
+        let Metric { points, runs, tensors, .. } = &self.metric;
+        let [n1, width] = [points[1].len(), lines.len() * points[2].len()];
+        let of_point = n1 * runs.ranges.len();
+        let mut before = 0..0;
+        for own in &self.functions.first {
+            let OfElement { points: at, functions, value, slope, back: [value_back, slope_back] } = own;
+            let OnElement { rows, before: rows_before, flux, images } = work;
+            std::mem::swap(rows, rows_before);
+            for c in 0..3 {
+                // What the element before left is not what it found.
+                let rows = at_least(&mut rows[c], functions.len() * width);
+                for (i, row) in functions.clone().zip(rows.chunks_exact_mut(width)) {
+                    row.copy_from_slice(match i < before.end {
+                        true => &rows_before[c][(i - before.start) * width..][..width],
+                        false => &*columns[c][i],
+                    });
+                }
+                let flux = at_least(&mut flux[c], at.len() * width);
+                let matrix = if c == 0 { slope } else { value };
+                multiply(matrix.left(), right(rows, 0, width, width), target(flux, 0, width), false);
+            }
+            let tensors = &tensors[at.start * of_point..at.end * of_point];
+            let [x, y, z] = flux.each_mut().map(|own| &mut own[..at.len() * width]);
+            runs.weigh(tensors, n1, lines, &points[2].weights, [x, y, z]);
+            for c in 0..3 {
+                let images = at_least(&mut images[c], functions.len() * width);
+                let matrix = if c == 0 { slope_back } else { value_back };
+                multiply(matrix.left(), right(&flux[c], 0, width, width), target(images, 0, width), false);
+                for (i, image) in functions.clone().zip(images.chunks_exact(width)) {
+                    match i < before.end {
+                        true => columns[c][i].iter_mut().zip(image).for_each(|(x, more)| *x += more),
+                        false => columns[c][i].copy_from_slice(image),
+                    }
+                }
+            }
+            before = functions.clone();
+        }
     }
 
     /// What the map adds to the energies of potentials, by the rule of these points.
@@ -221,6 +268,20 @@ impl Gradients {
         let fields = Potentials { functions: &self.functions, coefficients: &coefficients, dims };
         Ok(products(Tensors::Kept(&self.metric), &fields)?.0)
     }
+}
+
+/// Arrays of rows of one length, cut in pieces of so many columns: for each piece the part of every row, by array.
+fn columns(arrays: &mut [Vec<f64>; 3], length: usize, columns: usize) -> Vec<[Vec<&mut [f64]>; 3]> {
+    let mut out: Vec<[Vec<&mut [f64]>; 3]> =
+        (0..length.div_ceil(columns)).map(|_| Default::default()).collect();
+    for (c, array) in arrays.iter_mut().enumerate() {
+        for row in array.chunks_exact_mut(length) {
+            for (out, part) in out.iter_mut().zip(row.chunks_mut(columns)) {
+                out[c].push(part);
+            }
+        }
+    }
+    out
 }
 
 /// The gradients of potentials of a domain at points, by component.

@@ -122,17 +122,6 @@ impl Metric {
         Some(tensor.map(|t| weight * t))
     }
 
-    /// Fields at the points become their images, times the weight of the point: those of each row, for one point of the first two axes, in
-    /// place.
-    pub(crate) fn weigh(&self, [x, y, z]: &mut [Vec<f64>; 3]) {
-        let (n2, count) = (self.points[2].len().max(1), self.runs.ranges.len().max(1));
-        let rows = (x.par_chunks_mut(n2).zip(y.par_chunks_mut(n2)).zip(z.par_chunks_mut(n2)))
-            .zip(self.tensors.par_chunks(count));
-        rows.with_min_len(ROWS_AT_ONCE).for_each(|(((x, y), z), tensors)| {
-            self.runs.weigh(tensors, &self.points[2].weights, [x, y, z]);
-        });
-    }
-
     /// Sum of x K y over points, weighted.
     pub(crate) fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
         let (n2, count) = (self.points[2].len(), self.runs.ranges.len());

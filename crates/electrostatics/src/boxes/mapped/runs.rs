@@ -38,12 +38,26 @@ impl Runs {
         self.of[point]
     }
 
-    /// Fields at the points of the third axis become their images under the tensors of the runs, times the weights of the points.
-    pub(crate) fn weigh(&self, tensors: &[Symmetric], weights: &[f64], [x, y, z]: [&mut [f64]; 3]) {
-        for (run, k) in self.ranges.iter().zip(tensors) {
-            let fields = x[run.clone()].iter_mut().zip(&mut y[run.clone()]).zip(&mut z[run.clone()]);
-            for (((x, y), z), weight) in fields.zip(&weights[run.clone()]) {
-                [*x, *y, *z] = times(k, [*x, *y, *z]).map(|image| weight * image);
+    /// Fields at points become their images. The points are those of some places on the first axis, of `lines` of the second, and of the third
+    /// axis, which have these weights; the tensors are those of the same places and of all `count` points of the second axis.
+    pub(crate) fn weigh(
+        &self,
+        tensors: &[Symmetric],
+        count: usize,
+        lines: &Range<usize>,
+        weights: &[f64],
+        [x, y, z]: [&mut [f64]; 3],
+    ) {
+        let (runs, n2) = (self.ranges.len(), weights.len());
+        let slabs = tensors.chunks_exact(count * runs);
+        let of_lines = slabs.flat_map(|slab| slab[lines.start * runs..lines.end * runs].chunks_exact(runs));
+        let fields = x.chunks_exact_mut(n2).zip(y.chunks_exact_mut(n2)).zip(z.chunks_exact_mut(n2));
+        for (tensors, ((x, y), z)) in of_lines.zip(fields) {
+            for (run, k) in self.ranges.iter().zip(tensors) {
+                let fields = x[run.clone()].iter_mut().zip(&mut y[run.clone()]).zip(&mut z[run.clone()]);
+                for (((x, y), z), weight) in fields.zip(&weights[run.clone()]) {
+                    [*x, *y, *z] = times(k, [*x, *y, *z]).map(|image| weight * image);
+                }
             }
         }
     }

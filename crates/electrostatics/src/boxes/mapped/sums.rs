@@ -183,7 +183,7 @@ fn of_element(
             for from in (0..n1).step_by(at_once) {
                 let lines = from..n1.min(from + at_once);
                 let some = lines.start * n2..lines.end * n2;
-                let (width, size) = (some.len(), count * some.len());
+                let size = count * some.len();
                 let values = at_least(values, 3 * held.len() * size);
                 for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
                     for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
@@ -196,16 +196,7 @@ fn of_element(
                     images.copy_from_slice(of(place));
                     let (x, rest) = images.split_at_mut(size);
                     let (y, z) = rest.split_at_mut(size);
-                    let slabs = x.chunks_exact_mut(width).zip(y.chunks_exact_mut(width));
-                    for (i, ((x, y), z)) in slabs.zip(z.chunks_exact_mut(width)).enumerate() {
-                        let own = &tensors[(i * n1 + lines.start) * row..(i * n1 + lines.end) * row];
-                        let fields = x.chunks_exact_mut(n2).zip(y.chunks_exact_mut(n2));
-                        for (tensors, ((x, y), z)) in
-                            own.chunks_exact(row).zip(fields.zip(z.chunks_exact_mut(n2)))
-                        {
-                            runs.weigh(tensors, weights, [x, y, z]);
-                        }
-                    }
+                    runs.weigh(tensors, n1, &lines, weights, [x, y, z]);
                     let others = held.iter().enumerate().filter(|(_, i)| first.contains(i) && **i <= j);
                     for (other, &i) in others {
                         out[(i, j)] += dot(of(other), images);
