@@ -27,7 +27,8 @@ use crate::boxes::energy::{Energies, stop_if_asked};
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
 use crate::boxes::mapped::points::AxisPoints;
-use elastocap_fem::tensor::{Dims, Target as Strided, add, dot, multiply, right};
+use crate::boxes::schwarz::row_block;
+use elastocap_fem::tensor::{Dense, Dims, Left, Target as Strided, add, dot, multiply, right};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
 use rayon::prelude::*;
@@ -105,7 +106,7 @@ pub(crate) fn lower(
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
-    let projected = project(domain, potentials, solved, share, cancel)?;
+    let projected = project(domain, potentials, solved, (share, 0.0), cancel)?;
     let Projected { dual, found, energy, flow, work, repair, apart, seconds, .. } = &projected;
     let n = potentials.len();
     let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0);
@@ -140,12 +141,14 @@ pub(crate) fn lower(
     })
 }
 
-/// Fluxes without divergence near those of what was `solved` before.
+/// Fluxes without divergence near those of what was `solved` before. Their repairs may take a share of the energy of the flux that follows
+/// from `share`, which is that of the linear solver's error, and one of the energy of what takes the divergence out, which is a good part of the
+/// error of the grid.
 pub(super) fn project(
     domain: &Domain,
     potentials: &[Vec<f64>],
     solved: &Solved<'_>,
-    share: f64,
+    (share, of_correction): (f64, f64),
     cancel: Option<&AtomicBool>,
 ) -> Result<Projected, SolveError> {
     let begin = Instant::now();
@@ -171,7 +174,7 @@ pub(super) fn project(
             let own = |x: &[f64]| dual.image(domain, x, &image);
             Some(Near { correction: own(&of.correction), repair: own(&of.repair) })
         });
-        found.push(dual.without_divergence(flux, start, share, stretch, cancel)?);
+        found.push(dual.without_divergence(flux, start, (share, of_correction), stretch, cancel)?);
     }
     drop(targets);
     let n = potentials.len();
@@ -268,19 +271,51 @@ impl Lines {
 
     /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
     fn take_divergence(&self, a: usize, flux: &Flux, out: &mut [f64]) {
-        let stride = strides(self.dims);
-        for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
-            let root = &self.segments[a][run.segment].root;
-            let width = bundle.across[0].len() * bundle.across[1].len();
-            let mut divergence = vec![0.0; root.cols * width];
-            let flux = right(y, 0, width, width);
-            let to = Strided { data: &mut divergence, stride: width };
-            multiply(root.transposed().left(), flux, to, false);
-            let lines = self.placed_lines(a, bundle, run, stride);
-            in_order(a, root.cols, width, |m, column| {
-                out[(run.range.start + m) * stride[a] + lines[column].0] -= divergence[m * width + column];
-            });
-        }
+        let [n0, n1, n2] = self.dims;
+        let plane = n1 * n2;
+        // Along a line minus the divergence of unit coordinates (columns), and the transpose.
+        let minus = |segment: &super::Segment| {
+            let Dense { rows, cols, data } = &segment.root;
+            let minus = Dense { rows: *rows, cols: *cols, data: data.iter().map(|x| -x).collect() };
+            (minus.transposed(), minus)
+        };
+        let minus: Vec<(Dense<f64>, Dense<f64>)> = self.segments[a].iter().map(minus).collect();
+        let block = row_block(n0, plane);
+        out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
+            let mine = piece * block..piece * block + out.len() / plane;
+            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+                let [rows, columns] = &bundle.across;
+                let width = rows.len() * columns.len();
+                let (matrix, turned) = &minus[run.segment];
+                let from = |row: usize| (row - rows.start) * columns.len();
+                if a == 0 {
+                    let own = mine.start.max(run.range.start)..mine.end.min(run.range.end);
+                    if own.is_empty() {
+                        continue;
+                    }
+                    let part = matrix.left_rows(own.start - run.range.start..own.end - run.range.start);
+                    for row in rows.clone() {
+                        let lines = right(y, from(row), columns.len(), width);
+                        let at = (own.start - mine.start) * plane + row * n2 + columns.start;
+                        multiply(part, lines, Strided { data: &mut out[at..], stride: plane }, true);
+                    }
+                    continue;
+                }
+                for row in rows.start.max(mine.start)..rows.end.min(mine.end) {
+                    let at = (row - mine.start) * plane;
+                    if a == 1 {
+                        let lines = right(y, from(row), columns.len(), width);
+                        let to = &mut out[at + run.range.start * n2 + columns.start..];
+                        multiply(matrix.left(), lines, Strided { data: to, stride: n2 }, true);
+                    } else {
+                        let data = &y[from(row)..];
+                        let lines = Left { data, rows: columns.len(), cols: turned.rows, row: 1, col: width };
+                        let to = &mut out[at + columns.start * n2 + run.range.start..];
+                        multiply(lines, turned.right(), Strided { data: to, stride: n2 }, true);
+                    }
+                }
+            }
+        });
     }
 
     /// Adds M^-1 D^T phi along an axis to a flux.
@@ -327,7 +362,7 @@ impl Dual {
         &mut self,
         mut flux: Flux,
         start: Option<Near>,
-        share: f64,
+        (share, of_correction): (f64, f64),
         largest: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Found, SolveError> {
@@ -341,13 +376,19 @@ impl Dual {
         }
         let mut x = start.unwrap_or_else(|| vec![0.0; b.len()]);
         let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
-        let enough = ENOUGH * share;
-        let (mut goal, mut last, mut iterations) = (enough / largest, f64::INFINITY, 0);
+        let of_solver = ENOUGH * share * energy;
+        let mut corrected = dot(&x, &b).abs();
+        let (mut factor, mut last, mut iterations) = (1.0 / largest, f64::INFINITY, 0);
         loop {
             step.fill(0.0);
+            let (own, start) = match of_correction {
+                0.0 => (ENOUGH * share, energy),
+                // What is enough grows with the energy of the correction, which every iteration adds to.
+                _ => (of_correction, -(of_solver / of_correction + corrected)),
+            };
             let goal_now = conjugate_gradients::Goal {
-                share: goal,
-                start: energy,
+                share: factor * own,
+                start,
                 iteration_limit: conjugate_gradients::ITERATION_LIMIT,
                 cancel,
             };
@@ -357,8 +398,10 @@ impl Dual {
             add(&mut x, &step);
             self.true_residual(&b, &x, &mut r);
             self.balance(&mut x, &mut r);
+            corrected = dot(&x, &b).abs();
             let (repair, left) = self.repair(&r, near.take());
-            let cost = worst * dot(&repair, &r) / energy;
+            let cost = worst * dot(&repair, &r);
+            let enough = of_solver + of_correction * corrected;
             let proved = left < 1e-3 && cost >= 0.0;
             let cheap = cost <= CHEAP * enough;
             if !proved || cheap || cost > 0.5 * last || iterations > conjugate_gradients::ITERATION_LIMIT {
@@ -366,7 +409,7 @@ impl Dual {
                 let converged = proved && (c.reached || cheap);
                 return Ok(Found { flux, correction: x, residual: r, repair, proved, converged, iterations });
             }
-            (last, goal) = (cost, goal * (enough / cost).clamp(1e-6, 0.1));
+            (last, factor) = (cost, factor * (enough / cost).clamp(1e-6, 0.1));
         }
     }
 

@@ -352,7 +352,7 @@ mod tests {
             bent: part.primal.bent(),
         };
         let potentials = vec![vec![0.0; part.domain.conductors.len()]; 2];
-        check(part, &project(&part.domain, &potentials, &own, 1e-3, None).unwrap());
+        check(part, &project(&part.domain, &potentials, &own, (1e-3, 0.0), None).unwrap());
     }
 
     #[test]

@@ -14,6 +14,10 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
+/// What the repair of a flux may take of the energy of its correction: next to nothing, but more than the solver is asked for where what is
+/// added is small.
+const OF_CORRECTION: f64 = 1e-4;
+
 /// Squared distances, as forms of the right-hand sides, and what they took.
 pub(crate) struct Distances {
     /// |s - (K grad y - eps grad p)|^2, in the norm of K^-1.
@@ -42,7 +46,7 @@ pub(crate) fn distances(
     share: f64,
     cancel: Option<&AtomicBool>,
 ) -> Result<Distances, SolveError> {
-    let projected = project(domain, potentials, solved, share, cancel)?;
+    let projected = project(domain, potentials, solved, (share, OF_CORRECTION), cancel)?;
     let (whole, n) = (&domain.truncated(), potentials.len());
     let mut apart = projected.apart.clone();
     // |s - K grad y + eps grad p|^2 is |s - K grad y|^2 with the products of s - K grad y and eps grad p, and the square of the latter:

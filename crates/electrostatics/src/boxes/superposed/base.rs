@@ -16,6 +16,7 @@ use crate::floating::Floating;
 use crate::solution::Settings;
 use elastocap_geometry::scene::Scene;
 use faer::Mat;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The solution of a scene that other scenes differ from by one body, and by what a map bends around it: see
@@ -150,8 +151,8 @@ pub fn solve_base(
     Ok(if out.solve(problem, goal, accepted)? { Some(out) } else { None })
 }
 
-/// Missing energy and error of the linear solver, over the energy, for a first look.
-const ROUGH_ENERGY: f64 = 1e-2;
+/// Missing energy and error of the linear solver, over the energy, for a first look: shares of the parts are known to a twentieth then.
+const ROUGH_ENERGY: f64 = 0.2;
 const ROUGH_SHARE: f64 = 1e-3;
 
 /// What a gap of the energies of each part, as large as these, would make of the target, over its value: by a small grid.
@@ -247,7 +248,8 @@ impl Base {
             let (domain, held) = part.layout.domain(&grid);
             Added::new(self, part, &domain, &held)?.least_apart(&domain, sight)
         };
-        solved.map(of_part).collect()
+        let solved: Vec<&Part> = solved.collect();
+        solved.into_par_iter().map(of_part).collect()
     }
 
     /// Solves for the parts of a problem and takes them over; says whether an error that is accepted was reached.
