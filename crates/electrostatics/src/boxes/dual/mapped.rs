@@ -514,7 +514,7 @@ fn strides(dims: Dims) -> [usize; 3] {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::boxes) mod tests {
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
     use crate::boxes::mapped::map::{MapAxis, SceneMap};
@@ -534,7 +534,7 @@ pub(super) mod tests {
     }
 
     /// Two plates of different sizes, one of them in a layer.
-    pub(in crate::boxes::dual) fn scene() -> Scene {
+    pub(in crate::boxes) fn scene() -> Scene {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         boxed(vec![
             Body::conductor("left", cuboid([-0.7, 0.3, -0.6], [-0.2, 0.5, 0.6])),
@@ -543,7 +543,7 @@ pub(super) mod tests {
         ])
     }
 
-    pub(in crate::boxes::dual) fn map() -> Arc<SceneMap> {
+    pub(in crate::boxes) fn map() -> Arc<SceneMap> {
         let axis = |breaks: &[f64], degree: usize, mirrored: bool| {
             let degrees = vec![degree; breaks.len() - 1];
             MapAxis { breaks: breaks.to_vec(), degrees, mirrored }
@@ -561,11 +561,7 @@ pub(super) mod tests {
         problem.core.grid(&graded(ResolutionLevel { order, levels: order - 2 }), 1.0)
     }
 
-    pub(in crate::boxes::dual) fn solved(
-        problem: &GridProblem<'_>,
-        order: usize,
-        lower: Lower<'_>,
-    ) -> Outcome {
+    pub(in crate::boxes) fn solved(problem: &GridProblem<'_>, order: usize, lower: Lower<'_>) -> Outcome {
         on_grid(problem, &grid(problem, order), 1e-10, lower, None).unwrap()
     }
 

@@ -377,6 +377,34 @@ mod tests {
     }
 
     #[test]
+    fn fluxes_at_the_points_of_some_elements_are_those_among_all_points() {
+        with_both(&scene(), |part, projected| {
+            let whole = &part.domain.truncated();
+            let on = |from: &dyn Fn(usize) -> Range<usize>| {
+                [0, 1, 2].map(|a| {
+                    let axis = &whole.axes[a];
+                    AxisPoints::new(axis, from(axis.line.elements()), EXTRA)
+                })
+            };
+            let (all, some) = (on(&|n| 0..n), on(&|n| n / 3..n / 3 + 2));
+            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            let lines = projected.dual.all_lines();
+            let [of_all, of_some] = [&all, &some].map(|points| fluxes_at(lines, whole, points, &fluxes));
+            let first = [0, 1, 2].map(|a| all[a].element.partition_point(|e| *e < some[a].element[0]));
+            let counts = |points: &[AxisPoints; 3]| points.each_ref().map(AxisPoints::len);
+            let ([_, m1, m2], [n0, n1, n2]) = (counts(&all), counts(&some));
+            for (x, y) in of_all.iter().flatten().zip(of_some.iter().flatten()) {
+                let largest = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                for at in 0..n0 * n1 * n2 {
+                    let [i, j, k] = [at / (n1 * n2), at / n2 % n1, at % n2];
+                    let among = ((first[0] + i) * m1 + first[1] + j) * m2 + first[2] + k;
+                    assert!((x[among] - y[at]).abs() < 1e-12 * largest, "{} {}", x[among], y[at]);
+                }
+            }
+        });
+    }
+
+    #[test]
     fn sums_by_elements_are_those_over_all_points_at_once() {
         let check = |part: &SolvedPart, projected: &Projected| {
             let (domain, u) = (&part.domain, &part.energies.coefficients);

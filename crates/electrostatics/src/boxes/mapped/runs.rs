@@ -62,3 +62,40 @@ impl Runs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::boxes::dual::mapped::tests::{map, scene, solved};
+    use crate::boxes::grid_problem::GridProblem;
+    use crate::boxes::mapped::gradients::EXTRA;
+    use crate::boxes::mapped::map::SceneMap;
+    use crate::boxes::mapped::metric::{Metric, Of};
+    use crate::boxes::one_grid::Lower;
+    use crate::solution::Settings;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_map_that_is_the_same_all_along_the_third_axis_has_a_few_tensors_for_all_points() {
+        let steady = map();
+        // The same but for a change along the third axis that is more than rounding.
+        let other = Arc::new(SceneMap::new(steady.axes().clone(), |x| {
+            let to = steady.image(x);
+            [to[0] - x[0] + 1e-9 * x[2], to[1] - x[1], to[2] - x[2]]
+        }));
+        let settings = Settings::default();
+        let of = |map: &Arc<SceneMap>| {
+            let problem = GridProblem::new(&scene(), Some(map), None, &settings).unwrap();
+            let outcome = solved(&problem, 4, Lower::None);
+            Metric::new(&outcome.solved[0].1.domain, EXTRA, Of::Permittivity).unwrap().unwrap()
+        };
+        let (few, all) = (of(&steady), of(&other));
+        let [n0, n1, n2] = few.points.each_ref().map(|points| points.len());
+        assert_eq!(all.runs.ranges.len(), n2);
+        assert!(3 * few.runs.ranges.len() < n2, "{:?}", few.runs.ranges);
+        let largest = all.tensors.iter().flatten().fold(0.0_f64, |m, t| m.max(t.abs()));
+        for at in (0..n0 * n1 * n2).map(|at| [at / (n1 * n2), at / n2 % n1, at % n2]) {
+            let ([x, y], weight) = ([&few, &all].map(|m| m.at(at).unwrap()), few.points[2].weights[at[2]]);
+            assert!(x.iter().zip(y).all(|(x, y)| (x - y).abs() < 1e-6 * weight * largest), "{x:?} {y:?}");
+        }
+    }
+}

@@ -142,6 +142,23 @@ mod tests {
     use super::*;
     use crate::solid::mesh::{geometric, uniform};
 
+    #[test]
+    fn places_that_differ_by_rounding_are_one_node_wherever_cells_end() {
+        let tolerance = 1e-9;
+        let (mut found, mut nodes) = (NodesByPlace::new(tolerance), Vec::new());
+        let cell = NodesByPlace::CELL * tolerance;
+        for face in [0.0, 0.5 * cell, -2.5 * cell] {
+            let at = |x: f64| [face + x, 0.5 * cell - 0.5 * x, 0.3];
+            let node = found.node_at(at(0.0), &mut nodes);
+            for x in [0.9, -0.9] {
+                assert_eq!(found.node_at(at(x * tolerance), &mut nodes), node, "{face} {x}");
+            }
+            assert_ne!(found.node_at(at(1.1 * tolerance), &mut nodes), node, "{face}");
+            assert_ne!(found.node_at(at(-1.1 * tolerance), &mut nodes), node, "{face}");
+        }
+        assert_eq!(nodes.len(), 9);
+    }
+
     /// A layer of unit thickness, 3 x 2 long, whose free sides have fans that meet in a mitre.
     fn mitred() -> Mesh<Space> {
         let fan = Patch::fan(
