@@ -39,8 +39,8 @@ const BETWEEN: f64 = 1.18;
 const CLEAR: f64 = 0.8;
 
 impl Sight {
-    /// The body behind the first `others` conductors of a scene under a map, in a frame. It may come nearer by `nearer` (m) to what else
-    /// there is. `None` where the map bends anything else, where there is no such body, or where a wall is insulated.
+    /// The body that follows the first `others` conductors of a scene, under a map and in a frame. Other scenes may have it nearer to
+    /// everything else by up to `nearer` (m). `None` if there is no such body, if the map also bends other bodies, or if a wall is insulated.
     pub(crate) fn of(
         scene: &Scene,
         map: &SceneMap,

@@ -86,7 +86,8 @@ struct NodesByPlace {
 }
 
 impl NodesByPlace {
-    /// Length of a cell over the tolerance: most points are so far from the faces of theirs that there is no other cell to look into.
+    /// Length of a cell in tolerances. Cells are so large that a point is rarely within the tolerance of a face, where neighbouring cells have
+    /// to be searched as well.
     const CELL: f64 = 1e3;
 
     fn new(tolerance: f64) -> Self {
