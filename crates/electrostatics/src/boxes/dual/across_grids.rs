@@ -13,8 +13,8 @@
 //! and no array of the common refinement is ever made: the flux of one grid is taken to the other one axis after another. Beyond the
 //! last nodes both continue along the same rays with the same weights. These are at least the true ones, which only lowers L further.
 
+use super::flux::Flux;
 use super::lines::{Bundle, Run, Segment};
-use super::mapped::Flux;
 use super::rays::inner;
 use super::repair::{Repair, Repairs};
 use super::{Basis, Dual, Lines, Strip, others};

@@ -30,6 +30,19 @@ pub(super) struct Bundle {
     pub runs: Vec<Run>,
 }
 
+impl Bundle {
+    /// How many lines it has.
+    pub(super) fn width(&self) -> usize {
+        self.across[0].len() * self.across[1].len()
+    }
+
+    /// The number, among its lines, of the one at these places on the two other axes.
+    pub(super) fn line(&self, row: usize, column: usize) -> usize {
+        let [rows, columns] = &self.across;
+        (row - rows.start) * columns.len() + column - columns.start
+    }
+}
+
 /// The lines between two obstacles, in the radial basis.
 #[derive(Debug)]
 pub(super) struct Segment {

@@ -15,6 +15,7 @@
 
 pub(crate) mod across_grids;
 pub(crate) mod aim;
+mod flux;
 mod lines;
 pub(crate) mod mapped;
 mod operator;

@@ -1,6 +1,6 @@
 //! Fluxes at Gauss points: all of them at once, or element by element of the first axis.
 
-use super::mapped::Flux;
+use super::flux::Flux;
 use super::{Basis, Dual, Lines, OtherLines};
 use crate::SolveError;
 use crate::boxes::domain::Domain;
@@ -72,10 +72,8 @@ impl Lines {
                 if some.is_empty() {
                     continue;
                 }
-                let width = all.len() * across.len();
                 for row in common(all, rows) {
-                    let from = (row - all.start) * across.len() + some.start - across.start;
-                    let line = right(y, from, some.len(), width);
+                    let line = right(y, bundle.line(row, some.start), some.len(), bundle.width());
                     let at = (own.start - mine.start) * plane
                         + (row - rows.start) * columns.len()
                         + (some.start - columns.start);
@@ -232,11 +230,11 @@ impl<'f> FluxesAt<'f> {
             if matrix.rows == 0 {
                 continue;
             }
-            let (width, some) = (rows.len() * columns.len(), common(columns, window));
+            let some = common(columns, window);
             if some.is_empty() {
                 continue;
             }
-            let from = (i - rows.start) * columns.len() + some.start - columns.start;
+            let (width, from) = (bundle.width(), bundle.line(i, some.start));
             let at = first * across + some.start - window.start;
             multiply(matrix.left(), right(y, from, some.len(), width), target(out, at, across), false);
             let roots: Vec<f64> =
@@ -261,11 +259,11 @@ impl<'f> FluxesAt<'f> {
             if turned.cols == 0 {
                 continue;
             }
-            let (width, some) = (rows.len() * columns.len(), common(columns, window));
+            let some = common(columns, window);
             if some.is_empty() {
                 continue;
             }
-            let from = (i - rows.start) * columns.len() + some.start - columns.start;
+            let (width, from) = (bundle.width(), bundle.line(i, some.start));
             let own = Left { data: &y[from..], rows: some.len(), cols: turned.rows, row: 1, col: width };
             let at = (some.start - window.start) * across + first;
             multiply(own, turned.right(), target(out, at, across), false);
@@ -372,7 +370,7 @@ mod tests {
             let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
             let at = fluxes_at(projected.dual.all_lines(), whole, &points, &fluxes);
             let found = Mat::from_fn(2, 2, |i, j| weights.over_permittivity(&at[i], &at[j]));
-            assert!(apart(&projected.dual.energies_of(&projected.found), &found) < 1e-12, "{found:?}");
+            assert!(apart(&projected.dual.energies_of(&fluxes), &found) < 1e-12, "{found:?}");
         });
     }
 

@@ -2,7 +2,8 @@
 
 use super::across_grids::Fluxes;
 use super::aim::Less;
-use super::mapped::{Flux, Solved, project};
+use super::flux::Flux;
+use super::mapped::{Solved, project};
 use super::pointwise::fluxes_at;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};

@@ -96,6 +96,8 @@ pub struct SceneMap {
     pub(crate) axes: [MapAxis; 3],
     /// Components of u at all nodes, `[component][i][j][k]`, m.
     displacement: [Vec<f64>; 3],
+    /// For each interval of the third axis, whether the displacement is the same all along it.
+    steady: Vec<bool>,
     rounded: Option<Rounded>,
 }
 
@@ -122,13 +124,13 @@ impl SceneMap {
                 }
             }
         }
-        let mut own = Self { axes, displacement: values, rounded: None };
-        own.steady();
+        let mut own = Self { axes, displacement: values, steady: Vec::new(), rounded: None };
+        own.make_steady();
         own
     }
 
-    /// Makes a displacement the same all along an interval of the third axis where it changes by rounding alone.
-    fn steady(&mut self) {
+    /// Makes the displacement the same all along an interval of the third axis where it changes by rounding alone.
+    fn make_steady(&mut self) {
         let largest = self.displacement.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
         let [_, _, n2] = self.counts();
         for nodes in self.axes[2].node_ranges() {
@@ -136,7 +138,9 @@ impl SceneMap {
                 let own = line.get(nodes.clone()).unwrap_or_default();
                 own.first().is_some_and(|u| own.iter().all(|v| (u - v).abs() <= ROUNDING * largest))
             };
-            if self.displacement.iter().all(|values| values.chunks_exact(n2).all(is_same)) {
+            let is_steady = self.displacement.iter().all(|values| values.chunks_exact(n2).all(is_same));
+            self.steady.push(is_steady);
+            if is_steady {
                 for line in self.displacement.iter_mut().flat_map(|values| values.chunks_exact_mut(n2)) {
                     let first = line[nodes.start];
                     line[nodes.clone()].fill(first);
@@ -279,18 +283,9 @@ impl SceneMap {
     /// For each place on the third axis, m, the interval between two breaks that it lies in and whether that is seen in the mirror, if the
     /// displacement does not change along the interval; `None` if it does.
     pub(crate) fn steady_pieces(&self, places: &[f64]) -> Vec<Option<(usize, bool)>> {
-        let axis = &self.axes[2];
-        let [_, _, n2] = self.counts();
-        let is_steady: Vec<bool> = axis
-            .node_ranges()
-            .map(|nodes| {
-                let mut lines = self.displacement.iter().flat_map(|values| values.chunks_exact(n2));
-                lines.all(|line| line[nodes.clone()].windows(2).all(|ends| ends[0] == ends[1]))
-            })
-            .collect();
         let of = |place: &f64| {
-            let (interval, reflected) = axis.interval(*place);
-            is_steady.get(interval).is_some_and(|steady| *steady).then_some((interval, reflected))
+            let (interval, reflected) = self.axes[2].interval(*place);
+            self.steady.get(interval).is_some_and(|steady| *steady).then_some((interval, reflected))
         };
         places.iter().map(of).collect()
     }

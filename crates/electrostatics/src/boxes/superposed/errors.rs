@@ -31,7 +31,6 @@ impl Added<'_> {
         known: &Mat<f64>,
         largest: f64,
     ) -> Result<[Mat<f64>; 2], SolveError> {
-        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
         let domain = self.divided(own, &Default::default())?;
         let block = self.elements(&domain);
         // On B as if there were no map, times the ratio: where that is next to nothing, it is enough.
@@ -49,7 +48,6 @@ impl Added<'_> {
     /// About how much the energies with those of the error of the base would be apart if nothing but the base were missed, over the energies
     /// of the base.
     pub(crate) fn least_apart(&self, domain: &Domain, sight: &Sight) -> Result<f64, SolveError> {
-        let trace = |m: &Mat<f64>| (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>();
         let [gap, energies] = self.base_forms();
         let seen =
             size(&(&gap * Scale(sight.share(self.is_odd())))) + size(&self.errors_around(domain, sight)?);
@@ -171,8 +169,12 @@ pub(super) fn twice_the_product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     }
 }
 
+fn trace(m: &Mat<f64>) -> f64 {
+    (0..m.nrows()).map(|i| m[(i, i)]).sum()
+}
+
 /// The length of which a form has the square; NaN where that is not finite.
 fn size(m: &Mat<f64>) -> f64 {
     let is_finite = (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].is_finite()));
-    if is_finite { (0..m.nrows()).map(|i| m[(i, i)]).sum::<f64>().max(0.0).sqrt() } else { f64::NAN }
+    if is_finite { trace(m).max(0.0).sqrt() } else { f64::NAN }
 }

@@ -1,0 +1,274 @@
+//! Fluxes as coordinates on the lines of a grid: their projection, divergence, energies and charges.
+
+use super::aim::Target;
+use super::lines::{Bundle, Run};
+use super::pointwise::RunValues;
+use super::rays::{inner, shares};
+use super::{Dual, Lines, Strip, others};
+use crate::boxes::domain::Domain;
+use crate::boxes::mapped::points::AxisPoints;
+use crate::boxes::schwarz::row_block;
+use elastocap_fem::tensor::{Dense, Dims, Left, Target as Strided, dot, multiply, right};
+use elastocap_linalg::conjugate_gradients::Operator;
+use faer::Mat;
+use rayon::prelude::*;
+
+/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
+#[derive(Debug)]
+pub(super) struct Flux(pub(super) [Vec<Vec<f64>>; 3]);
+
+impl Lines {
+    pub(super) fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
+        self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
+    }
+
+    /// Where the lines of a run begin in an array of one component with these strides, apart from their place along its axis, and the
+    /// root of the permittivity at their first interval.
+    fn placed_lines(&self, a: usize, bundle: &Bundle, run: &Run, stride: [usize; 3]) -> Vec<(usize, f64)> {
+        let (p, q) = others(a);
+        self.lines(a, bundle, run).map(|(s, t, root)| (s * stride[p] + t * stride[q], root)).collect()
+    }
+
+    /// The lines of a run: index across in the array of one component, and the root of the permittivity at its first interval.
+    fn lines<'s>(
+        &'s self,
+        a: usize,
+        bundle: &'s Bundle,
+        run: &'s Run,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + 's {
+        let (p, q) = others(a);
+        let columns = bundle.across[1].clone();
+        bundle.across[0].clone().flat_map(move |s| {
+            columns.clone().map(move |t| {
+                let mut at = [0; 3];
+                (at[a], at[p], at[q]) = (run.range.start, s, t);
+                (s, t, self.weights.root_at(at))
+            })
+        })
+    }
+
+    /// The part along an axis of the flux that is nearest to a target, for each run: the target is given at points of that axis.
+    fn projected(&self, domain: &Domain, a: usize, points: &AxisPoints, part: &[f64]) -> Vec<Vec<f64>> {
+        let values = self.values_at(domain, a, points);
+        let mut dims = self.dims;
+        dims[a] = points.len();
+        let stride = strides(dims);
+        let of_run = |(bundle, run): (&Bundle, &Run)| {
+            let segment = &self.segments[a][run.segment];
+            let RunValues { first, matrix } = &values[run.segment];
+            let width = bundle.width();
+            let mut weighed = vec![0.0; matrix.rows * width];
+            let lines = self.placed_lines(a, bundle, run, stride);
+            in_order(a, matrix.rows, width, |row, column| {
+                let (own, root) = lines[column];
+                weighed[row * width + column] = root * part[(first + row) * stride[a] + own];
+            });
+            let mut y = vec![0.0; matrix.cols * width];
+            let weighed = right(&weighed, 0, width, width);
+            multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
+            for (column, (own, root)) in lines.iter().enumerate() {
+                let at = |point: usize| part[point * stride[a] + own];
+                let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
+                for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
+                    // Flux that leaves is taken from the last points: the projection need not be exact.
+                    let (point, sign) =
+                        if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
+                    let weight = sign * root * radius * at(point) / points.weights[point];
+                    segment.face[side]
+                        .iter()
+                        .enumerate()
+                        .for_each(|(r, f)| y[r * width + column] += f * weight);
+                }
+            }
+            y
+        };
+        let runs: Vec<_> = self.runs(a).collect();
+        runs.into_par_iter().map(of_run).collect()
+    }
+
+    /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
+    fn take_divergence(&self, a: usize, flux: &Flux, out: &mut [f64]) {
+        let [n0, n1, n2] = self.dims;
+        let plane = n1 * n2;
+        // Along a line minus the divergence of unit coordinates (columns), and the transpose.
+        let minus = |segment: &super::Segment| {
+            let Dense { rows, cols, data } = &segment.root;
+            let minus = Dense { rows: *rows, cols: *cols, data: data.iter().map(|x| -x).collect() };
+            (minus.transposed(), minus)
+        };
+        let minus: Vec<(Dense<f64>, Dense<f64>)> = self.segments[a].iter().map(minus).collect();
+        let block = row_block(n0, plane);
+        out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
+            let mine = piece * block..piece * block + out.len() / plane;
+            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+                let [rows, columns] = &bundle.across;
+                let width = bundle.width();
+                let (matrix, turned) = &minus[run.segment];
+                if a == 0 {
+                    let own = mine.start.max(run.range.start)..mine.end.min(run.range.end);
+                    if own.is_empty() {
+                        continue;
+                    }
+                    let part = matrix.left_rows(own.start - run.range.start..own.end - run.range.start);
+                    for row in rows.clone() {
+                        let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
+                        let at = (own.start - mine.start) * plane + row * n2 + columns.start;
+                        multiply(part, lines, Strided { data: &mut out[at..], stride: plane }, true);
+                    }
+                    continue;
+                }
+                for row in rows.start.max(mine.start)..rows.end.min(mine.end) {
+                    let at = (row - mine.start) * plane;
+                    if a == 1 {
+                        let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
+                        let to = &mut out[at + run.range.start * n2 + columns.start..];
+                        multiply(matrix.left(), lines, Strided { data: to, stride: n2 }, true);
+                    } else {
+                        let data = &y[bundle.line(row, columns.start)..];
+                        let lines = Left { data, rows: columns.len(), cols: turned.rows, row: 1, col: width };
+                        let to = &mut out[at + columns.start * n2 + run.range.start..];
+                        multiply(lines, turned.right(), Strided { data: to, stride: n2 }, true);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Adds M^-1 D^T phi along an axis to a flux.
+    fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
+        for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
+            let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
+            let width = rows.len() * columns.len();
+            let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
+            let of_row = |s: usize| {
+                let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
+                let mut own = self.flux_of(&strip, &none, phi);
+                self.add_obliqueness(&strip, &mut own);
+                own
+            };
+            let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
+            for (line, own) in strips.iter().enumerate() {
+                for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
+                    let at = r * width + line * columns.len();
+                    y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
+                }
+            }
+        }
+    }
+}
+
+impl Dual {
+    /// The flux that is nearest to a target, with whatever divergence it has.
+    pub(super) fn projected(&self, domain: &Domain, target: &Target) -> Flux {
+        Flux([0, 1, 2].map(|a| {
+            let (points, part) = (&target.points[a], &target.parts[a]);
+            match (&self.other, &domain.turn, a) {
+                (Some(other), Some(turn), 0) => {
+                    let exchange = other.exchange.at_points(points.len());
+                    let points = points.with_mirror_image(&domain.axes[0]);
+                    other.lines.projected(&turn.half, 0, &points, &exchange.to_second(part, -other.parity))
+                }
+                _ => self.lines.projected(domain, a, points, part),
+            }
+        }))
+    }
+
+    /// Minus the divergence of a flux, in the scaling of the unknowns.
+    pub(super) fn minus_divergence(&self, flux: &Flux) -> Vec<f64> {
+        let mut out = vec![0.0; self.unknowns()];
+        for a in 0..3 {
+            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, flux, out));
+        }
+        out
+    }
+
+    /// Adds M^-1 D^T phi to a flux.
+    pub(super) fn add_gradient(&self, flux: &mut Flux, phi: &[f64]) {
+        for a in 0..3 {
+            self.seen(a).add_gradient(a, flux, &self.seen_along(a, phi));
+        }
+    }
+
+    /// Energies of fluxes as if no map bent the scene, open space included.
+    pub(super) fn energies_of(&self, fluxes: &[&Flux]) -> Mat<f64> {
+        let n = fluxes.len();
+        let mut out = Mat::zeros(n, n);
+        for a in 0..3 {
+            let lines = self.seen(a);
+            let across = shares(&lines.basis, a);
+            for (number, (bundle, run)) in lines.runs(a).enumerate() {
+                let segment = &lines.segments[a][run.segment];
+                let width = bundle.width();
+                for i in 0..n {
+                    for j in 0..n {
+                        let (x, y) = (&fluxes[i].0[a][number], &fluxes[j].0[a][number]);
+                        out[(i, j)] += dot(x, y);
+                        let Some(leaving) = &segment.leaving else { continue };
+                        for (column, (s, t, _)) in lines.lines(a, bundle, run).enumerate() {
+                            let [x, y] = [x, y].map(|y| trace(y, width, column, segment, &leaving.sides));
+                            out[(i, j)] += leaving.oblique(across[0][s] + across[1][t], x, y);
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Charges g_i s_j: what flows from the conductors at the potentials of right-hand side i in the flux of j, times these.
+    pub(super) fn charges(&self, potentials: &[Vec<f64>], fluxes: &[&Flux]) -> Mat<f64> {
+        let n = fluxes.len();
+        let mut out = Mat::zeros(n, n);
+        for a in 0..3 {
+            let (lines, (p, q)) = (self.seen(a), others(a));
+            for (number, (bundle, run)) in lines.runs(a).enumerate() {
+                let segment = &lines.segments[a][run.segment];
+                let width = bundle.width();
+                for side in 0..2 {
+                    let Some(conductor) = run.ends[side] else { continue };
+                    let mut flows = vec![0.0; n];
+                    for (column, (s, t, _)) in lines.lines(a, bundle, run).enumerate() {
+                        let mut at = [0; 3];
+                        (at[a], at[p], at[q]) = (run.range.start, s, t);
+                        let area = lines.area(a, at);
+                        if area == 0.0 {
+                            continue;
+                        }
+                        for (flow, flux) in flows.iter_mut().zip(fluxes) {
+                            let y = flux.0[a][number][column..].iter().step_by(width);
+                            *flow += area * y.zip(&segment.face[side]).map(|(y, f)| y * f).sum::<f64>();
+                        }
+                    }
+                    for i in 0..n {
+                        (0..n).for_each(|j| out[(i, j)] += potentials[i][conductor] * flows[j]);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Visits places along lines, and the lines, in the order in which an array has those of an axis: places are next to each other along the
+/// last axis, and lines along the others.
+fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
+    if axis == 2 {
+        (0..lines).for_each(|line| (0..places).for_each(|place| each(place, line)));
+    } else {
+        (0..places).for_each(|place| (0..lines).for_each(|line| each(place, line)));
+    }
+}
+
+/// What leaves one line of a flux at its open ends.
+fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides: &[usize]) -> [f64; 2] {
+    let line: Vec<f64> = y[column..].iter().step_by(width).copied().collect();
+    let mut out = [0.0; 2];
+    for (out, side) in out.iter_mut().zip(sides) {
+        *out = inner(&line, &segment.face[*side]);
+    }
+    out
+}
+
+fn strides(dims: Dims) -> [usize; 3] {
+    [dims[1] * dims[2], dims[2], 1]
+}
