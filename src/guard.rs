@@ -6,25 +6,14 @@
 //! first thread ever ends the process, since every other thread may itself fail half way.
 
 use std::io;
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-#[cfg(unix)]
-use elastocap_results::OutputFolder;
+use elastocap_results::Unfinished;
 
 /// What must not be left behind, and the threads that see to it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
-    leftovers: Arc<Mutex<Leftovers>>,
-}
-
-/// Folders that are gone when the process ends early.
-#[derive(Debug, Default)]
-struct Leftovers {
-    /// With all that is in it.
-    whole: Option<PathBuf>,
-    /// Only if nothing is in them, innermost first.
-    empty: Vec<PathBuf>,
+    unfinished: Arc<Mutex<Option<Unfinished>>>,
 }
 
 impl Guard {
@@ -39,32 +28,29 @@ impl Guard {
         Ok(guard)
     }
 
-    /// Removes `staging` with all its files, and the folders `made` for it where they are empty, if the process ends early.
-    pub(crate) fn remove_on_failure(&self, staging: &Path, made: &[PathBuf]) {
+    /// Removes these files if the process ends early.
+    pub(crate) fn remove_on_failure(&self, unfinished: &Unfinished) {
         // Nothing is allocated under the lock: a thread that fails there would keep it for ever.
-        let leftovers = Leftovers { whole: Some(staging.to_owned()), empty: made.to_vec() };
-        *self.leftovers.lock().unwrap_or_else(PoisonError::into_inner) = leftovers;
+        let unfinished = Some(unfinished.clone());
+        *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = unfinished;
     }
 
     /// Returns at once, and never if the process is being ended: another thread does that.
     pub(crate) fn let_end(&self) {
-        drop(self.leftovers.lock().unwrap_or_else(PoisonError::into_inner));
+        drop(self.unfinished.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
-    /// Ends the process with a message.
+    /// Ends the process with a message. Allocates nothing.
     #[cfg(unix)]
     fn end(&self, message: &str) -> ! {
-        let leftovers = self.leftovers.lock().unwrap_or_else(PoisonError::into_inner);
+        let unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         unix::say("error: ");
         unix::say(message);
         // Results that are in place already stay there. What cannot be removed cannot be reported either.
-        if leftovers.whole.as_ref().is_some_and(|folder| OutputFolder::give_up(folder)) {
+        if unfinished.as_ref().is_some_and(Unfinished::give_up) {
             unix::say("; nothing of this run was written");
         }
         unix::say("\n");
-        for folder in &leftovers.empty {
-            let _ = std::fs::remove_dir(folder);
-        }
         unix::exit()
     }
 }
@@ -84,9 +70,6 @@ mod unix {
 
     use super::Guard;
 
-    /// Memory that is given back before anything else is done about its end, bytes.
-    const BALLAST: usize = 1 << 20;
-
     /// Stack of each thread, bytes.
     const STACK: usize = 1 << 20;
 
@@ -101,10 +84,9 @@ mod unix {
         let (waking, wakes) = on_abort()?;
         let guard = guard.clone();
         let reason = Arc::new(OnceLock::new());
-        let ballast = vec![1_u8; BALLAST];
         let waiting = Arc::clone(&reason);
         let stack = || thread::Builder::new().stack_size(STACK);
-        stack().spawn(move || wait(&guard, &waiting, waking, ballast))?;
+        stack().spawn(move || wait(&guard, &waiting, waking))?;
         if is_limited() {
             stack().spawn(move || watch(wakes, &reason))?;
         }
@@ -140,9 +122,8 @@ mod unix {
     }
 
     /// Waits until it is woken, and ends the process in order.
-    fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking, ballast: Vec<u8>) {
+    fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking) {
         if waking.woken.read_exact(&mut [0]).is_ok() {
-            drop(ballast);
             guard.end(reason.get().map_or(
                 "ended for the reason above; if it is memory: allow more, or solve less at a time",
                 String::as_str,

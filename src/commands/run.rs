@@ -229,8 +229,8 @@ fn solve_and_save(
         scene: wanted.has(FileGroup::Scene),
     };
     // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
-    let folder = OutputFolder::open(&input.folder)?;
-    guard.remove_on_failure(folder.staging(), folder.created());
+    let folder =
+        OutputFolder::open_announced(&input.folder, |unfinished| guard.remove_on_failure(unfinished))?;
     folder.holds_nothing_foreign()?;
     let resume = match arguments.resume {
         true => Some(Resume::read(&folder.partial(), case, &options, &wanted)?),

@@ -1,23 +1,22 @@
 //! What Ctrl-C does, and the other signals that ask a process to end.
 
 use std::io;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use elastocap_results::OutputFolder;
+use elastocap_results::{OutputFolder, Unfinished};
 
 use crate::output;
 
 /// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
-    let staging = folder.staging().to_owned();
+    let unfinished = folder.unfinished().clone();
     on_signal(
         cancel,
         || true,
         move || {
-            OutputFolder::give_up(&staging);
+            unfinished.give_up();
         },
     );
 }
@@ -26,7 +25,7 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stop {
     cancel: Arc<AtomicBool>,
-    staging: Arc<Mutex<Option<PathBuf>>>,
+    unfinished: Arc<Mutex<Option<Unfinished>>>,
     installed: Arc<OnceLock<()>>,
 }
 
@@ -43,23 +42,23 @@ impl Stop {
 
     /// From now on a signal ends the work in order, with the files of `folder` if there are any.
     pub(super) fn guard(&self, folder: &OutputFolder) {
-        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.staging().to_owned());
+        *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.unfinished().clone());
         self.install();
     }
 
     /// The files of the folder are in place: the next signal leaves them alone.
     pub(super) fn release(&self) {
-        *self.staging.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     /// Installs the handler, unless it is there already.
     pub(super) fn install(&self) {
         self.installed.get_or_init(|| {
-            let (busy, staging) = (Arc::clone(&self.staging), Arc::clone(&self.staging));
+            let (busy, unfinished) = (Arc::clone(&self.unfinished), Arc::clone(&self.unfinished));
             let is_busy = move || busy.lock().unwrap_or_else(PoisonError::into_inner).is_some();
             on_signal(&self.cancel, is_busy, move || {
-                if let Some(staging) = &*staging.lock().unwrap_or_else(PoisonError::into_inner) {
-                    OutputFolder::give_up(staging);
+                if let Some(unfinished) = &*unfinished.lock().unwrap_or_else(PoisonError::into_inner) {
+                    unfinished.give_up();
                 }
             });
         });

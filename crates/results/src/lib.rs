@@ -34,7 +34,7 @@ pub use figure::{approach, figure, figure_with_points};
 pub use json::{RunSeconds, document};
 pub use kept::{KeptFields, StepFields, save_kept};
 use measured::Comparison;
-pub use output_folder::{Finish, OutputError, OutputFolder, Placed};
+pub use output_folder::{Finish, OutputError, OutputFolder, Placed, Unfinished};
 use output_folder::{INDEX, MESH_INDEX, is_result_name};
 pub use report::MeasuredPoint;
 use report::{REPORT, Report};

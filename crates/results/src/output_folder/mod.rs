@@ -10,6 +10,7 @@
 //! | `staging` | where files wait, and what killed runs left |
 //! | `replace` | the folder replaced as a whole |
 //! | `in_place` | files put in place one by one, where it cannot be |
+//! | `unfinished` | what is removed when the process is broken off |
 //! | `disk` | what is asked of the file system |
 
 mod disk;
@@ -18,6 +19,7 @@ mod in_place;
 mod index;
 mod replace;
 mod staging;
+mod unfinished;
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -29,10 +31,11 @@ use std::sync::{Mutex, PoisonError};
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use replace::{not_on_disk, others, replace};
-use staging::{GIVEN_UP, Staging, is_temporary, recover};
+use staging::{Announce, Staging, is_temporary, recover};
 
 pub use error::OutputError;
 pub(crate) use index::{INDEX, MESH_INDEX, is_result_name};
+pub use unfinished::Unfinished;
 
 /// A folder that gets its files all at once.
 ///
@@ -47,6 +50,7 @@ pub struct OutputFolder {
     /// Folders above it that did not exist before, innermost first.
     created: Vec<PathBuf>,
     staging: Staging,
+    unfinished: Unfinished,
     staged: Mutex<BTreeSet<String>>,
     warnings: Vec<String>,
 }
@@ -88,34 +92,53 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::Folder`] if it cannot be made or written to.
     pub fn open(folder: &Path) -> Result<Self, OutputError> {
+        Self::open_announced(folder, |_| ())
+    }
+
+    /// The same, for whoever must [give the files up](Unfinished::give_up) when the process is broken off: `announce` is told what will
+    /// have to be removed before any of it is made.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if it cannot be made or written to.
+    pub fn open_announced(folder: &Path, mut announce: impl FnMut(&Unfinished)) -> Result<Self, OutputError> {
         let above = folder.ancestors().skip(usize::from(folder.file_name().is_some()));
         let missing = above.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
         let created: Vec<PathBuf> = missing.map(Path::to_owned).collect();
-        match Self::prepare(folder) {
-            Ok((place, staging, warnings)) => {
+        let mut unfinished = None;
+        let prepared = Self::prepare(folder, &mut |staging| {
+            let staged = Unfinished::new(staging, &created)?;
+            announce(&staged);
+            unfinished = Some(staged);
+            Ok(())
+        });
+        match (prepared, unfinished) {
+            (Ok((place, staging, warnings)), Some(unfinished)) => {
                 let (asked, staged) = (folder.to_owned(), Mutex::default());
-                Ok(Self { asked, place, created, staging, staged, warnings })
+                Ok(Self { asked, place, created, staging, unfinished, staged, warnings })
             }
-            Err(source) => {
+            (prepared, _) => {
                 remove_empty(&created);
+                let source = prepared.err().unwrap_or_else(|| io::ErrorKind::NotFound.into());
                 Err(OutputError::Folder { folder: folder.to_owned(), source })
             }
         }
     }
 
-    fn prepare(folder: &Path) -> io::Result<(PathBuf, Staging, Vec<String>)> {
+    fn prepare(folder: &Path, announce: &mut Announce<'_>) -> io::Result<(PathBuf, Staging, Vec<String>)> {
         let place = resolve(folder)?;
         let mut warnings = recover(&place);
         warnings.extend([true, false].into_iter().flat_map(|beside| recover(&partial_of(&place, beside))));
         if !place.exists() {
-            return Ok((place.clone(), Staging::beside(&place)?, warnings));
+            return Ok((place.clone(), Staging::beside(&place, announce)?, warnings));
         }
         writable(&place)?;
-        let beside =
-            place.parent().filter(|parent| same_disk(parent, &place)).map(|_| Staging::beside(&place));
+        let beside = place
+            .parent()
+            .filter(|parent| same_disk(parent, &place))
+            .map(|_| Staging::beside(&place, announce));
         let staging = match beside {
             Some(Ok(staging)) => staging,
-            Some(Err(_)) | None => Staging::inside(&place)?,
+            Some(Err(_)) | None => Staging::inside(&place, announce)?,
         };
         Ok((place, staging, warnings))
     }
@@ -130,29 +153,9 @@ impl OutputFolder {
         &self.warnings
     }
 
-    /// Folders above it that did not exist before, innermost first.
-    pub fn created(&self) -> &[PathBuf] {
-        &self.created
-    }
-
-    /// Where files wait until they are put in place, for whoever must [give them up](Self::give_up) when the process is ended.
-    pub fn staging(&self) -> &Path {
-        &self.staging.path
-    }
-
-    /// Removes the files that wait in `staging`, from a process that is about to end, while another thread may be putting them in
-    /// place: then either all of them are removed, or none. Returns whether they are given up. Those that cannot be removed, the
-    /// next process removes that opens the folder.
-    pub fn give_up(staging: &Path) -> bool {
-        // Under another name first: a folder must not get to its place once some of its files are gone.
-        let mut name = staging.as_os_str().to_owned();
-        name.push(GIVEN_UP);
-        let aside = PathBuf::from(name);
-        let given_up = fs::rename(staging, &aside).is_ok();
-        if given_up {
-            remove_files(&aside);
-        }
-        given_up
+    /// What has to be removed when the process is broken off before the files are in place.
+    pub fn unfinished(&self) -> &Unfinished {
+        &self.unfinished
     }
 
     /// Looks for files that a run would replace and that are not from elastocap, in the folder and in that for unfinished runs.

@@ -22,6 +22,9 @@ const SWAP: &str = ".swap-";
 /// What is added before it is removed by a process that is about to end.
 pub(super) const GIVEN_UP: &str = ".given-up";
 
+/// Is told the path of a folder before that is made.
+pub(super) type Announce<'a> = dyn FnMut(&Path) -> io::Result<()> + 'a;
+
 /// A hidden folder for files, which is this process's as long as it lives.
 #[derive(Debug)]
 pub(super) struct Staging {
@@ -33,25 +36,30 @@ pub(super) struct Staging {
 }
 
 impl Staging {
-    /// Beside `place`, on the same disk.
-    pub(super) fn beside(place: &Path) -> io::Result<Self> {
+    /// Beside `place`, on the same disk. Its path is announced before it is made.
+    pub(super) fn beside(place: &Path, announce: &mut Announce<'_>) -> io::Result<Self> {
         let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else {
             return Err(io::ErrorKind::NotFound.into());
         };
-        Self::create(parent, &prefix_beside(name))
+        Self::create(parent, &prefix_beside(name), announce)
     }
 
-    /// Inside `place`.
-    pub(super) fn inside(place: &Path) -> io::Result<Self> {
-        Self::create(place, OsStr::new(STAGING))
+    /// Inside `place`. Its path is announced before it is made.
+    pub(super) fn inside(place: &Path, announce: &mut Announce<'_>) -> io::Result<Self> {
+        Self::create(place, OsStr::new(STAGING), announce)
     }
 
-    fn create(parent: &Path, prefix: &OsStr) -> io::Result<Self> {
+    fn create(parent: &Path, prefix: &OsStr, announce: &mut Announce<'_>) -> io::Result<Self> {
         for attempt in 0..100 {
             let mark = format!("{}-{attempt}", std::process::id());
             let mut name = prefix.to_owned();
             name.push(&mark);
             let path = parent.join(name);
+            // That of another process, which may live: it must not be announced as our own.
+            if path.symlink_metadata().is_ok() {
+                continue;
+            }
+            announce(&path)?;
             match fs::create_dir(&path) {
                 Ok(()) => {}
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,

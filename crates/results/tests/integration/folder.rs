@@ -180,10 +180,29 @@ fn what_a_killed_run_staged_is_removed_and_what_a_living_one_stages_is_not() {
         fs::write(place.path().join(left).join("figure-9.svg"), "half").unwrap();
     }
     drop(OutputFolder::open(&folder).unwrap());
-    let left = names(place.path());
-    assert!(left.len() == 1 && living.staging().ends_with(&left[0]), "{left:?}");
+    assert_eq!(names(place.path()), [format!(".out.elastocap-{}-0", std::process::id())]);
     living.commit_run(Finish::Complete).unwrap();
     assert_eq!(names(&folder), ["curve.csv", "result.json"]);
+}
+
+#[test]
+fn nothing_is_left_of_files_given_up_nor_of_folders_made_for_them_and_they_are_announced_before() {
+    let place = tempfile::tempdir().unwrap();
+    let mut announced = Vec::new();
+    let output = OutputFolder::open_announced(&place.path().join("a/b/out"), |unfinished| {
+        // The folders above are there: nothing is in them yet.
+        assert_eq!(names(&place.path().join("a/b")), [""; 0]);
+        announced.push(unfinished.clone());
+    })
+    .unwrap();
+    // More than a folder can be read of at once.
+    for k in 0..300 {
+        output.stage(&format!("step_{k:03}.vtu"), b"field").unwrap();
+    }
+    let [unfinished] = &announced[..] else { panic!("{announced:?}") };
+    assert!(unfinished.give_up());
+    assert_eq!(names(place.path()), [""; 0]);
+    assert!(!unfinished.give_up(), "there is nothing more");
 }
 
 #[test]
@@ -200,11 +219,11 @@ fn files_given_up_while_they_are_put_in_place_are_there_all_or_none_and_so_are_t
                 staged(&folder, "complete", &["curve.csv"], "first").commit_run(Finish::Complete).unwrap();
             }
             let output = staged(&folder, "complete", &files, "second");
-            let staging = output.staging().to_owned();
+            let unfinished = output.unfinished().clone();
             let pause = if part == 0 { Duration::from_secs(1) } else { commit * part / 70 };
             let ending = std::thread::spawn(move || {
                 std::thread::sleep(pause);
-                OutputFolder::give_up(&staging)
+                unfinished.give_up()
             });
             let begin = Instant::now();
             let placed = output.commit_run(Finish::Complete).is_ok();

@@ -1,0 +1,125 @@
+//! The files of a run that is broken off, removed without any memory: that may be what it is broken off for.
+
+use std::io;
+use std::path::Path;
+
+use super::staging::GIVEN_UP;
+
+/// What a process that ends early must not leave behind. Everything that takes memory is done when it is made.
+#[derive(Debug, Clone)]
+pub struct Unfinished {
+    /// Where files wait until they are put in place.
+    staging: system::Name,
+    /// Its name while it is being removed.
+    aside: system::Name,
+    /// Folders made for the output folder, innermost first.
+    created: Vec<system::Name>,
+}
+
+impl Unfinished {
+    pub(super) fn new(staging: &Path, created: &[impl AsRef<Path>]) -> io::Result<Self> {
+        let mut aside = staging.as_os_str().to_owned();
+        aside.push(GIVEN_UP);
+        Ok(Self {
+            staging: system::name(staging)?,
+            aside: system::name(Path::new(&aside))?,
+            created: created.iter().map(|folder| system::name(folder.as_ref())).collect::<io::Result<_>>()?,
+        })
+    }
+
+    /// Removes the waiting files, from a process that is about to end, while another thread may be putting them in place: then
+    /// either all of them are removed, or none. Returns whether they are given up. Those that cannot be removed, the next process
+    /// removes that opens the folder.
+    ///
+    /// On Linux this allocates nothing.
+    pub fn give_up(&self) -> bool {
+        // Under another name first: a folder must not get to its place once some of its files are gone.
+        let given_up = system::rename(&self.staging, &self.aside);
+        if given_up {
+            system::remove_files(&self.aside);
+        }
+        for folder in &self.created {
+            // Fails, as it should, where something else is in it by now.
+            system::remove_empty(folder);
+        }
+        given_up
+    }
+}
+
+/// The calls of Unix, with names that need no more to be done to them.
+#[cfg(unix)]
+mod system {
+    use std::ffi::CString;
+    use std::io;
+    use std::os::unix::ffi::OsStrExt as _;
+    use std::path::Path;
+
+    pub(super) type Name = CString;
+
+    pub(super) fn name(path: &Path) -> io::Result<Name> {
+        Ok(CString::new(path.as_os_str().as_bytes())?)
+    }
+
+    pub(super) fn rename(from: &Name, to: &Name) -> bool {
+        rustix::fs::rename(from.as_c_str(), to.as_c_str()).is_ok()
+    }
+
+    pub(super) fn remove_empty(folder: &Name) {
+        let _ = rustix::fs::rmdir(folder.as_c_str());
+    }
+
+    /// What cannot be removed stays. The standard library reads folders into memory that it allocates.
+    #[cfg(target_os = "linux")]
+    pub(super) fn remove_files(folder: &Name) {
+        use std::mem::MaybeUninit;
+
+        use rustix::fs::{AtFlags, Mode, OFlags, RawDir, SeekFrom, open, seek, unlinkat};
+
+        let Ok(opened) =
+            open(folder.as_c_str(), OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty())
+        else {
+            return;
+        };
+        let mut buffer = [MaybeUninit::uninit(); 4096];
+        // A file system may pass over entries while others are removed: until nothing more is found.
+        loop {
+            let mut removed = false;
+            let mut entries = RawDir::new(&opened, &mut buffer);
+            while let Some(Ok(entry)) = entries.next() {
+                removed |= unlinkat(&opened, entry.file_name(), AtFlags::empty()).is_ok();
+            }
+            if !removed || seek(&opened, SeekFrom::Start(0)).is_err() {
+                break;
+            }
+        }
+        remove_empty(folder);
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    pub(super) fn remove_files(folder: &Name) {
+        crate::output_folder::disk::remove_files(Path::new(std::ffi::OsStr::from_bytes(folder.as_bytes())));
+    }
+}
+
+#[cfg(not(unix))]
+mod system {
+    use std::fs;
+    use std::io;
+    use std::path::{Path, PathBuf};
+
+    pub(super) use super::super::disk::remove_files;
+
+    pub(super) type Name = PathBuf;
+
+    pub(super) fn name(path: &Path) -> io::Result<Name> {
+        Ok(path.to_owned())
+    }
+
+    pub(super) fn rename(from: &Path, to: &Path) -> bool {
+        fs::rename(from, to).is_ok()
+    }
+
+    pub(super) fn remove_empty(folder: &Path) {
+        let _ = fs::remove_dir(folder);
+    }
+}
