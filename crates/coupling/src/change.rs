@@ -171,6 +171,7 @@ impl ChangeSearch<'_> {
         for step in found.iter_mut().flatten() {
             step.before_change = FinishedStep::of(step).map(Box::new);
         }
+        let before: Vec<Option<Bounded>> = found.iter().map(|step| step.as_ref()?.measured).collect();
         let mut exhausted: Exhausted = found.iter().map(|step| without_tolerance(step.as_ref()?)).collect();
         // The error of a base cancels in changes as long as every step that is solved again is added to it.
         let mut differences = true;
@@ -212,7 +213,7 @@ impl ChangeSearch<'_> {
                 step.take_sharper(again);
             }
         }
-        self.mark(found, &exhausted);
+        self.mark(found, &before, &exhausted);
     }
 
     /// How many steps are solved again at the same time, and the memory that each may take, bytes. A large one keeps all cores busy alone,
@@ -258,8 +259,29 @@ impl ChangeSearch<'_> {
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
-    /// Marks the steps whose change is not known to the tolerance.
-    fn mark(&self, found: &mut [Option<StepResult>], exhausted: &Exhausted) {
+    /// The relative error that the finite elements of the layer leave of the capacitance of a step. Where distances say more than is `allowed`
+    /// it is that of the capacitance that it had `before` it was made sharper, from coarser meshes of the layer.
+    fn mechanics_error(
+        &self,
+        place: usize,
+        step: &mut StepResult,
+        before: Option<Bounded>,
+        allowed: f64,
+    ) -> f64 {
+        let error = step.row.mechanics_error_estimate.unwrap_or(0.0);
+        // What was more than the tolerance of the capacitance has been looked at.
+        if error <= allowed || error > self.solver.settings.relative_tolerance {
+            return error;
+        }
+        let (Some(planned), Some(before)) = (self.work.get(place), before) else { return error };
+        let of_capacitance = self.solver.error_of_capacitance(planned, step, before.value);
+        let error = of_capacitance.map_or(error, |own| own.min(error));
+        step.row.mechanics_error_estimate = Some(error);
+        error
+    }
+
+    /// Marks the steps whose change is not known to the tolerance, given their capacitances `before` they were solved again.
+    fn mark(&self, found: &mut [Option<StepResult>], before: &[Option<Bounded>], exhausted: &Exhausted) {
         let first = state(found, 0);
         let first_geometry =
             found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
@@ -301,7 +323,12 @@ impl ChangeSearch<'_> {
             let allowed = (self.tolerance * change.value.abs()).max(NO_CHANGE * from.value.abs());
             let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * to.value.abs()
                 + first_geometry.unwrap_or(0.0) * from.value.abs();
-            let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * to.value.abs();
+            let mechanics = self.mechanics_error(
+                place,
+                step,
+                before.get(place).copied().flatten(),
+                allowed / to.value.abs(),
+            ) * to.value.abs();
             for (error, missed, what) in [
                 (mechanics, Missed::Mechanics, "the finite elements of the layer leave"),
                 (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),

@@ -100,6 +100,7 @@ pub fn run_sharing(
         cancel.store(true, Ordering::Relaxed);
     }
     let solver = Solver {
+        coarser: 0,
         case,
         settings,
         prune: options.prune,

@@ -56,9 +56,6 @@ pub struct FiniteElementStep {
     /// Size of the elements of the mesh that the step is from, to be compared with those of the coarser ones.
     #[serde(skip)]
     pub element_size: f64,
-    /// The same electrodes on the coarser meshes that reached the load, coarse to fine, each with the size of its elements.
-    #[serde(skip)]
-    pub coarser_electrodes: Vec<(f64, Vec<ElectrodeBox>)>,
     /// The electrodes, and the layer's surface, as they are.
     #[serde(skip)]
     pub curves: DeformedCurves,
@@ -83,6 +80,8 @@ pub struct MeshReport {
 pub struct FiniteElementRun {
     /// One for each load, in their order.
     pub steps: Vec<Result<FiniteElementStep, DeformError>>,
+    /// Each of them on the coarser meshes that reached its load, coarse to fine, without a surface to be shown. Of their errors nothing is known.
+    pub coarser: Vec<Vec<FiniteElementStep>>,
     /// The meshes, coarse to fine.
     pub meshes: Vec<MeshReport>,
     /// Wall-clock seconds.
@@ -116,6 +115,7 @@ impl FiniteElementRun {
     pub(super) fn failed(reason: DeformError, count: usize) -> Self {
         Self {
             steps: vec![Err(reason); count],
+            coarser: Vec::new(),
             meshes: Vec::new(),
             seconds: 0.0,
             too_large: None,
@@ -130,23 +130,20 @@ impl FiniteElementRun {
         scale: Scale,
         bodies: impl Fn(&Pressed<S>) -> (Vec<ElectrodeBox>, DeformedCurves),
     ) -> Self {
-        let steps = pressing
-            .goals
-            .iter()
-            .zip(goals)
-            .enumerate()
-            .map(|(g, (found, goal))| match found {
-                Ok(pressed) => {
-                    let coarser = pressing.on_coarser_meshes(g);
-                    Ok(FiniteElementStep {
-                        element_size: pressing.size_of(pressed),
-                        coarser_electrodes: coarser.iter().map(|(size, p)| (*size, bodies(p).0)).collect(),
-                        ..step(pressed, *goal, scale, bodies(pressed))
-                    })
-                }
-                Err(error) => Err(error.clone().into()),
-            })
-            .collect();
+        let of = |pressed: &Pressed<S>, goal: Goal| FiniteElementStep {
+            element_size: pressing.size_of(pressed),
+            ..step(pressed, goal, scale, bodies(pressed))
+        };
+        let steps = pressing.goals.iter().zip(goals).map(|(found, goal)| match found {
+            Ok(pressed) => Ok(of(pressed, *goal)),
+            Err(error) => Err(error.clone().into()),
+        });
+        let steps = steps.collect();
+        let coarser = goals.iter().enumerate().map(|(g, goal)| {
+            let coarser = pressing.on_coarser_meshes(g);
+            coarser.iter().map(|(_, pressed)| of(pressed, *goal)).collect()
+        });
+        let coarser = coarser.collect();
         let report = |level: &elastocap_mechanics::solid::press::Level<S>| {
             let equations = level.model.equations();
             MeshReport {
@@ -156,7 +153,7 @@ impl FiniteElementRun {
             }
         };
         let meshes: Vec<MeshReport> = pressing.levels.iter().map(report).collect();
-        Self { steps, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
+        Self { steps, coarser, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
     }
 
     /// Gives every step that was reached the surface that `skin` finds.
@@ -202,7 +199,6 @@ fn step<S: Dimension>(
         effort: [found.effort.steps, found.effort.cuts, found.effort.solves],
         electrodes,
         element_size: 0.0,
-        coarser_electrodes: Vec::new(),
         curves,
         skin: Skin::default(),
     }

@@ -160,16 +160,25 @@ pub fn prepare(
 }
 
 impl Prepared {
-    /// The displacement of a layer by finite elements in the step of this `index`; `None` of any other layer.
-    pub(crate) fn displacement(&self, index: usize) -> Option<Displacement<'_>> {
-        fn of<'a, S: Dimension>(pressing: &'a Pressing<S>, index: usize) -> Option<Probe<'a, S>> {
-            let pressed = pressing.goals.get(index)?.as_ref().ok()?;
-            Some(Probe::new(pressing.model_of(pressed).equations(), &pressed.state))
+    /// The displacement of a layer by finite elements in the step of this `index` on this `mesh`; `None` of any other layer.
+    pub(crate) fn displacement(&self, index: usize, mesh: usize) -> Option<Displacement<'_>> {
+        fn of<S: Dimension>(pressing: &Pressing<S>, index: usize, mesh: usize) -> Option<Probe<'_, S>> {
+            let (model, state) = pressing.levels.get(mesh)?.state(index)?;
+            Some(Probe::new(model.equations(), state))
         }
         let Self::FiniteElement(run) = self else { return None };
         match run.solution.as_ref()? {
-            Solution::Plane(pressing) => of(pressing, index).map(Displacement::Plane),
-            Solution::Space(pressing) => of(pressing, index).map(Displacement::Space),
+            Solution::Plane(pressing) => of(pressing, index, mesh).map(Displacement::Plane),
+            Solution::Space(pressing) => of(pressing, index, mesh).map(Displacement::Space),
+        }
+    }
+
+    /// The layer in the step of this `index` on the coarser meshes that reached its load, coarse to fine; nothing of any other layer than
+    /// one by finite elements.
+    pub(crate) fn coarser(&self, index: usize) -> &[FiniteElementStep] {
+        match self {
+            Self::FiniteElement(run) => run.coarser.get(index).map_or(&[], Vec::as_slice),
+            Self::StepByStep | Self::ClosedForm(_) => &[],
         }
     }
 

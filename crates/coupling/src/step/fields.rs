@@ -11,7 +11,7 @@ use elastocap_geometry::scene::{Purpose, Scene};
 
 use super::Solver;
 use crate::box_fields::{between, enclosing, mapped};
-use crate::deform::Deformation;
+use crate::deform::{Deformation, Displacement};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, Sides, outlined};
 use crate::mapped::{BentScene, Films, Found, bent_scene};
@@ -93,6 +93,12 @@ impl Solver<'_> {
         }
     }
 
+    /// The displacement of a layer by finite elements in this state.
+    fn displacement(&self, step: &PlannedStep, state: Option<&Deformation<'_>>) -> Option<Displacement<'_>> {
+        let Some(Deformation::FiniteElement(layer)) = state else { return None };
+        self.layer.displacement(step.index, layer.mesh)
+    }
+
     /// The scene of a step under its map, with the film that is tried first.
     pub(super) fn first_bent(
         &self,
@@ -101,7 +107,7 @@ impl Solver<'_> {
         state: Option<&Deformation<'_>>,
     ) -> Option<BentScene> {
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
-            (state, self.layer.displacement(step.index))
+            (state, self.displacement(step, state))
         else {
             return None;
         };
@@ -145,7 +151,7 @@ impl Solver<'_> {
             deformed.bent.is_some() && deformed.scene.conductors().count() <= 2 && !is_in_layer;
         let may_be_enclosed = is_pair_alone && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
-            (state, self.layer.displacement(step.index))
+            (state, self.displacement(step, state))
         else {
             return enclosed();
         };

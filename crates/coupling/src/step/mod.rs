@@ -9,12 +9,12 @@ use std::time::Instant;
 use elastocap_case::{Case, Measurement, Pose};
 use elastocap_electrostatics::{Bounded, Field, Foresight, Target};
 use elastocap_geometry::export::body::BodyMesh;
-use elastocap_geometry::scene::{Purpose, Scene};
+use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
 use crate::change::ACCEPTED;
 use crate::common_base::{CommonBase, Known, Purposes};
-use crate::deform::{Deformation, Prepared};
+use crate::deform::{DeformError, Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
 use crate::layer_outlines::{LayerScene, Sides};
@@ -78,6 +78,8 @@ pub(crate) struct Solver<'a> {
     pub(crate) prune: bool,
     pub(crate) force_limit: Option<ForceLimit>,
     pub(crate) layer: &'a Prepared,
+    /// By how many meshes the layer is coarser than the finest that reached a load: none, but where errors of the layer are looked for.
+    pub(crate) coarser: usize,
     /// What the fields of steps under a map are added to where that is possible.
     pub(crate) base: Option<&'a CommonBase>,
 }
@@ -156,7 +158,7 @@ impl Solver<'_> {
         if step.pose.distance <= 0.0 {
             return None;
         }
-        let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
+        let state = self.deformation(step).ok()?;
         let deformed = scene_of(self.case, state.as_ref(), &step.pose).ok()?;
         let bending = Bending::found(self.case, &deformed, state.as_ref(), step.pose.distance);
         if route(Bodies::of(&deformed.scene), bending, asked(self.case)).ok()? != Route::MappedBoxes {
@@ -178,12 +180,23 @@ impl Solver<'_> {
         )
     }
 
+    /// The layer under the load of a step.
+    fn deformation(&self, step: &PlannedStep) -> Result<Option<Deformation<'_>>, DeformError> {
+        let finest = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
+        let coarser = self.layer.coarser(step.index);
+        match (finest, self.coarser) {
+            (Some(Deformation::FiniteElement(_)), back @ 1..) => {
+                let own = coarser.len().checked_sub(back).and_then(|mesh| coarser.get(mesh));
+                own.map(|own| Some(Deformation::FiniteElement(own))).ok_or(DeformError::NotSolved)
+            }
+            (finest, _) => Ok(finest),
+        }
+    }
+
     /// A step that the run was stopped before, with what is known of the layer.
     pub(crate) fn not_run(&self, step: &PlannedStep) -> StepResult {
         let mut result = StepResult::not_run(step);
-        let Ok(state) = self.layer.deformation(self.case, step.index, step.load, self.prune) else {
-            return result;
-        };
+        let Ok(state) = self.deformation(step) else { return result };
         let missed = layer_missed(state.as_ref());
         if !self.case.has_conductors() && missed.is_none() {
             // There is nothing else to solve.
@@ -206,11 +219,11 @@ impl Solver<'_> {
         if self.case.layer.is_none() && !self.case.has_only_boxes() {
             let deformed = scene_of(self.case, None, &Pose::default())?;
             if !deformed.scene.is_boxes() {
-                return self.without_layer(deformed, result, field);
+                return self.without_layer(step, deformed, result, field);
             }
         }
         let start = Instant::now();
-        let state = self.layer.deformation(self.case, step.index, step.load, self.prune)?;
+        let state = self.deformation(step)?;
         let no_force = self.note_mechanics(result, state.as_ref(), &step.pose);
         let mut shortfalls = Shortfalls::of_force(no_force);
         if let Some(reason) = layer_missed(state.as_ref()) {
@@ -226,25 +239,7 @@ impl Solver<'_> {
             return Ok(());
         }
         let deformed = self.bodies(&mut result.row, state.as_ref(), &step.pose)?;
-        if let Some(error) = self.mechanics_error(step, state.as_ref(), &deformed)? {
-            result.row.mechanics_error_estimate = Some(error);
-            let asked = self.settings.relative_tolerance;
-            if error > asked {
-                let has_bodies = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
-                let what = match (&deformed.pair, has_bodies) {
-                    (Some(_), false) => "the gap or the parallel-plate capacitance",
-                    (Some(_), true) => {
-                        "the gap, the parallel-plate capacitance, or the distances between and across the bodies in it"
-                    }
-                    (None, _) => "the distances between and across the bodies in it",
-                };
-                let reason = format!(
-                    "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of \
-                     {what}, where {asked:.0e} was asked for"
-                );
-                shortfalls.add(Missed::Mechanics, reason);
-            }
-        }
+        result.row.mechanics_error_estimate = self.mechanics_error(step, state.as_ref(), &deformed)?;
         let deformed = result.scene.insert(deformed);
         result.seconds.mechanics = start.elapsed().as_secs_f64();
 
@@ -274,14 +269,21 @@ impl Solver<'_> {
                     }
                     if let Some(found) = found? {
                         result.surfaces = layer.surfaces(&window, &[]);
-                        return self.note_shapes(&Shaped::from(&layer), found, result, field, shortfalls);
+                        return self.note_shapes(
+                            step,
+                            &Shaped::from(&layer),
+                            found,
+                            result,
+                            field,
+                            shortfalls,
+                        );
                     }
                 }
                 let shaped = Shaped::from(&layer);
                 if by_outlines && taken != Route::EnclosingBoxesThenOutlines {
                     result.route = Some(on_tetrahedra_instead(taken));
                 }
-                self.solve_shaped(&shaped, result, field, shortfalls)?;
+                self.solve_shaped(step, &shaped, result, field, shortfalls)?;
                 // The mesh of what is flat-faced shows no more, and is a thousand times larger.
                 result.surfaces = match result.surfaces.as_slice() {
                     [] => Vec::new(),
@@ -292,7 +294,7 @@ impl Solver<'_> {
         };
         *field = solution.field.take().map(StepField::Grid);
         result.floating = floating_of(&deformed.scene, std::mem::take(&mut solution.floating));
-        self.note_solution(result, solution, shortfalls, self.settings.boxes().allowed_spread())
+        self.note_solution(step, result, solution, shortfalls, self.settings.boxes().allowed_spread())
     }
 
     /// The bodies as deformed, and what they say of the pair of electrodes.
@@ -315,7 +317,7 @@ impl Solver<'_> {
     /// A step as an earlier run found it, with the layer and the bodies of this one. `None` if it does not fit them.
     pub(crate) fn restored(&self, step: &PlannedStep, found: FinishedStep) -> Option<StepResult> {
         let mut result = StepResult::not_run(step);
-        let state = self.layer.deformation(self.case, step.index, step.load, self.prune).ok()?;
+        let state = self.deformation(step).ok()?;
         self.note_mechanics(&mut result, state.as_ref(), &step.pose);
         result.scene = Some(self.bodies(&mut result.row, state.as_ref(), &step.pose).ok()?);
         found.add_to(&mut result).then_some(result)
@@ -324,6 +326,7 @@ impl Solver<'_> {
     /// A scene of any shapes without a layer.
     fn without_layer(
         &self,
+        step: &PlannedStep,
         deformed: DeformedScene,
         result: &mut StepResult,
         field: &mut Option<StepField>,
@@ -336,7 +339,7 @@ impl Solver<'_> {
             Route::Extruded => {
                 if let Some(found) = self.by_outlines(shaped.scene)? {
                     result.surfaces = LayerScene::of_boxes(&deformed).surfaces(&window(&[&deformed]), &[]);
-                    return self.note_shapes(&shaped, found, result, field, Shortfalls::default());
+                    return self.note_shapes(step, &shaped, found, result, field, Shortfalls::default());
                 }
                 result.route = Some(on_tetrahedra_instead(taken));
             }
@@ -348,12 +351,13 @@ impl Solver<'_> {
             | Route::Outlines
             | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
         }
-        self.solve_shaped(&shaped, result, field, Shortfalls::default())
+        self.solve_shaped(step, &shaped, result, field, Shortfalls::default())
     }
 
     /// A scene of any shapes; `shortfalls` are those of the layer.
     fn solve_shaped(
         &self,
+        step: &PlannedStep,
         shaped: &Shaped<'_>,
         result: &mut StepResult,
         field: &mut Option<StepField>,
@@ -363,6 +367,6 @@ impl Solver<'_> {
         if !shaped.scene.is_boxes() {
             result.surfaces = std::mem::take(&mut solved.surfaces);
         }
-        self.note_shapes(shaped, solved, result, field, shortfalls)
+        self.note_shapes(step, shaped, solved, result, field, shortfalls)
     }
 }

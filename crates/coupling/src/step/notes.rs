@@ -2,18 +2,19 @@
 
 use elastocap_case::{Measurement, Mechanics, Pose};
 use elastocap_electrostatics::{Bounded, FloatingPotential, Solution, Target};
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::solid::mesh_error::error_on_finest;
 
 use super::{Shaped, Solver, StepField};
 use crate::common_base::CommonBase;
 use crate::deform::shear_force::shear_force;
-use crate::deform::{Deformation, Displacement, FiniteElementStep, ForceCheck, Rods};
+use crate::deform::{Deformation, Displacement, ForceCheck, Rods};
 use crate::failure::{StepFailure, Stop};
 use crate::load_steps::StepLoad;
 use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
 use crate::plan::PlannedStep;
 use crate::scene::{DeformedScene, scene_of};
+use crate::settings::FieldSettings;
 use crate::terminals::shown as shown_of;
 use crate::tetrahedra::{Solved, shown};
 use crate::words::FORCE_FORMULA;
@@ -35,10 +36,17 @@ impl Shortfalls {
         Self { no_force, ..Self::default() }
     }
 
+    /// What is missing of the layer comes before what its bodies are replaced by.
     pub(super) fn add(&mut self, missed: Missed, reason: String) {
-        self.missed.push((missed, reason));
+        let is_geometry =
+            |(other, _): &(Missed, String)| missed == Missed::Mechanics && *other == Missed::Geometry;
+        let at = self.missed.iter().position(is_geometry).unwrap_or(self.missed.len());
+        self.missed.insert(at, (missed, reason));
     }
 }
+
+/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of convergence.
+const ERRORS_FROM: usize = 2;
 
 impl Solver<'_> {
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -78,15 +86,18 @@ impl Solver<'_> {
     }
 
     /// Relative error of gaps and capacitance for the finite elements of the layer, from the differences between the meshes: the largest of
-    /// those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, and where one mesh alone
-    /// reached the load.
+    /// those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, where one mesh alone
+    /// reached the load, and of a coarser mesh than the finest.
     pub(super) fn mechanics_error(
         &self,
         step: &PlannedStep,
         state: Option<&Deformation<'_>>,
         deformed: &DeformedScene,
     ) -> Result<Option<f64>, Stop> {
-        let of_pair = self.error_of_pair(state, deformed)?;
+        if self.coarser > 0 {
+            return Ok(None);
+        }
+        let of_pair = self.error_of_pair(step, state, deformed)?;
         Ok([of_pair, self.error_of_bodies(step, state)].into_iter().flatten().reduce(f64::max))
     }
 
@@ -113,6 +124,7 @@ impl Solver<'_> {
     /// That of the pair: the larger of those of its gap and of its parallel-plate capacitance.
     fn error_of_pair(
         &self,
+        step: &PlannedStep,
         state: Option<&Deformation<'_>>,
         deformed: &DeformedScene,
     ) -> Result<Option<f64>, Stop> {
@@ -120,12 +132,11 @@ impl Solver<'_> {
             return Ok(None);
         };
         let (mut gaps, mut plates) = (Vec::new(), Vec::new());
-        for (size, electrodes) in &layer.coarser_electrodes {
-            let coarser = FiniteElementStep { electrodes: electrodes.clone(), ..(*layer).clone() };
-            let scene = scene_of(self.case, Some(&Deformation::FiniteElement(&coarser)), &Pose::default())?;
+        for coarser in self.layer.coarser(step.index) {
+            let scene = scene_of(self.case, Some(&Deformation::FiniteElement(coarser)), &Pose::default())?;
             if let Some(pair) = scene.pair {
-                gaps.push((*size, pair.gap));
-                plates.push((*size, pair.parallel_plate));
+                gaps.push((coarser.element_size, pair.gap));
+                plates.push((coarser.element_size, pair.parallel_plate));
             }
         }
         gaps.push((layer.element_size, fine.gap));
@@ -133,6 +144,80 @@ impl Solver<'_> {
         let relative = |values: &[(f64, f64)], fine: f64| Some(error_on_finest(values)? / fine.abs());
         let errors = [relative(&gaps, fine.gap), relative(&plates, fine.parallel_plate)];
         Ok(errors.into_iter().flatten().reduce(f64::max))
+    }
+
+    /// Compares the error that the layer's finite elements leave with what was asked for. Where distances say too much of it, the capacitance
+    /// itself is solved for on the coarser meshes: it may hang on these distances a little only. A second solve of a step leaves that to
+    /// the first one.
+    fn judge_mechanics(
+        &self,
+        step: &PlannedStep,
+        result: &mut StepResult,
+        capacitance: f64,
+        shortfalls: &mut Shortfalls,
+    ) {
+        if self.settings.target_alone {
+            return;
+        }
+        let asked = self.settings.relative_tolerance;
+        let Some(of_distances) = result.row.mechanics_error_estimate.filter(|error| *error > asked) else {
+            return;
+        };
+        let of_capacitance = self.error_of_capacitance(step, result, capacitance);
+        let error = of_capacitance.map_or(of_distances, |own| own.min(of_distances));
+        result.row.mechanics_error_estimate = Some(error);
+        if error <= asked {
+            return;
+        }
+        let is_pair = result.scene.as_ref().is_some_and(|scene| scene.pair.is_some());
+        let has_bodies = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
+        let what = match (of_capacitance, is_pair, has_bodies) {
+            (Some(_), ..) => "the capacitance",
+            (None, true, false) => "the gap or the parallel-plate capacitance",
+            (None, true, true) => {
+                "the gap, the parallel-plate capacitance, or the distances between and across the bodies in it"
+            }
+            (None, false, _) => "the distances between and across the bodies in it",
+        };
+        let reason = format!(
+            "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of {what}, where \
+             {asked:.0e} was asked for"
+        );
+        shortfalls.add(Missed::Mechanics, reason);
+    }
+
+    /// The relative error that the layer's finite elements leave of a step's `capacitance` (F), from those on its last coarser meshes, which are
+    /// solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra, whose solves take too long for
+    /// it, of a whole matrix, and where one of them fails.
+    pub(crate) fn error_of_capacitance(
+        &self,
+        step: &PlannedStep,
+        result: &mut StepResult,
+        capacitance: f64,
+    ) -> Option<f64> {
+        if result.route?.is_on_tetrahedra() || self.settings.target == Target::Matrix {
+            return None;
+        }
+        let coarser = self.layer.coarser(step.index);
+        let settings =
+            FieldSettings { target_alone: true, field: false, shared: None, ..self.settings.clone() };
+        let mut values = Vec::new();
+        for back in (1..=coarser.len().min(ERRORS_FROM)).rev() {
+            let size = coarser.get(coarser.len() - back)?.element_size;
+            let own = Solver { settings: settings.clone(), coarser: back, base: None, ..*self };
+            let found = own.solve(step).0;
+            result.seconds.electrostatics = result.seconds.electrostatics.plus(&found.seconds.electrostatics);
+            values.push((size, found.measured?.value));
+        }
+        values.push((self.finest_size(step)?, capacitance));
+        Some(error_on_finest(&values)? / capacitance.abs())
+    }
+
+    fn finest_size(&self, step: &PlannedStep) -> Option<f64> {
+        match self.deformation(step) {
+            Ok(Some(Deformation::FiniteElement(layer))) => Some(layer.element_size),
+            Ok(_) | Err(_) => None,
+        }
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.
@@ -151,6 +236,7 @@ impl Solver<'_> {
     /// Notes what was found of a scene of any shapes.
     pub(super) fn note_shapes(
         &self,
+        step: &PlannedStep,
         &Shaped { scene, facets: polygons, is_curved }: &Shaped<'_>,
         solved: Solved,
         result: &mut StepResult,
@@ -182,7 +268,7 @@ impl Solver<'_> {
             shortfalls.add(Missed::Geometry, reason);
         }
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
-        self.note_solution(result, general.solution, shortfalls, asked)?;
+        self.note_solution(step, result, general.solution, shortfalls, asked)?;
         if let Some(report) = &mut result.solver {
             report.turned_degrees = turn.map(|turn| turn.degrees());
         }
@@ -200,6 +286,7 @@ impl Solver<'_> {
     /// Notes what was found of the field; `allowed_spread` is what the solver was asked for, over the value.
     pub(super) fn note_solution(
         &self,
+        step: &PlannedStep,
         result: &mut StepResult,
         solution: Solution,
         mut shortfalls: Shortfalls,
@@ -220,6 +307,9 @@ impl Solver<'_> {
         }
         result.row.unknowns = Some(solution.unknowns);
         result.row.geometry_error_estimate.get_or_insert(0.0);
+        if let Some(capacitance) = &measured {
+            self.judge_mechanics(step, result, capacitance.value, &mut shortfalls);
+        }
         if !solution.reached {
             let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
             shortfalls.missed.insert(0, (Missed::Field, reason));
@@ -235,7 +325,7 @@ impl Solver<'_> {
         result.measured = measured;
         result.with_error_of_base = self.base.map(CommonBase::number).zip(solution.with_error_of_base);
         result.maxwell = maxwell;
-        result.seconds.electrostatics = solution.seconds;
+        result.seconds.electrostatics = result.seconds.electrostatics.plus(&solution.seconds);
         result.foresight = solution.foresight;
         result.solver = Some(SolverReport {
             iterations: solution.iterations,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use elastocap_coupling::outcome::{Outcome, Row};
+use elastocap_coupling::outcome::{Outcome, Row, Status};
 use elastocap_coupling::route::Route;
 
 use crate::common::{layer, solve};
@@ -170,4 +170,42 @@ fn a_disc_that_moves_with_the_layer_is_refused_by_its_name() {
         layer(&format!("{BODIES}{disc}").replace("130 um", "180 um").replace("170 um", "220 um"), BALL, 1e-1);
     let error = elastocap_case::parse(&text, Path::new("in-layer.toml")).unwrap_err().render(false);
     assert!(error.contains("how \"pad\" moves with the material of the layer is not known"), "{error}");
+}
+
+/// The punch over a layer on meshes that leave distances in it open by 2e-3, and over one on finer meshes.
+fn coarse_and_fine() -> [String; 2] {
+    ["2e-1", "5e-3"]
+        .map(|own| PUNCH.replace("relative_tolerance = 2e-2", &format!("relative_tolerance = {own}")))
+}
+
+#[test]
+fn where_distances_say_too_much_the_capacitance_on_coarser_meshes_says_what_the_layer_leaves() {
+    let [coarse, fine] = coarse_and_fine();
+    let row = |sensor: &str, punch: &str, tolerance: f64| {
+        loaded(&solve(&layer(sensor, punch, tolerance))).0.clone()
+    };
+    for sensor in [PAIR, BODIES] {
+        let [by_distances, own] = [1e-2, 1.5e-3].map(|tolerance| row(sensor, &coarse, tolerance));
+        assert_eq!(own.status, Status::Ok, "{own:?}");
+        let [rough, error] = [by_distances, own].map(|row| row.mechanics_error_estimate.unwrap());
+        assert!(rough > 1.5e-3 && 0.0 < error && error < 0.1 * rough, "{rough} {error}");
+    }
+    // The grids are much the same, and so is what they miss: the capacitances differ by what the layer's meshes do.
+    let [own, finer] = [&coarse, &fine].map(|punch| row(BODIES, punch, 1.5e-3));
+    let [c, of_finer] = [&own, &finer].map(|row| row.capacitance_f.unwrap());
+    let error = own.mechanics_error_estimate.unwrap() + finer.mechanics_error_estimate.unwrap();
+    assert!((c / of_finer - 1.0).abs() < error, "{own:?} {finer:?}");
+    assert_ne!(own.force_n, finer.force_n, "the meshes are the same");
+}
+
+#[test]
+fn a_change_is_not_refused_for_distances_that_the_capacitance_hardly_hangs_on() {
+    let [coarse, _] = coarse_and_fine();
+    let text = layer(BODIES, &coarse, 1e-2);
+    let outcome = solve(&format!("{text}change_tolerance = 3e-2\n"));
+    let (row, _) = loaded(&outcome);
+    assert_eq!(row.status, Status::Ok, "{row:?}");
+    let (change, error) = (row.change_relative.unwrap().abs(), row.mechanics_error_estimate.unwrap());
+    let of_distances = loaded(&solve(&text)).0.mechanics_error_estimate.unwrap();
+    assert!(error < 3e-2 * change && 3e-2 * change < of_distances, "{change} {error} {of_distances}");
 }

@@ -272,8 +272,13 @@ impl<S: Dimension> Level<S> {
 
     /// The layer and its equilibrium under goal `g`, if it was reached.
     fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
-        let reached = self.reached[g].as_ref()?;
+        let reached = self.reached.get(g)?.as_ref()?;
         Some((self.layer_of(reached.remeshed), reached))
+    }
+
+    /// The same, without what is known of its forces.
+    pub fn state(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
+        self.found(g).map(|(model, reached)| (model, &reached.state))
     }
 
     /// What `of` reads off the equilibrium under goal `g`, if that was reached.
