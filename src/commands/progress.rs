@@ -193,9 +193,12 @@ impl Done {
     }
 
     /// Seconds that the rest will take: by the steps that are done, before the first of them by the forecast. `None` when more than the
-    /// forecast has passed without a step, or where there is none.
+    /// forecast has passed without a step, where there is none, and when all steps are done but something else is being worked on.
     fn left(&self, now: Instant) -> Option<f64> {
         let [layer, fields] = self.forecast;
+        if self.steps >= self.of && !self.doing.is_empty() {
+            return None;
+        }
         match self.steps_begun {
             Some(begun) if self.steps > 0 => {
                 let each = (now - begun).as_secs_f64() / self.steps as f64;
@@ -254,6 +257,8 @@ mod tests {
         done.steps = 1;
         assert_eq!(done.left(at(100)), Some(60.0));
         done.steps = 4;
+        assert_eq!(done.left(at(160)), None, "how long steps take that are solved again is not known");
+        done.doing.clear();
         assert_eq!(done.left(at(160)), Some(0.0));
         done.forecast = [0.0, 0.0];
         (done.steps, done.steps_begun) = (0, None);

@@ -6,7 +6,7 @@
 //! than asked for are solved again, to a tolerance that follows from what all steps have found. It depends on the case alone, so that a run
 //! gives the same numbers at any number of threads, and after it was stopped and resumed.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use elastocap_case::Case;
 use elastocap_electrostatics::{Bounded, Foresight};
@@ -159,6 +159,8 @@ pub(crate) struct ChangeSearch<'a> {
     pub(crate) cancel: &'a AtomicBool,
     /// Largest distance between the bounds of a change, over the change.
     pub(crate) tolerance: f64,
+    /// Is told how many of the steps that are being solved again are done, and how many they are.
+    pub(crate) report: &'a (dyn Fn(usize, usize) + Sync),
 }
 
 /// Why a step cannot be solved more sharply, by the place of the step; `None` for one that was not tried, or met its tolerance.
@@ -198,11 +200,15 @@ impl ChangeSearch<'_> {
                 .iter()
                 .map(|(place, _)| found.get(*place).and_then(Option::as_ref).and_then(|step| step.foresight))
                 .collect();
+            let done = AtomicUsize::new(0);
             let again = side_by_side(at_once, wanted.len(), self.cancel, |k| {
+                (self.report)(done.load(Ordering::Relaxed), wanted.len());
                 let (place, tolerance) = wanted.get(k)?;
                 let sharper =
                     Sharper { relative_tolerance: *tolerance, memory_limit, foresight: *foreseen.get(k)? };
-                Some(self.solver.solve_to(self.work.get(*place)?, sharper, base.as_ref()))
+                let again = self.solver.solve_to(self.work.get(*place)?, sharper, base.as_ref());
+                (self.report)(1 + done.fetch_add(1, Ordering::Relaxed), wanted.len());
+                Some(again)
             });
             for ((place, _), again) in wanted.iter().zip(again) {
                 let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };

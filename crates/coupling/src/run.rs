@@ -132,10 +132,13 @@ pub fn run_sharing(
     let done = side_by_side(plan.at_once, work.len(), cancel, solve);
     let mut solved: Vec<Option<StepResult>> = done.into_iter().map(Option::flatten).collect();
     if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
-        observer.preparing("steps are solved again for their change");
+        let what = "steps are solved again for their change";
+        observer.preparing(what);
+        let report = |done: usize, of: usize| observer.preparing(&format!("{what}: {done} of {of}"));
         let (solver, work) = (&solver, work.as_slice());
         let (at_once, memory_limit) = (plan.at_once, plan.memory_limit);
-        ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance }.run(&mut solved);
+        ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance, report: &report }
+            .run(&mut solved);
     }
 
     let mut steps = in_order(plan, solved.into_iter(), &solver);
