@@ -122,7 +122,9 @@ impl<'a> Entries<'a> {
         }
         let diagnostic = Diagnostic::at(&key.span(), format!("unknown key `{}` {here}", shown(name)))
             .label("not a key that belongs here");
-        let near = nearest(name, shape.keys.iter().chain(shape.later).copied());
+        // Those that are there already have been written on purpose.
+        let absent = |key: &&str| self.table.get(*key).is_none();
+        let near = nearest(name, shape.keys.iter().chain(shape.later).copied().filter(absent));
         let help = match near {
             Some(near) => {
                 let text = log.text(&value.span());

@@ -439,6 +439,14 @@ fn unknown_and_later_keys_are_told_apart() {
         "zzz",
         &["unknown key `zzz`", "known keys here: `format`, `title`"],
     );
+    // A key that is there already is not what another one was meant to be.
+    let gap = "gap = \"50 um\"";
+    refused(
+        LAYERED,
+        &[(gap, &format!("{gap}\nlenght = \"50 um\""))],
+        "lenght",
+        &["unknown key `lenght`", "known keys here: `gap`, `length`"],
+    );
     refused(BOXES, &[("name = \"a\"", "")], "[[conductor]]", &["[[conductor]] lacks `name`"]);
     refused(BOXES, &[("[[dielectric]]", "[dielectric]")], "[dielectric]", &["`[[dielectric]]`"]);
     refused(
