@@ -40,7 +40,7 @@ impl Guard {
         drop(self.unfinished.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
-    /// Ends the process with a message. Allocates nothing.
+    /// Ends the process with a message. On Linux this allocates nothing.
     #[cfg(unix)]
     fn end(&self, message: &str) -> ! {
         let unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
@@ -70,6 +70,9 @@ mod unix {
 
     use super::Guard;
 
+    /// Memory that is given back before anything else is done about its end, bytes: only on Linux are files removed without any.
+    const BALLAST: usize = if cfg!(target_os = "linux") { 0 } else { 1 << 20 };
+
     /// Stack of each thread, bytes.
     const STACK: usize = 1 << 20;
 
@@ -84,9 +87,10 @@ mod unix {
         let (waking, wakes) = on_abort()?;
         let guard = guard.clone();
         let reason = Arc::new(OnceLock::new());
+        let ballast = vec![1_u8; BALLAST];
         let waiting = Arc::clone(&reason);
         let stack = || thread::Builder::new().stack_size(STACK);
-        stack().spawn(move || wait(&guard, &waiting, waking))?;
+        stack().spawn(move || wait(&guard, &waiting, waking, ballast))?;
         if is_limited() {
             stack().spawn(move || watch(wakes, &reason))?;
         }
@@ -122,8 +126,9 @@ mod unix {
     }
 
     /// Waits until it is woken, and ends the process in order.
-    fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking) {
+    fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking, ballast: Vec<u8>) {
         if waking.woken.read_exact(&mut [0]).is_ok() {
+            drop(ballast);
             guard.end(reason.get().map_or(
                 "ended for the reason above; if it is memory: allow more, or solve less at a time",
                 String::as_str,

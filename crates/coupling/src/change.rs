@@ -13,7 +13,7 @@ use elastocap_electrostatics::{Bounded, Foresight};
 
 use crate::common_base::{CommonBase, Purposes};
 use crate::finished::FinishedStep;
-use crate::outcome::{Missed, Status, StepResult};
+use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
@@ -219,7 +219,8 @@ impl ChangeSearch<'_> {
                 step.take_sharper(again);
             }
         }
-        self.mark(found, &before, &exhausted);
+        self.look_at_coarser_meshes(found, &before);
+        self.mark(found, &exhausted);
     }
 
     /// How many steps are solved again at the same time, and the memory that each may take, bytes. A large one keeps all cores busy alone,
@@ -265,29 +266,47 @@ impl ChangeSearch<'_> {
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
-    /// The relative error that the finite elements of the layer leave of the capacitance of a step. Where distances say more than is `allowed`
-    /// it is that of the capacitance that it had `before` it was made sharper, from coarser meshes of the layer.
-    fn mechanics_error(
-        &self,
-        place: usize,
-        step: &mut StepResult,
-        before: Option<Bounded>,
-        allowed: f64,
-    ) -> f64 {
-        let error = step.row.mechanics_error_estimate.unwrap_or(0.0);
-        // What was more than the tolerance of the capacitance has been looked at.
-        if error <= allowed || error > self.solver.settings.relative_tolerance {
-            return error;
-        }
-        let (Some(planned), Some(before)) = (self.work.get(place), before) else { return error };
-        let of_capacitance = self.solver.error_of_capacitance(planned, step, before.value);
-        let error = of_capacitance.map_or(error, |own| own.min(error));
-        step.row.mechanics_error_estimate = Some(error);
-        error
+    /// What the error of a state that is not in its bounds may be, F: as much as the change of it may be uncertain by.
+    fn allowed(&self, from: &Bounded, to: &Bounded) -> f64 {
+        (self.tolerance * change(from, to).value.abs()).max(NO_CHANGE * from.value.abs())
     }
 
-    /// Marks the steps whose change is not known to the tolerance, given their capacitances `before` they were solved again.
-    fn mark(&self, found: &mut [Option<StepResult>], before: &[Option<Bounded>], exhausted: &Exhausted) {
+    /// Where distances in the layer leave more than a change may be uncertain by, takes the error that capacitances on coarser meshes of the
+    /// layer leave instead: of those that the steps had `before` they were solved again.
+    fn look_at_coarser_meshes(&self, found: &mut [Option<StepResult>], before: &[Option<Bounded>]) {
+        let Some(first) = state(found, 0) else { return };
+        let is_wanted = |place: usize| {
+            let (own, step) = (state(found, place)?, found.get(place)?.as_ref()?);
+            let [from, to] = first.beside(&own);
+            let error = step.row.mechanics_error_estimate? * to.value.abs();
+            let is_spoilt = is_known(self.tolerance, &from, &to) && error > self.allowed(&from, &to);
+            (is_spoilt && !step.mechanics_by_capacitance).then_some(place)
+        };
+        let wanted: Vec<usize> = (1..found.len()).filter_map(is_wanted).collect();
+        let steps = &*found;
+        let looked = side_by_side(self.at_once, wanted.len(), self.cancel, |k| {
+            let place = *wanted.get(k)?;
+            let (step, before) = (steps.get(place)?.as_ref()?, (*before.get(place)?)?);
+            let mut spent = StepSeconds::default();
+            let planned = self.work.get(place)?;
+            let error = self.solver.error_of_capacitance(planned, step, before.value, &mut spent);
+            Some((error, spent))
+        });
+        for (place, looked) in wanted.into_iter().zip(looked) {
+            let (Some(Some(step)), Some(Some((error, spent)))) = (found.get_mut(place), looked) else {
+                continue;
+            };
+            step.seconds.electrostatics = step.seconds.electrostatics.plus(&spent.electrostatics);
+            step.seconds.total += spent.total;
+            if let Some(error) = error {
+                step.row.mechanics_error_estimate = Some(error);
+                step.mechanics_by_capacitance = true;
+            }
+        }
+    }
+
+    /// Marks the steps whose change is not known to the tolerance.
+    fn mark(&self, found: &mut [Option<StepResult>], exhausted: &Exhausted) {
         let first = state(found, 0);
         let first_geometry =
             found.first().and_then(Option::as_ref).and_then(|s| s.row.geometry_error_estimate);
@@ -326,15 +345,13 @@ impl ChangeSearch<'_> {
                 continue;
             }
             // What the bounds do not hold, they do not hold of the change either.
-            let allowed = (self.tolerance * change.value.abs()).max(NO_CHANGE * from.value.abs());
+            let allowed = self.allowed(&from, &to);
             let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * to.value.abs()
                 + first_geometry.unwrap_or(0.0) * from.value.abs();
-            let mechanics = self.mechanics_error(
-                place,
-                step,
-                before.get(place).copied().flatten(),
-                allowed / to.value.abs(),
-            ) * to.value.abs();
+            let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * to.value.abs();
+            // The capacitance on coarser meshes may say less.
+            step.interrupted |=
+                mechanics > allowed && !step.mechanics_by_capacitance && self.cancel.load(Ordering::Relaxed);
             for (error, missed, what) in [
                 (mechanics, Missed::Mechanics, "the finite elements of the layer leave"),
                 (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),

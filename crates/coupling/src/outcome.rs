@@ -97,6 +97,8 @@ pub struct StepResult {
     /// The step as it was solved to the tolerance of the capacitance, where the change is asked for to a tolerance too: what a stopped run
     /// goes on from.
     pub before_change: Option<Box<FinishedStep>>,
+    /// Whether [`Row::mechanics_error_estimate`] follows from capacitances on coarser meshes of the layer, and not from distances in it.
+    pub mechanics_by_capacitance: bool,
     /// Where the time went.
     pub seconds: StepSeconds,
 }

@@ -189,6 +189,7 @@ mod tests {
             solver: None,
             foresight: None,
             before_change: None,
+            mechanics_by_capacitance: false,
             seconds: Default::default(),
         }
     }

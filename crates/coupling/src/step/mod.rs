@@ -363,6 +363,10 @@ impl Solver<'_> {
         field: &mut Option<StepField>,
         shortfalls: Shortfalls,
     ) -> Result<(), Stop> {
+        if self.coarser > 0 {
+            // The finest mesh is solved on no tetrahedra, or nobody would look at this one.
+            return Err(StepFailure::NoMap.into());
+        }
         let mut solved = solve_shapes(shaped.scene, self.case.mesh.as_ref(), &self.settings)?;
         if !shaped.scene.is_boxes() {
             result.surfaces = std::mem::take(&mut solved.surfaces);

@@ -1,7 +1,9 @@
 //! What a step notes in its result: the layer, what was found of the field, and what it does not have of what was asked for.
 
+use std::sync::atomic::Ordering;
+
 use elastocap_case::{Measurement, Mechanics, Pose};
-use elastocap_electrostatics::{Bounded, FloatingPotential, Solution, Target};
+use elastocap_electrostatics::{Bounded, Discretisation, FloatingPotential, Solution, Target};
 use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_mechanics::solid::mesh_error::error_on_finest;
 
@@ -11,7 +13,9 @@ use crate::deform::shear_force::shear_force;
 use crate::deform::{Deformation, Displacement, ForceCheck, Rods};
 use crate::failure::{StepFailure, Stop};
 use crate::load_steps::StepLoad;
-use crate::outcome::{EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult};
+use crate::outcome::{
+    EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
+};
 use crate::plan::PlannedStep;
 use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
@@ -45,7 +49,8 @@ impl Shortfalls {
     }
 }
 
-/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of convergence.
+/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of convergence. The
+/// difference between two may vanish by accident.
 const ERRORS_FROM: usize = 2;
 
 impl Solver<'_> {
@@ -146,25 +151,29 @@ impl Solver<'_> {
         Ok(errors.into_iter().flatten().reduce(f64::max))
     }
 
-    /// Compares the error that the layer's finite elements leave with what was asked for. Where distances say too much of it, the capacitance
-    /// itself is solved for on the coarser meshes: it may hang on these distances a little only. A second solve of a step leaves that to
-    /// the first one.
+    /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances is too large,
+    /// the `capacitance` itself (F) is solved for on the coarser meshes: it may depend on these distances weakly. That is given where the
+    /// field has all that was asked for. A second solve of a step leaves this to the first one.
     fn judge_mechanics(
         &self,
         step: &PlannedStep,
         result: &mut StepResult,
-        capacitance: f64,
+        capacitance: Option<f64>,
         shortfalls: &mut Shortfalls,
     ) {
-        if self.settings.target_alone {
-            return;
-        }
         let asked = self.settings.relative_tolerance;
         let Some(of_distances) = result.row.mechanics_error_estimate.filter(|error| *error > asked) else {
             return;
         };
-        let of_capacitance = self.error_of_capacitance(step, result, capacitance);
-        let error = of_capacitance.map_or(of_distances, |own| own.min(of_distances));
+        if self.settings.target_alone {
+            return;
+        }
+        let mut spent = StepSeconds::default();
+        let of_capacitance =
+            capacitance.and_then(|own| self.error_of_capacitance(step, result, own, &mut spent));
+        result.seconds.electrostatics = result.seconds.electrostatics.plus(&spent.electrostatics);
+        result.mechanics_by_capacitance = of_capacitance.is_some();
+        let error = of_capacitance.unwrap_or(of_distances);
         result.row.mechanics_error_estimate = Some(error);
         if error <= asked {
             return;
@@ -186,38 +195,44 @@ impl Solver<'_> {
         shortfalls.add(Missed::Mechanics, reason);
     }
 
-    /// The relative error that the layer's finite elements leave of a step's `capacitance` (F), from those on its last coarser meshes, which are
-    /// solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra, whose solves take too long for
-    /// it, of a whole matrix, and where one of them fails.
+    /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
+    /// coarser meshes. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
+    /// whose solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
+    /// time that it takes to `spent`.
     pub(crate) fn error_of_capacitance(
         &self,
         step: &PlannedStep,
-        result: &mut StepResult,
+        found: &StepResult,
         capacitance: f64,
+        spent: &mut StepSeconds,
     ) -> Option<f64> {
-        if result.route?.is_on_tetrahedra() || self.settings.target == Target::Matrix {
+        let is_on_grid = |step: &StepResult| {
+            step.solver.as_ref().is_some_and(|report| matches!(report.resolution, Discretisation::Grid(_)))
+        };
+        if !is_on_grid(found) || self.settings.target == Target::Matrix {
             return None;
         }
+        let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return None };
         let coarser = self.layer.coarser(step.index);
+        let first = coarser.len().checked_sub(ERRORS_FROM)?;
         let settings =
             FieldSettings { target_alone: true, field: false, shared: None, ..self.settings.clone() };
         let mut values = Vec::new();
-        for back in (1..=coarser.len().min(ERRORS_FROM)).rev() {
-            let size = coarser.get(coarser.len() - back)?.element_size;
-            let own = Solver { settings: settings.clone(), coarser: back, base: None, ..*self };
-            let found = own.solve(step).0;
-            result.seconds.electrostatics = result.seconds.electrostatics.plus(&found.seconds.electrostatics);
-            values.push((size, found.measured?.value));
+        for (mesh, layer) in coarser.iter().enumerate().skip(first) {
+            let back = coarser.len() - mesh;
+            let own = Solver { settings: settings.clone(), coarser: back, base: None, ..*self }.solve(step).0;
+            spent.electrostatics = spent.electrostatics.plus(&own.seconds.electrostatics);
+            spent.total += own.seconds.total;
+            let is_known = !matches!(own.row.status, Status::ToleranceNotReached(Missed::Field));
+            let is_alike = own.route == found.route && is_on_grid(&own);
+            let is_stopped = settings.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed));
+            if is_stopped || !is_known || !is_alike {
+                return None;
+            }
+            values.push((layer.element_size, own.measured?.value));
         }
-        values.push((self.finest_size(step)?, capacitance));
+        values.push((finest.element_size, capacitance));
         Some(error_on_finest(&values)? / capacitance.abs())
-    }
-
-    fn finest_size(&self, step: &PlannedStep) -> Option<f64> {
-        match self.deformation(step) {
-            Ok(Some(Deformation::FiniteElement(layer))) => Some(layer.element_size),
-            Ok(_) | Err(_) => None,
-        }
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.
@@ -307,9 +322,16 @@ impl Solver<'_> {
         }
         result.row.unknowns = Some(solution.unknowns);
         result.row.geometry_error_estimate.get_or_insert(0.0);
-        if let Some(capacitance) = &measured {
-            self.judge_mechanics(step, result, capacitance.value, &mut shortfalls);
-        }
+        result.solver = Some(SolverReport {
+            iterations: solution.iterations,
+            grids: solution.grids,
+            resolution: solution.resolution,
+            mirrored: solution.mirrored,
+            turned_degrees: None,
+            repair_share: solution.repair_share,
+        });
+        let known = measured.filter(|_| solution.reached).map(|own| own.value);
+        self.judge_mechanics(step, result, known, &mut shortfalls);
         if !solution.reached {
             let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
             shortfalls.missed.insert(0, (Missed::Field, reason));
@@ -327,14 +349,6 @@ impl Solver<'_> {
         result.maxwell = maxwell;
         result.seconds.electrostatics = result.seconds.electrostatics.plus(&solution.seconds);
         result.foresight = solution.foresight;
-        result.solver = Some(SolverReport {
-            iterations: solution.iterations,
-            grids: solution.grids,
-            resolution: solution.resolution,
-            mirrored: solution.mirrored,
-            turned_degrees: None,
-            repair_share: solution.repair_share,
-        });
         Ok(())
     }
 }
@@ -405,6 +419,7 @@ impl StepResult {
             solver: None,
             foresight: None,
             before_change: None,
+            mechanics_by_capacitance: false,
             seconds: Default::default(),
         }
     }

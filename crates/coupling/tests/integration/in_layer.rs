@@ -179,7 +179,7 @@ fn coarse_and_fine() -> [String; 2] {
 }
 
 #[test]
-fn where_distances_say_too_much_the_capacitance_on_coarser_meshes_says_what_the_layer_leaves() {
+fn where_distances_leave_too_much_the_error_is_that_of_the_capacitance_on_coarser_meshes() {
     let [coarse, fine] = coarse_and_fine();
     let row = |sensor: &str, punch: &str, tolerance: f64| {
         loaded(&solve(&layer(sensor, punch, tolerance))).0.clone()
@@ -199,7 +199,7 @@ fn where_distances_say_too_much_the_capacitance_on_coarser_meshes_says_what_the_
 }
 
 #[test]
-fn a_change_is_not_refused_for_distances_that_the_capacitance_hardly_hangs_on() {
+fn a_change_is_not_refused_for_distances_that_the_capacitance_hardly_depends_on() {
     let [coarse, _] = coarse_and_fine();
     let text = layer(BODIES, &coarse, 1e-2);
     let outcome = solve(&format!("{text}change_tolerance = 3e-2\n"));

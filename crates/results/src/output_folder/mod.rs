@@ -96,7 +96,7 @@ impl OutputFolder {
     }
 
     /// The same, for whoever must [give the files up](Unfinished::give_up) when the process is broken off: `announce` is told what will
-    /// have to be removed before any of it is made.
+    /// have to be removed before the place to stage files is made. The folders above it are there by then, with nothing in them.
     ///
     /// # Errors
     /// [`OutputError::Folder`] if it cannot be made or written to.

@@ -1,4 +1,4 @@
-//! The files of a run that is broken off, removed without any memory: that may be what it is broken off for.
+//! The files of a run that is broken off, removed without allocating: lack of memory may be why it is broken off.
 
 use std::io;
 use std::path::Path;
