@@ -185,30 +185,11 @@ impl Prepared {
     /// What is read off the displacement of a layer by finite elements in the step of this `index` on each mesh that reached it, coarse to
     /// fine, with the size of the mesh's elements. Nothing of any other layer.
     pub(crate) fn on_meshes<T>(&self, index: usize, read: &dyn Fn(&Displacement<'_>) -> T) -> Vec<(f64, T)> {
-        fn of<'a, S: Dimension, T>(
-            pressing: &'a Pressing<S>,
-            index: usize,
-            read: &dyn Fn(Probe<'_, S>) -> T,
-        ) -> Vec<(f64, T)> {
-            let Some(Ok(finest)) = pressing.goals.get(index) else { return Vec::new() };
-            let coarser = pressing.on_coarser_meshes(index);
-            let all = coarser.iter().map(|(size, pressed)| (*size, pressed));
-            all.chain([(pressing.size_of(finest), finest)])
-                .map(|(size, pressed)| {
-                    (size, read(Probe::new(pressing.model_of(pressed).equations(), &pressed.state)))
-                })
-                .collect()
-        }
         let Self::FiniteElement(run) = self else { return Vec::new() };
-        match &run.solution {
-            Some(Solution::Plane(pressing)) => {
-                of(pressing, index, &|probe: Probe<'_, Plane>| read(&Displacement::Plane(probe)))
-            }
-            Some(Solution::Space(pressing)) => {
-                of(pressing, index, &|probe: Probe<'_, Space>| read(&Displacement::Space(probe)))
-            }
-            None => Vec::new(),
-        }
+        let Some(Ok(finest)) = run.steps.get(index) else { return Vec::new() };
+        let on_mesh =
+            |step: &FiniteElementStep| Some((step.element_size, read(&self.displacement(index, step.mesh)?)));
+        self.coarser(index).iter().chain([finest]).filter_map(on_mesh).collect()
     }
 
     /// The largest force of the closed form, where its shear length was found on the way and the force does not rise to the end.

@@ -76,7 +76,7 @@ pub(super) fn place(
 
 /// The same as renaming `staging` to `commit`, from another disk.
 fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: &Path) -> io::Result<()> {
-    let here = super::staging::Staging::inside(target, &mut |_| Ok(()))?;
+    let here = super::staging::Staging::inside(target, &[], &mut |_| ())?;
     let copied = || {
         let names: Vec<&str> = names.iter().map(String::as_str).chain([PLAN]).collect();
         for name in &names {

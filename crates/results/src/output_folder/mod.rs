@@ -50,7 +50,6 @@ pub struct OutputFolder {
     /// Folders above it that did not exist before, innermost first.
     created: Vec<PathBuf>,
     staging: Staging,
-    unfinished: Unfinished,
     staged: Mutex<BTreeSet<String>>,
     warnings: Vec<String>,
 }
@@ -104,41 +103,37 @@ impl OutputFolder {
         let above = folder.ancestors().skip(usize::from(folder.file_name().is_some()));
         let missing = above.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
         let created: Vec<PathBuf> = missing.map(Path::to_owned).collect();
-        let mut unfinished = None;
-        let prepared = Self::prepare(folder, &mut |staging| {
-            let staged = Unfinished::new(staging, &created)?;
-            announce(&staged);
-            unfinished = Some(staged);
-            Ok(())
-        });
-        match (prepared, unfinished) {
-            (Ok((place, staging, warnings)), Some(unfinished)) => {
+        match Self::prepare(folder, &created, &mut announce) {
+            Ok((place, staging, warnings)) => {
                 let (asked, staged) = (folder.to_owned(), Mutex::default());
-                Ok(Self { asked, place, created, staging, unfinished, staged, warnings })
+                Ok(Self { asked, place, created, staging, staged, warnings })
             }
-            (prepared, _) => {
+            Err(source) => {
                 remove_empty(&created);
-                let source = prepared.err().unwrap_or_else(|| io::ErrorKind::NotFound.into());
                 Err(OutputError::Folder { folder: folder.to_owned(), source })
             }
         }
     }
 
-    fn prepare(folder: &Path, announce: &mut Announce<'_>) -> io::Result<(PathBuf, Staging, Vec<String>)> {
+    fn prepare(
+        folder: &Path,
+        created: &[PathBuf],
+        announce: &mut Announce<'_>,
+    ) -> io::Result<(PathBuf, Staging, Vec<String>)> {
         let place = resolve(folder)?;
         let mut warnings = recover(&place);
         warnings.extend([true, false].into_iter().flat_map(|beside| recover(&partial_of(&place, beside))));
         if !place.exists() {
-            return Ok((place.clone(), Staging::beside(&place, announce)?, warnings));
+            return Ok((place.clone(), Staging::beside(&place, created, announce)?, warnings));
         }
         writable(&place)?;
         let beside = place
             .parent()
             .filter(|parent| same_disk(parent, &place))
-            .map(|_| Staging::beside(&place, announce));
+            .map(|_| Staging::beside(&place, created, announce));
         let staging = match beside {
             Some(Ok(staging)) => staging,
-            Some(Err(_)) | None => Staging::inside(&place, announce)?,
+            Some(Err(_)) | None => Staging::inside(&place, created, announce)?,
         };
         Ok((place, staging, warnings))
     }
@@ -155,7 +150,7 @@ impl OutputFolder {
 
     /// What has to be removed when the process is broken off before the files are in place.
     pub fn unfinished(&self) -> &Unfinished {
-        &self.unfinished
+        &self.staging.unfinished
     }
 
     /// Looks for files that a run would replace and that are not from elastocap, in the folder and in that for unfinished runs.

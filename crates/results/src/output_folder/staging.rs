@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::disk::{lock, number, remove_files, same_file};
 use super::in_place;
 use super::index::is_result_name;
+use super::unfinished::Unfinished;
 
 /// How the names of staging folders begin inside the output folder; beside it, a dot and the name of the output folder come first.
 const STAGING: &str = ".elastocap-";
@@ -22,13 +23,15 @@ const SWAP: &str = ".swap-";
 /// What is added before it is removed by a process that is about to end.
 pub(super) const GIVEN_UP: &str = ".given-up";
 
-/// Is told the path of a folder before that is made.
-pub(super) type Announce<'a> = dyn FnMut(&Path) -> io::Result<()> + 'a;
+/// Is told what will have to be removed before a folder for files is made.
+pub(super) type Announce<'a> = dyn FnMut(&Unfinished) + 'a;
 
 /// A hidden folder for files, which is this process's as long as it lives.
 #[derive(Debug)]
 pub(super) struct Staging {
     pub(super) path: PathBuf,
+    /// It, and folders made for it, as what must be removed if the process is broken off.
+    pub(super) unfinished: Unfinished,
     /// What sets its name apart from others of this kind: process and number.
     mark: String,
     /// Tells other processes that it is in use.
@@ -36,20 +39,25 @@ pub(super) struct Staging {
 }
 
 impl Staging {
-    /// Beside `place`, on the same disk. Its path is announced before it is made.
-    pub(super) fn beside(place: &Path, announce: &mut Announce<'_>) -> io::Result<Self> {
+    /// Beside `place`, on the same disk. It is announced before it is made, with the folders that were `created` for it.
+    pub(super) fn beside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
         let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else {
             return Err(io::ErrorKind::NotFound.into());
         };
-        Self::create(parent, &prefix_beside(name), announce)
+        Self::create(parent, &prefix_beside(name), created, announce)
     }
 
-    /// Inside `place`. Its path is announced before it is made.
-    pub(super) fn inside(place: &Path, announce: &mut Announce<'_>) -> io::Result<Self> {
-        Self::create(place, OsStr::new(STAGING), announce)
+    /// Inside `place`. It is announced before it is made, with the folders that were `created` for it.
+    pub(super) fn inside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
+        Self::create(place, OsStr::new(STAGING), created, announce)
     }
 
-    fn create(parent: &Path, prefix: &OsStr, announce: &mut Announce<'_>) -> io::Result<Self> {
+    fn create(
+        parent: &Path,
+        prefix: &OsStr,
+        created: &[PathBuf],
+        announce: &mut Announce<'_>,
+    ) -> io::Result<Self> {
         for attempt in 0..100 {
             let mark = format!("{}-{attempt}", std::process::id());
             let mut name = prefix.to_owned();
@@ -59,7 +67,8 @@ impl Staging {
             if path.symlink_metadata().is_ok() {
                 continue;
             }
-            announce(&path)?;
+            let unfinished = Unfinished::new(&path, created)?;
+            announce(&unfinished);
             match fs::create_dir(&path) {
                 Ok(()) => {}
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
@@ -68,7 +77,7 @@ impl Staging {
             let lock = lock(&path);
             // Another process may have taken it for abandoned before it was locked.
             if path.exists() {
-                return Ok(Self { path, mark, _lock: lock });
+                return Ok(Self { path, unfinished, mark, _lock: lock });
             }
         }
         Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many unfinished runs left their files there"))

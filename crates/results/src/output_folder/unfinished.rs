@@ -1,7 +1,7 @@
 //! The files of a run that is broken off, removed without allocating: lack of memory may be why it is broken off.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::staging::GIVEN_UP;
 
@@ -17,13 +17,13 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    pub(super) fn new(staging: &Path, created: &[impl AsRef<Path>]) -> io::Result<Self> {
+    pub(super) fn new(staging: &Path, created: &[PathBuf]) -> io::Result<Self> {
         let mut aside = staging.as_os_str().to_owned();
         aside.push(GIVEN_UP);
         Ok(Self {
             staging: system::name(staging)?,
             aside: system::name(Path::new(&aside))?,
-            created: created.iter().map(|folder| system::name(folder.as_ref())).collect::<io::Result<_>>()?,
+            created: created.iter().map(|folder| system::name(folder)).collect::<io::Result<_>>()?,
         })
     }
 

@@ -137,8 +137,7 @@ impl Lines {
     /// Adds M^-1 D^T phi along an axis to a flux.
     fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
         for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
-            let (rows, columns) = (bundle.across[0].clone(), bundle.across[1].clone());
-            let width = rows.len() * columns.len();
+            let [rows, columns] = bundle.across.clone();
             let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
             let of_row = |s: usize| {
                 let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
@@ -146,10 +145,10 @@ impl Lines {
                 self.add_obliqueness(&strip, &mut own);
                 own
             };
-            let strips: Vec<Vec<f64>> = rows.into_par_iter().map(of_row).collect();
-            for (line, own) in strips.iter().enumerate() {
+            let strips: Vec<Vec<f64>> = rows.clone().into_par_iter().map(of_row).collect();
+            for (row, own) in rows.zip(&strips) {
                 for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
-                    let at = r * width + line * columns.len();
+                    let at = r * bundle.width() + bundle.line(row, columns.start);
                     y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
                 }
             }

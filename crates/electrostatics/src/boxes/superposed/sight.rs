@@ -39,8 +39,9 @@ const BETWEEN: f64 = 1.18;
 const CLEAR: f64 = 0.8;
 
 impl Sight {
-    /// The body that follows the first `others` conductors of a scene, under a map and in a frame. Other scenes may have it nearer to
-    /// everything else by up to `nearer` (m). `None` if there is no such body, if the map also bends other bodies, or if a wall is insulated.
+    /// What the body sees that follows the first `others` conductors of a scene, under a map and in a frame. In other scenes that body may be
+    /// closer to everything else, by `nearer` (m) at most. `None` if there is no such body, if the map bends another one as well, or if a wall is
+    /// insulated.
     pub(crate) fn of(
         scene: &Scene,
         map: &SceneMap,
