@@ -1,6 +1,6 @@
 //! The summary that a run prints: one line for each step, and where the files are.
 
-use elastocap_case::Case;
+use elastocap_case::{Case, Pose};
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::terminals::named;
@@ -98,10 +98,11 @@ fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
 }
 
-/// Half the distance between the bounds of a change over the change. `None` where they hold zero, which no share of the change says.
-fn change_error(row: &Row) -> Option<f64> {
-    let half = 0.5 * (row.change_upper_f? - row.change_lower_f?);
-    Some(half / row.change_f?.abs()).filter(|error| *error < 1.0)
+/// The error of a change over the change. `None` where its limits hold zero, which no share of the change says.
+fn change_error(first: &Row, row: &Row) -> Option<f64> {
+    let [lower, upper] = row.change_limits(first)?;
+    let change = row.change_f?;
+    Some((upper - change).max(change - lower) / change.abs()).filter(|error| *error < 1.0)
 }
 
 /// A relative error: `2.9e-4`.
@@ -119,11 +120,36 @@ fn remark(step: &StepResult) -> String {
     }
 }
 
+/// How what is attached is moved at a step besides what the load does.
+fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
+    outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
+}
+
+/// The columns of the shifts and the tilts of the steps, of those alone that some step has: the name, and the text for a pose.
+fn moves(outcome: &Outcome) -> Vec<(&'static str, fn(&Pose) -> String)> {
+    let all: [(&str, fn(&Pose) -> f64, fn(&Pose) -> String); 4] = [
+        ("shift x1", |pose| pose.shift[0], |pose| prefixed(pose.shift[0], 3, "m")),
+        ("shift x3", |pose| pose.shift[1], |pose| prefixed(pose.shift[1], 3, "m")),
+        ("tilt about x3", |pose| pose.tilt[0], |pose| degrees(pose.tilt[0])),
+        ("tilt about x1", |pose| pose.tilt[1], |pose| degrees(pose.tilt[1])),
+    ];
+    let has = |of: fn(&Pose) -> f64| outcome.steps.iter().any(|step| of(&pose(outcome, step)) != 0.0);
+    all.into_iter().filter(|(_, of, _)| has(*of)).map(|(name, _, text)| (name, text)).collect()
+}
+
+/// An angle: `0.2 deg`.
+fn degrees(angle: f64) -> String {
+    format!("{} deg", (1e4 * angle.to_degrees()).round() / 1e4)
+}
+
 /// One line for each load step; `change` adds what it changes against the first one.
 fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let electric = outcome.plan.kind == Kind::Curve;
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
-    let mut head = vec!["U/H", "force"];
+    let moves = moves(outcome);
+    let mut head = vec!["U/H"];
+    head.extend(moves.iter().map(|(name, _)| *name));
+    head.push("force");
     let approaches = outcome.steps.iter().any(|s| s.row.is_before_contact());
     if approaches {
         head.insert(0, "distance");
@@ -145,10 +171,9 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let mut lines = vec![heads(&head)];
     for step in &outcome.steps {
         let row = &step.row;
-        let mut line = vec![
-            row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}")),
-            quantity(row.force_n, 4, "N"),
-        ];
+        let mut line = vec![row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}"))];
+        line.extend(moves.iter().map(|(_, text)| text(&pose(outcome, step))));
+        line.push(quantity(row.force_n, 4, "N"));
         if approaches {
             let distance = row.distance_m.filter(|_| row.is_before_contact());
             line.insert(0, distance.map_or_else(|| "contact".to_owned(), |d| prefixed(d, 4, "m")));
@@ -158,11 +183,11 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
         }
         if electric {
             line.push(quantity(row.capacitance_f, 6, "F"));
-            line.push(error(row.relative_error_estimate));
+            line.push(error(row.total_error()));
         }
         if change {
             line.push(quantity(row.change_f, 4, "F"));
-            line.push(error(change_error(row)));
+            line.push(error(outcome.steps.first().and_then(|first| change_error(&first.row, row))));
         }
         if plates {
             line.push(quantity(row.parallel_plate_f, 4, "F"));
@@ -178,13 +203,14 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
 fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut lines = vec![heads(&["", "C", "+- relative"])];
     let Some(step) = outcome.steps.first() else { return lines };
+    let with_estimates = |bounds: f64| error(Some(bounds + step.row.estimated_errors()));
     for (i, row) in step.maxwell.iter().flatten().enumerate() {
         for (j, c) in row.iter().enumerate().skip(i) {
             let name = |k: usize| outcome.conductors.get(k).map_or("?", String::as_str);
             lines.push(vec![
                 format!("Maxwell {} / {}", name(i), name(j)),
                 prefixed(c.value, 6, "F"),
-                error(Some(c.relative_error())),
+                with_estimates(c.relative_error()),
             ]);
         }
     }
@@ -194,13 +220,13 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
             lines.push(vec![
                 format!("potential {} / {driven}", float.name),
                 format!("{:.6} V/V", v.value),
-                error(Some(v.relative_error())),
+                with_estimates(v.relative_error()),
             ]);
         }
         let v = &float.from_charges;
         if v.value != 0.0 {
             let name = format!("potential {} from charges", float.name);
-            lines.push(vec![name, prefixed(v.value, 6, "V"), error(Some(v.relative_error()))]);
+            lines.push(vec![name, prefixed(v.value, 6, "V"), with_estimates(v.relative_error())]);
         }
     }
     let row = &step.row;
@@ -210,7 +236,7 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
             ("own", of) if outcome.conductors.len() > 1 => format!("{} against ground", of.join("")),
             _ => "two-terminal".to_owned(),
         };
-        lines.push(vec![name, prefixed(value, 6, "F"), error(row.relative_error_estimate)]);
+        lines.push(vec![name, prefixed(value, 6, "F"), error(row.total_error())]);
     }
     if row.parallel_plate_f.is_some() {
         let value = quantity(row.parallel_plate_f, 6, "F");

@@ -18,7 +18,7 @@
 //!
 //! The band moves between the three: `band` = -1, 0, 1 are lower bound, value and upper bound, and what is between is a mean of two.
 
-use elastocap_results::force_answer::MonotoneCubic;
+use elastocap_results::force_answer::{CurveLimits, MonotoneCubic};
 
 /// A capacitance and its derivative at one force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,17 +159,15 @@ impl BoundedCurve {
         [0, 1, 2].map(|i| self.pieces.iter().all(|piece| goes(piece[i])))
     }
 
-    /// For each interval, an estimate of the error of the value by interpolation, F: what it is wrong by at the interval's ends if that
-    /// step is left out. `None` where nothing is known, with two steps.
+    /// For each interval, an estimate of the error by interpolation, F: by how much the true value may lie outside the two bounds of the
+    /// curve. `None` where the steps say nothing of it, as two of them do.
     pub fn interpolation_errors(&self) -> Vec<Option<f64>> {
-        let last = self.forces.len() - 1;
-        let without = |out: usize| {
-            let rest = |pick: &dyn Fn(usize) -> f64| (0..=last).filter(|k| *k != out).map(pick).collect();
-            let coarse = MonotoneCubic::through(rest(&|k| self.forces[k]), rest(&|k| self.steps[k].value));
-            (coarse.value(self.forces[out]) - self.steps[out].value).abs()
-        };
-        let at: Vec<Option<f64>> = (0..=last).map(|k| (k > 0 && k < last).then(|| without(k))).collect();
-        at.windows(2).map(|pair| pair.iter().flatten().copied().reduce(f64::max)).collect()
+        let at_steps = self.steps.iter().map(|step| [step.lower, step.upper]).collect();
+        let limits = CurveLimits::through(self.forces.clone(), at_steps, false);
+        let bound = |at, band| self.at(at, band).capacitance;
+        let excess =
+            |at: f64, [low, high]: [f64; 2]| (bound(at, -1.0) - low).max(high - bound(at, 1.0)).max(0.0);
+        (1..self.forces.len()).map(|k| limits.largest(k - 1, excess)).collect()
     }
 }
 

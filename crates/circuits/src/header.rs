@@ -43,7 +43,7 @@ pub(crate) fn lines(model: &Model) -> Vec<String> {
                     "Largest error by interpolation between steps: {error:.1e} of a capacitance's largest value, estimated"
                 )
             }
-            None => "Error by interpolation between steps: not known with two steps".to_owned(),
+            None => "Error by interpolation between steps: not known; more steps tell it".to_owned(),
         },
         "Between steps a capacitance is a monotone cubic in the force with a continuous derivative."
             .to_owned(),

@@ -256,13 +256,14 @@ impl Model {
         alike.map(of).fold(0.0, f64::max)
     }
 
-    /// The largest estimate of the interpolation's error, as a share of the capacitor's largest value; `None` with two steps.
+    /// The largest estimate of the interpolation's error, as a share of the capacitor's largest value; `None` where steps of a capacitor say
+    /// nothing of it.
     pub fn interpolation_error(&self) -> Option<f64> {
         let of = |branch: &Branch| {
-            let errors = branch.curve.interpolation_errors().into_iter().flatten();
-            errors.reduce(f64::max).map(|error| error / branch.curve.scale())
+            let errors: Option<Vec<f64>> = branch.curve.interpolation_errors().into_iter().collect();
+            Some(errors?.into_iter().fold(0.0, f64::max) / branch.curve.scale())
         };
-        self.branches.iter().filter_map(of).reduce(f64::max)
+        self.branches.iter().map(of).try_fold(0.0, |largest: f64, own| Some(largest.max(own?)))
     }
 }
 

@@ -243,6 +243,25 @@ impl Row {
         ]
     }
 
+    /// The estimated relative errors of the capacitance that its bounds do not hold: of the layer's finite elements, and of flat faces.
+    pub fn estimated_errors(&self) -> f64 {
+        self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
+    }
+
+    /// The relative error of the capacitance by its bounds and its estimated errors together.
+    pub fn total_error(&self) -> Option<f64> {
+        Some(self.relative_error_estimate? + self.estimated_errors())
+    }
+
+    /// The limits of the change against the first step, F: its bounds, moved apart by the estimated errors of both capacitances.
+    pub fn change_limits(&self, first: &Self) -> Option<[f64; 2]> {
+        let [lower, upper, change] = [self.change_lower_f?, self.change_upper_f?, self.change_f?];
+        let error = |row: &Self| Some(row.estimated_errors() * row.capacitance_f?.abs());
+        // What is the same scene is wrong by the same.
+        let besides = if change == 0.0 && lower == upper { 0.0 } else { error(self)? + error(first)? };
+        Some([lower - besides, upper + besides])
+    }
+
     /// Whether the indenter does not touch the layer yet.
     pub fn is_before_contact(&self) -> bool {
         self.distance_m.is_some_and(|distance| distance > 0.0)

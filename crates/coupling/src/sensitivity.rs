@@ -1,4 +1,10 @@
 //! The sensitivity dC/dF of a curve, by differences between its steps.
+//!
+//! The value is the derivative of the parabola through a step and the two nearest. Its error is how far other estimates of the same derivative are
+//! from it. Around a step, the polynomials through three or four neighbouring steps that hold it bracket the derivative of a smooth curve, as their errors
+//! have both signs. At the first and at the last step they do not: all of them lie to one side of the derivative there. A force that grows faster than
+//! the compression makes the curve steep at rest, while the capacitance and the force are both smooth in the compression, so that the
+//! derivatives by the compression count too: dC/dF = (dC/dU) / (dF/dU).
 
 use elastocap_case::Case;
 use elastocap_electrostatics::Bounded;
@@ -11,7 +17,15 @@ struct Point {
     force: f64,
     /// The estimated relative error of the force; 0 where there is no estimate.
     force_error: f64,
+    compression: f64,
     capacitance: Bounded,
+}
+
+/// An estimate of dC/dF, and what the bounds of the capacitances leave open of it, F/N.
+#[derive(Debug, Clone, Copy)]
+struct Estimate {
+    value: f64,
+    field: f64,
 }
 
 /// Notes dC/dF and its error in the rows of a curve, in place of what they had before. Left empty where steps differ by more than
@@ -41,53 +55,87 @@ fn point(step: &StepResult) -> Option<Point> {
     Some(Point {
         force: step.row.force_n.filter(|force| force.is_finite())?,
         force_error: layer.filter(|error| error.is_finite()).unwrap_or(0.0),
+        compression: step.row.compression.filter(|compression| compression.is_finite())?,
         capacitance: step.measured?,
     })
 }
 
-/// The derivative at one of the points, which ascend, by the parabola through it and the two nearest, F/N, and its error: what the bounds
-/// leave open, what one point more changes, and the error of the force. With two points it is that of a line, without an error.
+/// The derivative at one of the points, which ascend, by the parabola through it and the two nearest, F/N, and its error: how far other
+/// estimates are from it, with what the bounds leave open of each, and the error of the force. With two points it is that of a line,
+/// without an error; there is no error either at an end where the force as a function of the compression is not known well enough.
 fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
-    let by = |count: usize| {
-        let nearest = nearest(points, at, count)?;
-        let weights = weights(nearest, points.get(at)?.force)?;
-        Some((nearest, weights))
+    let own = points.get(at)?.force;
+    let by_force = |window: &[Point]| estimate(window, own, |point| point.force);
+    let Some(nearest) = nearest(points, at, 3) else {
+        return Some((by_force(nearest(points, at, 2)?)?.value, None));
     };
-    let value = |(near, weights): &(&[Point], Vec<f64>)| {
-        near.iter().zip(weights).map(|(point, weight)| weight * point.capacitance.value).sum::<f64>()
-    };
-    let line = by(2)?;
-    let Some(parabola) = by(3) else { return Some((value(&line), None)) };
-    let found = value(&parabola);
-    let other = by(4).as_ref().map_or_else(|| value(&line), value);
-    let (near, weights) = &parabola;
-    let half = |point: &Point| 0.5 * (point.capacitance.upper - point.capacitance.lower);
-    let field: f64 = near.iter().zip(weights).map(|(point, weight)| weight.abs() * half(point)).sum();
-    let force = near.iter().map(|point| point.force_error).fold(0.0, f64::max);
-    let error = field + (found - other).abs() + force * found.abs();
-    (found.is_finite() && error.is_finite()).then_some((found, Some(error)))
+    let found = by_force(nearest)?;
+    let is_end = at == 0 || at + 1 == points.len();
+    // Of three points, one parabola has nothing to be compared with but the secants.
+    let fewest = if is_end || points.len() == 3 { 2 } else { 3 };
+    let windows = || (fewest..=4).flat_map(|count| around(points, at, count));
+    let by_compression: Vec<Option<Estimate>> =
+        windows().map(|window| over_compression(window, own)).collect();
+    if is_end && by_compression.iter().any(Option::is_none) {
+        return Some((found.value, None));
+    }
+    let others = windows().filter_map(by_force).chain(by_compression.into_iter().flatten());
+    let off = others.map(|other| (other.value - found.value).abs() + other.field).fold(found.field, f64::max);
+    let force = nearest.iter().map(|point| point.force_error).fold(0.0, f64::max);
+    let error = off + force * found.value.abs();
+    error.is_finite().then_some((found.value, Some(error)))
+}
+
+/// The windows of `count` neighbouring points that hold one of them.
+fn around(points: &[Point], at: usize, count: usize) -> impl Iterator<Item = &[Point]> {
+    points
+        .windows(count)
+        .enumerate()
+        .filter(move |(first, _)| (*first..first + count).contains(&at))
+        .map(|(_, window)| window)
 }
 
 /// The `count` points nearest to one of them, itself among them; `None` if there are fewer.
 fn nearest(points: &[Point], at: usize, count: usize) -> Option<&[Point]> {
     let own = points.get(at)?.force;
     let reach = |window: &&[Point]| window.iter().map(|point| (point.force - own).abs()).fold(0.0, f64::max);
-    let around = points.windows(count).filter(|window| window.iter().any(|point| point.force == own));
-    around.min_by(|a, b| reach(a).total_cmp(&reach(b)))
+    around(points, at, count).min_by(|a, b| reach(a).total_cmp(&reach(b)))
 }
 
-/// The weights of the values at points in the derivative, at one of them, of the polynomial through all.
-fn weights(points: &[Point], at: f64) -> Option<Vec<f64>> {
-    let others = |j: usize| points.iter().enumerate().filter(move |(m, _)| *m != j).map(|(_, p)| p.force);
-    let weight = |(j, own): (usize, &Point)| {
-        if own.force == at {
-            return others(j).map(|x| 1.0 / (at - x)).sum::<f64>();
+/// The derivative of the capacitance at the point with a force, by the polynomial through all points over `x`; `None` where
+/// points are too near to one another.
+fn estimate(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Estimate> {
+    let weights = weights(points, force, x)?;
+    let half = |point: &Point| 0.5 * (point.capacitance.upper - point.capacitance.lower);
+    let pairs = || points.iter().zip(&weights);
+    let value = pairs().map(|(point, weight)| weight * point.capacitance.value).sum::<f64>();
+    let field = pairs().map(|(point, weight)| weight.abs() * half(point)).sum::<f64>();
+    (value.is_finite() && field.is_finite()).then_some(Estimate { value, field })
+}
+
+/// dC/dF at the point with a force, by polynomials of the compression; `None` where that of the force does not ascend.
+fn over_compression(points: &[Point], force: f64) -> Option<Estimate> {
+    let compression: fn(&Point) -> f64 = |point| point.compression;
+    let weights = weights(points, force, compression)?;
+    let stiffness = points.iter().zip(&weights).map(|(point, weight)| weight * point.force).sum::<f64>();
+    let Estimate { value, field } = estimate(points, force, compression)?;
+    (stiffness > 0.0).then(|| Estimate { value: value / stiffness, field: field / stiffness })
+}
+
+/// The weights of the values at points in the derivative, at the point with a force, of the polynomial through all over `x`.
+fn weights(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Vec<f64>> {
+    let at = points.iter().position(|point| point.force == force)?;
+    let places: Vec<f64> = points.iter().map(x).collect();
+    let others = |j: usize| places.iter().enumerate().filter(move |(m, _)| *m != j);
+    let weight = |j: usize| {
+        if j == at {
+            return others(j).map(|(_, x)| 1.0 / (places[at] - x)).sum::<f64>();
         }
-        let above: f64 = others(j).filter(|x| *x != at).map(|x| at - x).product();
-        let below: f64 = others(j).map(|x| own.force - x).product();
+        let above: f64 = others(j).filter(|(m, _)| *m != at).map(|(_, x)| places[at] - x).product();
+        let below: f64 = others(j).map(|(_, x)| places[j] - x).product();
         above / below
     };
-    let weights: Vec<f64> = points.iter().enumerate().map(weight).collect();
+    let weights: Vec<f64> = (0..points.len()).map(weight).collect();
     weights.iter().all(|weight| weight.is_finite()).then_some(weights)
 }
 
@@ -95,44 +143,97 @@ fn weights(points: &[Point], at: f64) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    fn points(forces: &[f64], half: f64, of: impl Fn(f64) -> f64) -> Vec<Point> {
-        let point = |force: &f64| {
-            let value = of(*force);
+    type Formula = fn(f64) -> f64;
+
+    /// Points at some compressions, of a capacitance and a force over the compression.
+    fn points(compressions: &[f64], half: f64, capacitance: Formula, force: Formula) -> Vec<Point> {
+        let point = |compression: &f64| {
+            let value = capacitance(*compression);
             let capacitance = Bounded { value, lower: value - half, upper: value + half };
-            Point { force: *force, force_error: 0.0, capacitance }
+            Point { force: force(*compression), force_error: 0.0, compression: *compression, capacitance }
         };
-        forces.iter().map(point).collect()
+        compressions.iter().map(point).collect()
     }
 
     #[test]
     fn a_parabola_has_its_own_slope_at_uneven_steps() {
-        let points = points(&[0.0, 1.0, 3.0, 4.5], 0.0, |x| 2.0 - 3.0 * x + 0.25 * x * x);
-        for (at, point) in points.iter().enumerate() {
+        let points = points(&[0.0, 1.0, 3.0, 4.5], 0.0, |x| 2.0 - 3.0 * x + 0.25 * x * x, |x| x);
+        for (at, point) in points.iter().enumerate().skip(1).take(2) {
             let (slope, error) = sensitivity(&points, at).unwrap();
             assert!((slope - (-3.0 + 0.5 * point.force)).abs() < 1e-12, "{slope}");
             assert!(error.unwrap() < 1e-12);
         }
     }
 
+    /// Capacitance and force over the compression, with their derivatives: a pair that opens, plates that close, and a fringing field that goes away,
+    /// under forces that stiffen.
+    const SENSORS: [[Formula; 4]; 3] = [
+        [
+            |u| 44.0 - 22.0 * u - 10.0 * u * u,
+            |u| u / (1.0 - u).powi(2),
+            |u| -22.0 - 20.0 * u,
+            |u| (1.0 + u) / (1.0 - u).powi(3),
+        ],
+        [
+            |u| 1.0 / (1.0 - 1.5 * u),
+            |u| u + 4.0 * u.powi(3),
+            |u| 1.5 / (1.0 - 1.5 * u).powi(2),
+            |u| 1.0 + 12.0 * u * u,
+        ],
+        [
+            |u| (-4.0 * u).exp(),
+            |u| (1.0 - u).powi(-4) - 1.0,
+            |u| -4.0 * (-4.0 * u).exp(),
+            |u| 4.0 * (1.0 - u).powi(-5),
+        ],
+    ];
+
     #[test]
-    fn the_error_holds_the_slope_of_a_smooth_curve_and_what_the_bounds_leave_open() {
-        let forces = [0.0, 0.014, 0.032, 0.083, 0.173, 0.344];
-        let curve = |x: f64| 44.0 - 12.0 * (1.0 - (-6.0 * x).exp());
-        let exact = |x: f64| -72.0 * (-6.0 * x).exp();
-        let smooth = points(&forces, 0.0, curve);
-        for (at, force) in forces.iter().enumerate().take(4) {
-            let (slope, error) = sensitivity(&smooth, at).unwrap();
-            let missed = (slope - exact(*force)).abs();
-            assert!(missed <= 2.0 * error.unwrap(), "{force}: {slope} {error:?} {}", exact(*force));
+    fn the_error_covers_the_slope_at_random_steps_and_is_a_share_of_it_where_they_are_many() {
+        let mut state = 5_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for [capacitance, force, rise, stiffness] in SENSORS {
+            let exact = |point: &Point| rise(point.compression) / stiffness(point.compression);
+            let (mut rows, mut covered, mut known) = (0, 0, 0);
+            for round in 0..400 {
+                let mut steps: Vec<f64> =
+                    (0..2 + round % 6).map(|_| 0.05 + 0.4 * random().powi(1 + round % 2)).collect();
+                steps.push(0.0);
+                steps.sort_by(f64::total_cmp);
+                let points = points(&steps, 0.0, capacitance, force);
+                for (at, point) in points.iter().enumerate() {
+                    let (slope, error) = sensitivity(&points, at).unwrap();
+                    rows += 1;
+                    let Some(error) = error else { continue };
+                    known += 1;
+                    covered += u32::from((slope - exact(point)).abs() <= error);
+                }
+            }
+            assert!(f64::from(covered) >= 0.99 * f64::from(known), "{covered} of {known}");
+            assert!(f64::from(known) >= 0.8 * f64::from(rows), "{known} of {rows}");
+            let even: Vec<f64> = (0..9).map(|k| 0.05 * f64::from(k)).collect();
+            let points = points(&even, 0.0, capacitance, force);
+            let largest = points.iter().map(|point| exact(point).abs()).fold(0.0, f64::max);
+            for at in 1..8 {
+                let error = sensitivity(&points, at).unwrap().1.unwrap();
+                assert!(error < 0.1 * largest, "{at}: {error} of {largest}");
+            }
         }
-        // Two states 1 N apart, each known to 0.1 F, with another in the middle: the slope is known to 0.2 F/N.
-        let rough = points(&[0.0, 0.5, 1.0], 0.1, |x| 5.0 - x);
-        assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_bounds_of_steps_leave_a_slope_open() {
+        // Two states 1 N apart, each known to 0.1 F, with another in the middle: the secants are known to 0.4 F/N.
+        let rough = points(&[0.0, 0.5, 1.0], 0.1, |x| 5.0 - x, |x| x);
+        assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.4).abs() < 1e-12);
     }
 
     #[test]
     fn two_steps_have_a_slope_without_an_error_and_one_has_none() {
-        let two = points(&[0.0, 2.0], 0.0, |x| 1.0 + x);
+        let two = points(&[0.0, 2.0], 0.0, |x| 1.0 + x, |x| x);
         assert_eq!(sensitivity(&two, 1), Some((1.0, None)));
         assert!(sensitivity(&two[..1], 0).is_none());
     }

@@ -3,7 +3,7 @@
 use elastocap_case::{Case, MeasuredLoad};
 use elastocap_coupling::outcome::{Outcome, StepResult};
 
-use crate::force_answer::monotone::{MonotoneCubic, interpolation_errors};
+use crate::force_answer::{CurveLimits, MonotoneCubic};
 
 /// What the curve is at one load. Capacitances and errors in F.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ pub struct CurveValue {
     pub slope: f64,
     /// What the proved bounds and the stated errors of mechanics, geometry and force leave open, to either side.
     pub error: f64,
-    /// The estimated error of interpolation; `None` with two steps, of which nothing is known.
+    /// The estimated error of interpolation, to either side, in addition; `None` where the steps say nothing of it, as two of them do.
     pub interpolation_error: Option<f64>,
 }
 
@@ -49,8 +49,8 @@ pub struct NoCurve {
 pub struct LoadCurve {
     steps: Vec<CurveStep>,
     cubic: MonotoneCubic,
-    /// Of the interpolation between neighbouring steps, F; infinite where nothing is known.
-    interpolation_errors: Vec<f64>,
+    /// Of the interpolation between neighbouring steps, F.
+    interpolation_errors: Vec<Option<f64>>,
 }
 
 impl LoadCurve {
@@ -76,8 +76,18 @@ impl LoadCurve {
         }
         let capacitances: Vec<f64> = steps.iter().map(|step| step.capacitance).collect();
         let loads: Vec<f64> = steps.iter().map(|step| step.load).collect();
-        let interpolation_errors = interpolation_errors(&loads, &capacitances);
+        let at_steps =
+            steps.iter().map(|step| [step.capacitance - step.error, step.capacitance + step.error]);
+        let limits = CurveLimits::through(loads.clone(), at_steps.collect(), false);
         let cubic = MonotoneCubic::through(loads, capacitances);
+        let interpolation_errors = (1..steps.len())
+            .map(|k| {
+                let error = steps[k - 1].error.max(steps[k].error);
+                let farther =
+                    |at: f64, [low, high]: [f64; 2]| (cubic.value(at) - low).max(high - cubic.value(at));
+                limits.largest(k - 1, farther).map(|farthest| (farthest - error).max(0.0))
+            })
+            .collect();
         Ok(Self { steps, cubic, interpolation_errors })
     }
 
@@ -125,8 +135,7 @@ impl LoadCurve {
             capacitance: self.cubic.value(load),
             slope,
             error: before.error.max(after.error) + slope.abs() * before.load_error.max(after.load_error),
-            interpolation_error: Some(self.interpolation_errors[k])
-                .filter(|error| error.is_finite())
+            interpolation_error: self.interpolation_errors[k]
                 .map(|error| if load == before.load || load == after.load { 0.0 } else { error }),
         }
     }

@@ -108,7 +108,7 @@ fn report(title: &str, measured: MeasuredCapacitance, answer: &ForceAnswer) -> S
     let capacitance = |value| prefixed(value, 5, "F");
     let interpolation = match answer.interpolation_error_f {
         Some(error) => format!("estimated at {}", prefixed(error, 2, "F")),
-        None => "not known with two steps".to_owned(),
+        None => "not known, as the steps show no more than a monotonic curve".to_owned(),
     };
     format!(
         "{title}\n\n\

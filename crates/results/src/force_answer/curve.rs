@@ -1,6 +1,7 @@
 //! The curve of a run, made ready to be read from capacitance to force.
 
-use super::monotone::{MonotoneCubic, interpolation_errors};
+use super::curve_limits::CurveLimits;
+use super::monotone::MonotoneCubic;
 
 /// A load step as the curve needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +69,8 @@ pub struct ForceCurve {
     pub(super) lower: Vec<f64>,
     pub(super) middle: Vec<f64>,
     pub(super) upper: Vec<f64>,
-    /// Of the interpolation between neighbouring steps, F; infinite where nothing is known.
-    pub(super) errors: Vec<f64>,
+    /// Between the steps.
+    pub(super) limits: CurveLimits,
 }
 
 impl ForceCurve {
@@ -122,17 +123,17 @@ impl ForceCurve {
         if lower[lower.len() - 1] <= upper[0] {
             return Err(CurveError::Flat);
         }
-        let mut curve = Self {
-            forces: steps.iter().map(|step| step.force).collect(),
+        let forces: Vec<f64> = steps.iter().map(|step| step.force).collect();
+        let at_steps = lower.iter().zip(&upper).map(|(lower, upper)| [*lower, *upper]).collect();
+        Ok(Self {
+            limits: CurveLimits::through(forces.clone(), at_steps, true),
+            forces,
             force_errors: steps.iter().map(|step| step.force_error).collect(),
             sign,
             middle: steps.iter().map(|step| sign * step.capacitance).collect(),
             lower,
             upper,
-            errors: Vec::new(),
-        };
-        curve.errors = interpolation_errors(&curve.forces, &curve.middle);
-        Ok(curve)
+        })
     }
 
     /// Interpolates values at the steps.

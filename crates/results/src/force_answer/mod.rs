@@ -2,11 +2,12 @@
 //!
 //! The true curve C(F) is taken to be monotone between the first and the last step. Of each step it is known that C lies between two
 //! limits. Both together bound the force: where C grows, a step whose upper limit is below the measured capacitance has a smaller
-//! force, and a step whose lower limit is above it has a larger one. This is the *enclosure*, and it needs no interpolation. Between
-//! steps, the two limits are interpolated and moved apart by an estimate of the interpolation's error; that gives the narrower
+//! force, and a step whose lower limit is above it has a larger one. This is the *enclosure*, and it needs no interpolation. Where the
+//! steps show that the curve bends one way, they also limit it between one step and the next ([`CurveLimits`]); that gives the narrower
 //! *interval*, which is never wider than the enclosure.
 
 mod curve;
+mod curve_limits;
 mod file;
 pub(crate) mod monotone;
 
@@ -14,6 +15,7 @@ use elastocap_case::MeasuredCapacitance;
 use serde::Serialize;
 
 pub use curve::{CurveError, CurveStep, ForceCurve};
+pub use curve_limits::CurveLimits;
 pub use file::{CurveFileError, CurveOnFile, read_curve, read_document};
 pub use monotone::MonotoneCubic;
 
@@ -32,7 +34,8 @@ pub struct ForceAnswer {
     pub from_curve_n: [f64; 2],
     /// The limits without interpolation, N: they hold for every monotone curve.
     pub enclosure_n: [f64; 2],
-    /// Estimated error of the capacitance by interpolation, where the force is, F; `None` with two steps, of which nothing is known.
+    /// Estimated error of the capacitance by interpolation between the two steps around the force, F; `None` where the steps show no more
+    /// than that the curve is monotone.
     pub interpolation_error_f: Option<f64>,
 }
 
@@ -71,15 +74,6 @@ pub enum NoForce {
     BeyondLast(f64),
 }
 
-/// What is known of C at the steps, counted so that it does not decrease with the force.
-#[derive(Debug)]
-struct Envelope {
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-    /// Of the interpolation, for each interval between steps; infinite where nothing is known.
-    errors: Vec<f64>,
-}
-
 impl ForceCurve {
     /// The force that belongs to a measured capacitance.
     ///
@@ -90,8 +84,7 @@ impl ForceCurve {
         let c = value * self.sign;
         let forces = &self.forces;
         let last = forces.len() - 1;
-        let known = self.envelope();
-        if c + error < known.lower[0] || c - error > known.upper[last] {
+        if c + error < self.lower[0] || c - error > self.upper[last] {
             return Err(NoForce::Outside {
                 value,
                 error,
@@ -102,31 +95,24 @@ impl ForceCurve {
             });
         }
         // No compressive force is below zero, and so nothing is lost below a first step without load.
-        if forces[0] > 0.0 && c - error <= known.upper[0] {
+        if forces[0] > 0.0 && c - error <= self.upper[0] {
             return Err(NoForce::BelowFirst(forces[0]));
         }
-        if c + error >= known.lower[last] {
+        if c + error >= self.lower[last] {
             return Err(NoForce::BeyondLast(forces[last]));
         }
-        let exact =
-            Envelope { lower: self.middle.clone(), upper: self.middle.clone(), errors: vec![0.0; last] };
-        let loose = Envelope { errors: vec![f64::INFINITY; last], ..self.envelope() };
-        let [force_lower, force_upper] = self.limits(&known, [c - error, c + error], true);
-        let [force, _] = self.limits(&exact, [c, c], false);
-        let here = self.interval(force);
+        let all = [c - error, c + error];
+        let [force_lower, force_upper] = self.by_limits(all);
+        let [force, _] = self.by_cubic([c, c]);
         Ok(ForceAnswer {
             force_n: force.clamp(force_lower, force_upper),
             force_lower_n: force_lower,
             force_upper_n: force_upper,
-            from_measurement_n: self.limits(&exact, [c - error, c + error], false),
-            from_curve_n: self.limits(&known, [c, c], true),
-            enclosure_n: self.limits(&loose, [c - error, c + error], true),
-            interpolation_error_f: Some(self.errors[here]).filter(|error| error.is_finite()),
+            from_measurement_n: self.by_cubic(all),
+            from_curve_n: self.by_limits([c, c]),
+            enclosure_n: self.by_steps(all),
+            interpolation_error_f: self.interpolation_error(self.interval(force)),
         })
-    }
-
-    fn envelope(&self) -> Envelope {
-        Envelope { lower: self.lower.clone(), upper: self.upper.clone(), errors: self.errors.clone() }
     }
 
     /// The interval between steps that a force is in.
@@ -135,32 +121,72 @@ impl ForceCurve {
         after.saturating_sub(1).min(self.forces.len() - 2)
     }
 
-    /// The least and the greatest force at which the capacitance may be between two values; those of the curve's ends where it may be
-    /// beyond them. Errors of the steps' forces are counted if `force_errors` says so.
-    fn limits(&self, curve: &Envelope, [least, greatest]: [f64; 2], force_errors: bool) -> [f64; 2] {
-        let last = self.forces.len() - 1;
-        let error_of = |k: usize| {
-            if force_errors { self.force_errors[k].max(self.force_errors[k + 1]) } else { 0.0 }
-        };
-        // All steps up to here have less capacitance than was measured.
-        let low = match curve.upper.iter().rposition(|upper| *upper < least) {
+    /// By how much the limits between step `k` and the next are wider than interpolated limits of the steps, F.
+    fn interpolation_error(&self, k: usize) -> Option<f64> {
+        let [lower, upper] = [&self.lower, &self.upper].map(|values| self.cubic(values));
+        let excess =
+            |at: f64, [low, high]: [f64; 2]| (lower.value(at) - low).max(high - upper.value(at)).max(0.0);
+        self.limits.largest(k, excess).filter(|_| self.limits.is_curved(k))
+    }
+
+    /// The last step whose capacitance is certainly less than `least`, and the first whose capacitance is certainly more than `greatest`.
+    fn around(&self, [least, greatest]: [f64; 2]) -> [Option<usize>; 2] {
+        [self.upper.iter().rposition(|c| *c < least), self.lower.iter().position(|c| *c > greatest)]
+    }
+
+    /// The larger error of the forces of step `k` and the next, N.
+    fn error_of(&self, k: usize) -> f64 {
+        self.force_errors[k].max(self.force_errors[k + 1])
+    }
+
+    /// The least and the greatest force at which the capacitance may be between two values, by the limits of the curve between its
+    /// steps; the ends of the curve where it may be beyond them. Errors of the steps' forces are counted.
+    fn by_limits(&self, values: [f64; 2]) -> [f64; 2] {
+        self.between(
+            values,
+            |k, least| self.limits.first_reach(k, least),
+            |k, most| self.limits.last_hold(k, most),
+        )
+    }
+
+    /// The same by the steps alone.
+    fn by_steps(&self, values: [f64; 2]) -> [f64; 2] {
+        self.between(values, |k, _| self.forces[k], |k, _| self.forces[k + 1])
+    }
+
+    /// The same, by what an interval between two steps says of a value.
+    fn between(
+        &self,
+        values: [f64; 2],
+        first: impl Fn(usize, f64) -> f64,
+        last: impl Fn(usize, f64) -> f64,
+    ) -> [f64; 2] {
+        let end = self.forces.len() - 1;
+        let [below, above] = self.around(values);
+        let low = match below {
             None => self.forces[0],
-            Some(k) if k == last => self.forces[last],
-            Some(k) => {
-                let upper = self.cubic(&curve.upper);
-                (upper.argument(k, least - curve.errors[k]) - error_of(k)).max(0.0)
-            }
+            Some(k) if k == end => self.forces[end],
+            Some(k) => (first(k, values[0]) - self.error_of(k)).max(0.0),
         };
-        // All steps from here on have more.
-        let high = match curve.lower.iter().position(|lower| *lower > greatest) {
-            None => self.forces[last],
+        let high = match above {
+            None => self.forces[end],
             Some(0) => self.forces[0],
-            Some(k) => {
-                let lower = self.cubic(&curve.lower);
-                lower.argument(k - 1, greatest + curve.errors[k - 1]) + error_of(k - 1)
-            }
+            Some(k) => last(k - 1, values[1]) + self.error_of(k - 1),
         };
         [low, high]
+    }
+
+    /// The first force at which the interpolated curve has the one value, and the last at which it has the other; its ends where it does
+    /// not reach them.
+    fn by_cubic(&self, [least, greatest]: [f64; 2]) -> [f64; 2] {
+        let cubic = self.cubic(&self.middle);
+        let at = |after: usize, value| match after.checked_sub(1) {
+            None => self.forces[0],
+            Some(k) => cubic.argument(k.min(self.forces.len() - 2), value),
+        };
+        let first = self.middle.partition_point(|c| *c < least);
+        let last = self.middle.partition_point(|c| *c <= greatest);
+        [at(first, least), at(last, greatest)]
     }
 }
 

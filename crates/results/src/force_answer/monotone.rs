@@ -63,23 +63,6 @@ impl MonotoneCubic {
     }
 }
 
-/// For each interval between points, the larger of what the interpolation is wrong by at its two ends if that point is left out;
-/// infinite where neither can be. With the point, the distance between points is half as large, and the error of a smooth curve a quarter
-/// or less. The first and the last point cannot be left out.
-pub(crate) fn interpolation_errors(x: &[f64], y: &[f64]) -> Vec<f64> {
-    let last = x.len() - 1;
-    let without = |left_out: usize| {
-        let rest = |all: &[f64]| {
-            all.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, value)| *value).collect()
-        };
-        let coarse = MonotoneCubic::through(rest(x), rest(y));
-        (coarse.value(x[left_out]) - y[left_out]).abs()
-    };
-    let at_points: Vec<Option<f64>> = (0..=last).map(|k| (k > 0 && k < last).then(|| without(k))).collect();
-    let larger = |pair: &[Option<f64>]| pair.iter().flatten().copied().reduce(f64::max);
-    at_points.windows(2).map(|pair| larger(pair).unwrap_or(f64::INFINITY)).collect()
-}
-
 /// The derivative at point `k`.
 fn slope(x: &[f64], y: &[f64], k: usize) -> f64 {
     let secant = |j: usize| (y[j + 1] - y[j]) / (x[j + 1] - x[j]);

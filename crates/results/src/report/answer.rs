@@ -54,7 +54,28 @@ pub(super) fn answer(report: &Report<'_>) -> String {
 
 /// "± 0.03 %, proved" or "estimated".
 fn error_of(row: &Row, kind: &str) -> String {
-    row.relative_error_estimate.map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
+    let kind = if row.estimated_errors() > 0.0 { "with estimated errors" } else { kind };
+    row.total_error().map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
+}
+
+/// What a change over the first capacitance is, in words: a direction only where the limits of the change leave no other, and the
+/// limits themselves. With "it" as the subject.
+fn change_in_words(change: f64, limits: Option<[f64; 2]>) -> String {
+    let Some([lower, upper]) = limits else { return format!("its change is {}", signed(change)) };
+    if change == 0.0 && lower == upper {
+        return "it does not change".to_owned();
+    }
+    if lower <= 0.0 && upper >= 0.0 {
+        return format!(
+            "its change lies between {} and {}, so that it is not known whether it falls or rises",
+            signed(lower),
+            signed(upper)
+        );
+    }
+    let (verb, [least, most]) =
+        if upper < 0.0 { ("falls", [-upper, -lower]) } else { ("rises", [lower, upper]) };
+    let share = |share: f64| signed(share).replace('+', "");
+    format!("it {verb} by {}, between {} and {}", percent(change.abs()), share(least), share(most))
 }
 
 fn load_of(row: &Row) -> String {
@@ -107,12 +128,12 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     )];
     if first.index != last.index {
         let change = c1 - c0;
+        let limits = last.row.change_limits(&first.row).map(|limits| limits.map(|limit| limit / c0.abs()));
         sentence.push_str(&format!(
-            " and {} under {}: it {} by {}.",
+            " and {} under {}: {}.",
             quantity(c1, 5, "F"),
             load_of(&last.row),
-            if change < 0.0 { "falls" } else { "rises" },
-            percent((change / c0).abs())
+            change_in_words(change / c0.abs(), limits)
         ));
         figures.push(figure(
             &format!("Under {}", load_of(&last.row)),
@@ -123,7 +144,12 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
         figures.push(figure(
             "Change",
             quantity(last.row.change_f.unwrap_or(change), 4, "F"),
-            signed(relative),
+            match limits {
+                Some([lower, upper]) => {
+                    format!("{}, from {} to {}", signed(relative), signed(lower), signed(upper))
+                }
+                None => signed(relative),
+            },
         ));
     } else {
         sentence.push('.');
@@ -133,6 +159,13 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
         "proved" => format!(" Proved bounds lie within \u{b1}\u{a0}{} of every value.", percent(worst)),
         _ => format!(" The error of every value is estimated to be at most {}.", percent(worst)),
     });
+    if solved.iter().any(|s| s.row.estimated_errors() > 0.0) {
+        let worst = solved.iter().filter_map(|s| s.row.total_error()).fold(0.0, f64::max);
+        sentence.push_str(&format!(
+            " With the estimated errors of the layer's mesh and of flat faces it is \u{b1}\u{a0}{}.",
+            percent(worst)
+        ));
+    }
     let ratios: Vec<f64> = solved.iter().filter_map(|s| s.row.fringe_ratio).collect();
     if let (Some(low), Some(high)) =
         (ratios.iter().copied().reduce(f64::min), ratios.iter().copied().reduce(f64::max))
@@ -186,9 +219,14 @@ fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
     let kind = kind_of_bounds(report);
     let mut sentence = format!("The {what} is {}.", quantity(value, 6, "F"));
     if let (Some(lower), Some(upper)) = (row.capacitance_lower_f, row.capacitance_upper_f) {
-        let between = format!("{} and {}", quantity(lower, 6, "F"), quantity(upper, 6, "F"));
+        let besides = row.estimated_errors() * value.abs();
+        let between =
+            format!("{} and {}", quantity(lower - besides, 6, "F"), quantity(upper + besides, 6, "F"));
         sentence.push_str(&match kind {
-            "proved" => format!(" It is proved to lie between {between}."),
+            "proved" if besides == 0.0 => format!(" It is proved to lie between {between}."),
+            "proved" => {
+                format!(" By proved bounds and the estimated error of flat faces it lies between {between}.")
+            }
             _ => format!(" It is estimated to lie between {between}."),
         });
     }
@@ -217,4 +255,23 @@ fn of_layer(outcome: &Outcome) -> (String, Vec<Figure>) {
         .relative_error_estimate
         .map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, estimated", percent(e)));
     (sentence, vec![figure(&format!("Force at U/H = {compression:.3}"), quantity(force, 4, "N"), error)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::change_in_words;
+
+    #[test]
+    fn a_change_has_a_direction_only_where_its_limits_leave_no_other() {
+        let words =
+            |change, limits| change_in_words(change, limits).replace('\u{a0}', " ").replace('\u{2212}', "-");
+        assert_eq!(words(-0.104, Some([-0.106, -0.102])), "it falls by 10 %, between 10.2 % and 10.6 %");
+        assert_eq!(words(0.02, Some([0.01, 0.03])), "it rises by 2.0 %, between 1.00 % and 3.00 %");
+        assert_eq!(
+            words(-0.0067, Some([-0.029, 0.016])),
+            "its change lies between -2.90 % and +1.60 %, so that it is not known whether it falls or rises"
+        );
+        assert_eq!(words(0.0, Some([0.0, 0.0])), "it does not change");
+        assert_eq!(words(0.01, None), "its change is +1.00 %");
+    }
 }

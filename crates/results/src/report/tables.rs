@@ -48,7 +48,7 @@ pub(super) fn steps(outcome: &Outcome) -> String {
         table.quantities("force", &all(|r| r.force_n), 4, "N");
     }
     table.quantities("C", &all(|r| r.capacitance_f), 6, "F");
-    table.shares("\u{b1} bounds", &all(|r| r.relative_error_estimate));
+    table.shares("\u{b1}", &all(Row::total_error));
     if outcome.steps.len() > 1 {
         table.quantities("change", &all(|r| r.change_f), 4, "F");
     }
@@ -192,8 +192,11 @@ pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     }
     errors.shares(
         if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" },
-        &all(|r| r.relative_error_estimate),
+        &all(Row::total_error),
     );
+    if own.iter().any(|step| step.row.estimated_errors() > 0.0) {
+        errors.shares("from the bounds", &all(|r| r.relative_error_estimate));
+    }
     errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
     errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
     let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);

@@ -1,0 +1,69 @@
+//! What is printed and reported of errors and changes covers what is right.
+
+use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
+
+/// The value in pF and the relative error that are printed in the line of a quantity.
+fn printed(stdout: &str, name: &str) -> [f64; 2] {
+    let line =
+        stdout.lines().find(|line| line.trim_start().starts_with(name)).expect("a line of the quantity");
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let [.., value, "pF", error] = words.as_slice() else { panic!("{line}") };
+    [value, error].map(|word| word.parse().expect("a number"))
+}
+
+#[test]
+fn the_printed_error_of_a_round_gap_covers_its_flat_faces() {
+    let sandbox = Sandbox::new();
+    let said = sandbox
+        .run(&acceptance("found3/facets-not-in-printed-error.toml"), &["--no-fields", "--no-scene"])
+        .exits_with(0);
+    // 2 pi eps0 h / ln(3.1 / 3)
+    let right = 3.393_279;
+    let [value, error] = printed(&said.stdout, "two-terminal");
+    assert!((value - right).abs() <= error * value, "{}", said.stdout);
+    let row = sandbox.json("out/result.json");
+    let number = |key: &str| row[key].as_f64().expect("a number");
+    let sum = number("relative_error_estimate") + number("geometry_error_estimate");
+    assert!((error / sum - 1.0).abs() < 0.05, "{error} {sum}");
+    assert!(sandbox.read("out/report.html").contains("the estimated error of flat faces"));
+}
+
+#[test]
+fn a_report_names_no_direction_of_a_change_that_its_bounds_leave_open() {
+    let lead = |loads: &str| {
+        let sandbox = Sandbox::new();
+        let case = sandbox.case("case.toml", &quick_pair(STEPS, loads));
+        sandbox.run(&case, &["--no-fields", "--no-scene", "--quiet"]).exits_with(0);
+        let page = sandbox.read("out/report.html");
+        let (_, rest) = page.split_once("<p class=\"lead\">").expect("a lead");
+        rest.split_once("</p>").expect("its end").0.to_owned()
+    };
+    let small = lead("compression = [0.0, 1e-4]");
+    assert!(small.contains("it is not known whether it falls or rises"), "{small}");
+    assert!(!small.contains("falls by") && !small.contains("rises by"), "{small}");
+    let large = lead("compression = [0.0, 0.4]");
+    assert!(large.contains("it falls by") && large.contains("between"), "{large}");
+}
+
+#[test]
+fn only_steps_that_are_shifted_or_tilted_have_columns_for_it() {
+    let text = std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quadrants.toml"),
+    )
+    .expect("the case");
+    let (before, rest) = text.split_once("[load]").expect("a load");
+    let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
+    let head = |steps: &str| {
+        let sandbox = Sandbox::new();
+        let text = format!("{before}[load]\nsteps = [{steps}]\n[surroundings]{after}")
+            .replace("relative_tolerance = 1e-2", "relative_tolerance = 2e-1");
+        let said =
+            sandbox.run(&sandbox.case("case.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
+        said.stdout
+    };
+    let shifted = head("{ force = \"1 N\" }, { force = \"1 N\", shift = [\"-100 um\", \"0 um\"] }");
+    assert!(shifted.contains("shift x1") && shifted.contains("-100 um"), "{shifted}");
+    assert!(!shifted.contains("shift x3") && !shifted.contains("tilt"), "{shifted}");
+    let plain = head("{ force = \"0 N\" }, { force = \"1 N\" }");
+    assert!(!plain.contains("shift") && !plain.contains("tilt"), "{plain}");
+}

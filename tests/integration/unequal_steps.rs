@@ -1,0 +1,238 @@
+//! What a curve says between its steps, and of its slope, at random steps, against a dense curve of the same case.
+
+use std::collections::BTreeMap;
+
+use crate::support::{Sandbox, acceptance};
+
+/// Sensors: a name, the file, and what is replaced in it.
+const SENSORS: [(&str, &str, &[(&str, &str)]); 10] = [
+    ("in-plane pair", "in-plane-pair.toml", &[]),
+    ("stacked pair", "stacked-pair.toml", &[]),
+    (
+        "in-plane pair in a soft layer, grounded walls",
+        "in-plane-pair.toml",
+        &[
+            ("\"682.15 Pa\"", "\"5 kPa\""),
+            ("\"43931.9 Pa\"", "\"1 kPa\""),
+            ("\"50 um\"", "\"25 um\""),
+            ("\"225 um\"", "\"100 um\""),
+            ("\"insulated\"        # outer", "\"grounded\"         # outer"),
+        ],
+    ),
+    ("in-plane pair near the substrate", "in-plane-pair.toml", &[("\"225 um\"", "\"60 um\"")]),
+    ("in-plane pair near the top", "in-plane-pair.toml", &[("\"225 um\"", "\"400 um\"")]),
+    ("rigid in-plane pair", "in-plane-pair.toml", &[("\"1 MPa\"", "\"rigid\"")]),
+    ("in-plane pair with a wide gap", "in-plane-pair.toml", &[("\"50 um\"", "\"150 um\"")]),
+    ("stacked pair with a narrow gap", "stacked-pair.toml", &[("\"200 um\"", "\"60 um\"")]),
+    (
+        "stacked pair near the top",
+        "stacked-pair.toml",
+        &[("\"200 um\"", "\"100 um\""), ("\"225 um\"", "\"350 um\"")],
+    ),
+    (
+        "stacked pair of short plates",
+        "stacked-pair.toml",
+        &[("length        = \"1 mm\"", "length        = \"300 um\"")],
+    ),
+];
+
+/// The case with these compressions, between walls, which are quick to solve.
+fn case((_, file, changes): (&str, &str, &[(&str, &str)]), tolerance: &str, compressions: &[f64]) -> String {
+    let text = std::fs::read_to_string(acceptance(file)).expect("the acceptance files");
+    let (before, rest) = text.split_once("[load]").expect("a load");
+    let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
+    let mut text = format!("{before}[load]\ncompression = {compressions:?}\n[surroundings]{after}")
+        .replace("boundary    = \"open\"", "boundary    = \"insulated\"\nside_margin = \"1 mm\"")
+        .replace("thickness = \"open\"", "thickness = \"1 mm\"")
+        .replace("relative_tolerance = 1e-3", &format!("relative_tolerance = {tolerance}"));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// Numbers between 0 and 1, the same at each run.
+fn random() -> impl FnMut() -> f64 {
+    let mut state = 11_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// The derivative at `at` of the polynomial through points (x, y).
+fn derivative(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let all = 0..x.len();
+    let term = |i: usize| {
+        let others = all.clone().filter(move |j| *j != i);
+        let below: f64 = others.clone().map(|j| x[i] - x[j]).product();
+        let above: f64 = others
+            .clone()
+            .map(|m| others.clone().filter(|j| *j != m).map(|j| at - x[j]).product::<f64>())
+            .sum();
+        y[i] * above / below
+    };
+    all.clone().map(term).sum()
+}
+
+/// A dense curve, by ascending compression.
+struct Dense {
+    compressions: Vec<f64>,
+    forces: Vec<f64>,
+    capacitances: Vec<f64>,
+    /// Half of the distance between the bounds, F.
+    errors: Vec<f64>,
+}
+
+impl Dense {
+    fn of(sandbox: &Sandbox) -> Self {
+        let table = sandbox.table("out/curve.csv");
+        let [lower, upper] =
+            ["capacitance_lower_f", "capacitance_upper_f"].map(|column| table.numbers(column));
+        Self {
+            compressions: table.numbers("compression"),
+            forces: table.numbers("force_n"),
+            capacitances: table.numbers("capacitance_f"),
+            errors: lower.iter().zip(&upper).map(|(lower, upper)| 0.5 * (upper - lower)).collect(),
+        }
+    }
+
+    /// dC/dF at a compression: both are smooth in the compression.
+    fn slope(&self, at: f64) -> f64 {
+        let after = self.compressions.partition_point(|x| *x < at);
+        let first = after.saturating_sub(3).min(self.compressions.len() - 6);
+        let own = first..first + 6;
+        let [c, f] = [&self.capacitances, &self.forces]
+            .map(|y| derivative(&self.compressions[own.clone()], &y[own.clone()], at));
+        c / f
+    }
+}
+
+/// `STEP_SETS=20` draws as many sets of steps for each of ten sensors, with ten readings each; the tables of docs/answers.md and
+/// docs/output.md are what it prints.
+#[test]
+fn force_and_slope_are_within_their_errors_at_random_steps() {
+    let asked = std::env::var("STEP_SETS").ok().and_then(|text| text.parse::<usize>().ok());
+    let (sets, sensors, tolerance, dense) = match asked {
+        Some(sets) => (sets.max(1), SENSORS.len(), "1e-3", 60),
+        None => (3, 2, "1e-2", 24),
+    };
+    let options = ["--no-fields", "--no-scene", "--quiet"];
+    let mut random = random();
+    let (mut all, mut inside, mut widths) = (0, 0, Vec::new());
+    let (mut rows, mut known, mut covered, mut shares) = (0, 0, 0, Vec::new());
+    println!(
+        "| sensor | readings | inside | median width over force | over that of any monotonic curve | slopes | with an error | inside |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for sensor in SENSORS.into_iter().take(sensors) {
+        let sandbox = Sandbox::new();
+        let even: Vec<f64> =
+            (0..=dense).map(|k| 0.42 * (f64::from(k) / f64::from(dense)).powf(1.5)).collect();
+        sandbox.run(&sandbox.case("dense.toml", &case(sensor, tolerance, &even)), &options).exits_with(0);
+        let truth = Dense::of(&sandbox);
+        let before = (all, inside, rows, known, covered, widths.len());
+        let mut narrower = Vec::new();
+        for set in 0..sets {
+            // Spread evenly, crowded at rest, and with a first step that is small; unordered, and with a load that is there twice.
+            let power = [1.0, 4.0, 2.0][set % 3];
+            let mut steps = vec![0.42];
+            steps.extend((0..1 + set % 7).map(|_| 0.42 * random().powf(power)));
+            if set % 3 == 2 {
+                steps.push(4e-4);
+            }
+            steps.push(steps[steps.len() - 1]);
+            steps.insert(1, 0.0);
+            sandbox
+                .run(&sandbox.case("steps.toml", &case(sensor, tolerance, &steps)), &options)
+                .exits_with(0);
+            for _ in 0..10 {
+                let k = 1 + (random() * (truth.forces.len() - 2) as f64) as usize;
+                // The dense curve has bounds too, and they lie around the same truth.
+                let measured = format!("{:e} F +- {:e} F", truth.capacitances[k], truth.errors[k]);
+                let said =
+                    sandbox.elastocap(&["force", "out", "--capacitance", &measured, "--json"]).exits_with(0);
+                let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+                let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+                let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| number(&answer[key]));
+                let [least, most] = [0, 1].map(|end| number(&answer["enclosure_n"][end]));
+                let force = truth.forces[k];
+                all += 1;
+                inside += usize::from(low <= force && force <= high);
+                widths.push((high - low) / force);
+                narrower.push((high - low) / (most - least));
+            }
+            let table = sandbox.table("out/curve.csv");
+            let compressions = table.numbers("compression");
+            let slopes = table.texts("sensitivity_f_per_n");
+            let errors = table.texts("sensitivity_error_f_per_n");
+            // Rows of one load have one slope.
+            let mut of_load: BTreeMap<String, &str> = BTreeMap::new();
+            for ((compression, slope), error) in compressions.iter().zip(&slopes).zip(&errors) {
+                assert_eq!(of_load.entry(compression.to_string()).or_insert(slope), slope);
+                let slope: f64 = slope.parse().expect("a slope");
+                rows += 1;
+                let Ok(error) = error.parse::<f64>() else { continue };
+                known += 1;
+                let exact = truth.slope(*compression);
+                covered += usize::from((slope - exact).abs() <= error);
+                shares.push(error / exact.abs());
+            }
+        }
+        let own = &mut widths[before.5..];
+        own.sort_by(f64::total_cmp);
+        narrower.sort_by(f64::total_cmp);
+        println!(
+            "| {} | {} | {} | {:.2} | {:.2} | {} | {} | {} |",
+            sensor.0,
+            all - before.0,
+            inside - before.1,
+            own[own.len() / 2],
+            narrower[narrower.len() / 2],
+            rows - before.2,
+            known - before.3,
+            covered - before.4,
+        );
+    }
+    widths.sort_by(f64::total_cmp);
+    shares.sort_by(f64::total_cmp);
+    println!(
+        "readings: {inside} of {all}, median width {:.2}; slopes: {covered} of {known} with an error, of {rows}, median error {:.2}",
+        widths[all / 2],
+        shares[known / 2]
+    );
+    assert!(inside as f64 >= 0.99 * all as f64, "{inside} of {all}");
+    assert!(covered as f64 >= 0.99 * known as f64, "{covered} of {known}");
+}
+
+#[test]
+fn a_small_first_step_does_not_narrow_what_a_large_one_leaves_open() {
+    let sandbox = Sandbox::new();
+    let text = case(SENSORS[0], "1e-2", &[0.0, 5e-4, 0.4]);
+    sandbox.run(&sandbox.case("case.toml", &text), &["--no-fields", "--no-scene", "--quiet"]).exits_with(0);
+    let said = sandbox.elastocap(&["force", "out", "-c", "39.1492fF", "--json"]).exits_with(0);
+    let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| answer[key].as_f64().expect("a number"));
+    // A step that is solved at this force has this capacitance.
+    assert!(low <= 0.0831 && 0.0831 <= high, "{answer}");
+    assert!(answer["interpolation_error_f"].is_null(), "{answer}");
+}
+
+#[test]
+fn the_slope_at_rest_is_within_its_error_with_three_forces_and_with_repeated_and_unordered_ones() {
+    // As steps of 1 and 2 mN say. Three forces do not tell how stiff the layer is at rest.
+    for (name, exact, is_known) in [("three", 3.2432e-13, false), ("four", -1.2293e-13, true)] {
+        let sandbox = Sandbox::new();
+        let case = acceptance(&format!("found3/sensitivity-{name}-steps.toml"));
+        sandbox.run(&case, &["--no-fields", "--no-scene", "--quiet"]).exits_with(0);
+        let table = sandbox.table("out/curve.csv");
+        let slope: f64 = table.texts("sensitivity_f_per_n")[0].parse().expect("a number");
+        let error: Option<f64> = table.texts("sensitivity_error_f_per_n")[0].parse().ok();
+        assert_eq!(error.is_some(), is_known, "{name}: {error:?}");
+        assert!(
+            error.is_none_or(|error| (slope - exact).abs() <= error && error < 0.5 * slope.abs()),
+            "{slope:e} {error:?}"
+        );
+    }
+}
