@@ -18,6 +18,8 @@ pub struct CurveStep {
     pub lower: f64,
     /// It is not larger, F.
     pub upper: f64,
+    /// The part of the distance to either limit that the estimated errors take, F. They change little from one step to the next.
+    pub estimated: f64,
 }
 
 /// Why steps are not a curve that forces can be read from.
@@ -124,9 +126,14 @@ impl ForceCurve {
             return Err(CurveError::Flat);
         }
         let forces: Vec<f64> = steps.iter().map(|step| step.force).collect();
-        let at_steps = lower.iter().zip(&upper).map(|(lower, upper)| [*lower, *upper]).collect();
+        let of_field = |s: &CurveStep| {
+            let [least, greatest] = [s.lower + s.estimated, s.upper - s.estimated];
+            if sign > 0.0 { [least, greatest] } else { [-greatest, -least] }
+        };
+        let limits = CurveLimits::through(forces.clone(), steps.iter().map(of_field).collect(), true)
+            .with_shared_errors(steps.iter().map(|step| step.estimated).collect());
         Ok(Self {
-            limits: CurveLimits::through(forces.clone(), at_steps, true),
+            limits,
             forces,
             force_errors: steps.iter().map(|step| step.force_error).collect(),
             sign,

@@ -27,6 +27,8 @@ pub struct CurveLimits {
     x: Vec<f64>,
     /// The least and the greatest value at each point.
     y: Vec<[f64; 2]>,
+    /// A further error at each point, which changes little from one to the next.
+    shared_errors: Vec<f64>,
     /// The orders that are used in each interval between points, ascending.
     orders: Vec<Vec<usize>>,
 }
@@ -35,12 +37,18 @@ impl CurveLimits {
     /// The limits of a curve that has values between `y` at the points `x`, which ascend. `is_monotone` says that the curve is known to be
     /// monotone; otherwise the points have to show it.
     pub fn through(x: Vec<f64>, y: Vec<[f64; 2]>, is_monotone: bool) -> Self {
-        let mut limits = Self { x, y, orders: Vec::new() };
+        let mut limits = Self { shared_errors: vec![0.0; x.len()], x, y, orders: Vec::new() };
         let used = |k: usize, order: &usize| (*order == 1 && is_monotone) || limits.keeps_sign(*order, k);
         limits.orders = (0..limits.x.len().saturating_sub(1))
             .map(|k| (1..=MAX_ORDER).filter(|order| used(k, order)).collect())
             .collect();
         limits
+    }
+
+    /// The same for values that have further errors, which change little from one point to the next: between points they are interpolated,
+    /// while each of the values has an error of its own, which a polynomial carries along.
+    pub fn with_shared_errors(self, errors: Vec<f64>) -> Self {
+        Self { shared_errors: errors, ..self }
     }
 
     /// Whether the points show more of the curve from point `k` to the next than that it is monotone.
@@ -64,7 +72,10 @@ impl CurveLimits {
                 known = narrowed;
             }
         }
-        known.iter().all(|limit| limit.is_finite()).then_some(known)
+        let share = (at - self.x[k]) / (self.x[k + 1] - self.x[k]);
+        let shared = self.shared_errors[k] * (1.0 - share) + self.shared_errors[k + 1] * share;
+        let [low, high] = known;
+        (low.is_finite() && high.is_finite()).then_some([low - shared, high + shared])
     }
 
     /// The largest value of `excess` over the interval from point `k` to the next, given an argument and the limits there; `None` where the

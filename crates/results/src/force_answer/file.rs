@@ -143,6 +143,7 @@ impl Step {
             capacitance,
             lower: self.capacitance_lower_f? - more,
             upper: self.capacitance_upper_f? + more,
+            estimated: more,
         })
     }
 }

@@ -31,7 +31,15 @@ fn steps(formula: Formula, count: usize, spread: f64, random: &mut impl FnMut() 
             let capacitance = formula(force);
             let lower = capacitance - spread * random();
             let upper = capacitance + spread * random();
-            CurveStep { index, force, force_error: 0.0, capacitance: 0.5 * (lower + upper), lower, upper }
+            CurveStep {
+                index,
+                force,
+                force_error: 0.0,
+                capacitance: 0.5 * (lower + upper),
+                lower,
+                upper,
+                estimated: 0.0,
+            }
         })
         .collect()
 }
@@ -103,6 +111,7 @@ fn step(index: usize, force: f64, capacitance: f64) -> CurveStep {
         capacitance,
         lower: capacitance - 0.01,
         upper: capacitance + 0.01,
+        estimated: 0.0,
     }
 }
 
