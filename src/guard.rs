@@ -65,8 +65,8 @@ mod unix {
 
     use elastocap_coupling::memory::{is_limited, limit_reached};
     use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-    use signal_hook::consts::SIGABRT;
-    use signal_hook::low_level;
+    use signal_hook::consts::{SIGABRT, SIGXFSZ};
+    use signal_hook::{flag, low_level};
 
     use super::Guard;
 
@@ -84,6 +84,8 @@ mod unix {
 
     /// Starts the threads.
     pub(super) fn start(guard: &Guard) -> io::Result<()> {
+        // Handled, this signal does not end the process: a write beyond the limit on the size of files fails, and is reported.
+        flag::register(SIGXFSZ, Arc::default())?;
         let (waking, wakes) = on_abort()?;
         let guard = guard.clone();
         let reason = Arc::new(OnceLock::new());

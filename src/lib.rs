@@ -86,7 +86,7 @@
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
 //! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
-//! `elastocap-materials` has the laws of rubbers. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics and case, then coupling, results and
+//! `elastocap-materials` has the laws of rubbers, and `elastocap-files` reads and writes files with care. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics and case, then coupling, results and
 //! evidence. Mechanics and electrostatics do not know each other. `ARCHITECTURE.md` has the same map file by file.
 //!
 //! # Conventions

@@ -25,12 +25,17 @@ pub(crate) fn message(text: &str) {
 
 /// Prints an error.
 pub(crate) fn error(text: &str) {
-    message(&format!("error: {text}"));
+    message(&format!("error: {}", plain(text)));
 }
 
 /// Prints a warning.
 pub(crate) fn warning(text: &str) {
-    message(&format!("warning: {text}"));
+    message(&format!("warning: {}", plain(text)));
+}
+
+/// A text without characters that a terminal takes for commands: titles and names may be those of a file from elsewhere.
+pub(crate) fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && !matches!(c, '\n' | '\t') { '\u{fffd}' } else { c }).collect()
 }
 
 /// Whether messages may be coloured: <https://no-color.org>.

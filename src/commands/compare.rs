@@ -50,11 +50,15 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     if let Some(file) = &arguments.html {
         let chart = comparison.chart();
         let page = comparison_page("Results side by side", &sentence(&comparison), chart.as_ref(), &parts);
-        if let Err(exit) = write_all(&[(file, page)]) {
+        if let Err(exit) = write_all(&[(file.as_path(), page)], true) {
             return exit;
         }
     }
-    let text = if arguments.json { format!("{:#}\n", comparison.json()) } else { text(&comparison, &parts) };
+    let text = if arguments.json {
+        format!("{:#}\n", comparison.json())
+    } else {
+        output::plain(&text(&comparison, &parts))
+    };
     match output::result(&text) {
         Ok(()) => Exit::Done,
         Err(exit) => exit,

@@ -1,13 +1,13 @@
 //! `elastocap export`: a model of a solved sensor for circuit and system simulators.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use elastocap_circuits::model::{Content, Model, Settings};
-use elastocap_circuits::output::write_file;
 use elastocap_circuits::{fmu, spice, table, verilog_a};
+use elastocap_files::result_name;
 
+use super::written::write_all;
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -100,7 +100,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             return Exit::BadInput;
         }
     };
-    let own = PathBuf::from(format!("{}.{}", model.identifier, arguments.format.extension()));
+    let name = format!("{}.{}", model.identifier, arguments.format.extension());
+    let own = PathBuf::from(result_name(Path::new(&name))).with_extension(arguments.format.extension());
     let file = arguments.output.as_deref().unwrap_or(&own);
     let is_standard_output = file == Path::new("-");
     if is_standard_output && arguments.format == Format::Fmu {
@@ -118,19 +119,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     if is_standard_output {
         return output::result(&String::from_utf8_lossy(&bytes)).err().unwrap_or(Exit::Done);
     }
-    match write_file(file, &bytes, arguments.overwrite) {
-        Ok(()) => {}
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            output::error(&format!(
-                "`{}` is there already and would be replaced: name another file with -o, or add --overwrite",
-                file.display()
-            ));
-            return Exit::BadInput;
-        }
-        Err(error) => {
-            output::error(&format!("cannot write `{}`: {error}; name another file with -o", file.display()));
-            return Exit::Failure;
-        }
+    if let Err(exit) = write_all(&[(file, bytes)], arguments.overwrite) {
+        return exit;
     }
     if common.quiet {
         return Exit::Done;

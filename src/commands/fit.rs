@@ -158,7 +158,7 @@ fn write(
     let text = fitted_case(source, parameters, found).map_err(|error| failed(error.to_string()))?;
     let text = super::moved_to(&text, &arguments.case, file).map_err(|error| failed(error.to_string()))?;
     let drawn = case.measured_points.as_ref().map(|measured| picture(&case.title, measured, found).to_svg());
-    write_all(&[(file, text), (picture_file, drawn.unwrap_or_default())])
+    write_all(&[(file, text), (picture_file, drawn.unwrap_or_default())], arguments.overwrite)
 }
 
 fn json(case: &Case, found: &Fit, started: Instant) -> Result<String, Exit> {

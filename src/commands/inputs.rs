@@ -1,10 +1,10 @@
 //! Several cases in one command: which they are, and the folder of each.
 
 use std::collections::HashMap;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use elastocap_case::Case;
+use elastocap_files::result_name;
 
 use super::STDIN;
 use crate::{Exit, output};
@@ -35,11 +35,11 @@ pub(super) enum InputError {
     StdinTwice,
 }
 
-/// The name of the folder for the results of a case: that of its file without the ending, or `stdin`.
-pub(super) fn folder_name(case: &Path) -> &OsStr {
+/// The name of the folder for the results of a case: made from that of its file, or `stdin`.
+pub(super) fn folder_name(case: &Path) -> String {
     match case.as_os_str() == STDIN {
-        true => OsStr::new("stdin"),
-        false => case.file_stem().unwrap_or(case.as_os_str()),
+        true => "stdin".to_owned(),
+        false => result_name(case),
     }
 }
 
@@ -54,7 +54,13 @@ pub(super) fn folders(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<Pat
     let mut all = Vec::with_capacity(cases.len());
     for case in cases {
         let folder = parent.join(folder_name(case));
-        if let Some(first) = taken.insert(folder.clone(), case) {
+        // Names that differ in capitals alone are one on many file systems.
+        let same = if cfg!(any(windows, target_os = "macos")) {
+            PathBuf::from(folder.to_string_lossy().to_lowercase())
+        } else {
+            folder.clone()
+        };
+        if let Some(first) = taken.insert(same, case) {
             return Err(InputError::SameFolder { first: first.clone(), second: case.clone(), folder });
         }
         all.push(folder);
@@ -110,6 +116,8 @@ mod tests {
         let told = told.err().unwrap_or_default();
         assert!(told.contains("`a/x.toml` and `b/x.toml` would both be written to `results/x`"), "{told}");
         assert!(folders(&paths(&["x.toml", "x.toml"]), Some(Path::new("out"))).is_err());
+        assert!(folders(&paths(&["...toml", "..toml"]), None).is_err());
+        assert!(folders(&paths(&["stdin.toml", "-"]), None).is_err());
         assert_eq!(folders(&paths(&["-", "-"]), None), Err(InputError::StdinTwice));
     }
 }

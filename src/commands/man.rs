@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::Resettable;
 use clap::{Args, Command, CommandFactory as _, ValueHint};
 use clap_mangen::Man;
+use elastocap_files::{Staged, remove_abandoned};
 
 use crate::{Common, Exit, output};
 
@@ -125,14 +126,12 @@ fn escaped(text: &str) -> String {
 /// Writes all pages, or none.
 fn write(folder: &Path, pages: &[Page]) -> io::Result<()> {
     fs::create_dir_all(folder)?;
-    let staged = |page: &Page| folder.join(format!(".{}.new", page.name));
-    let written = pages.iter().try_for_each(|page| fs::write(staged(page), &page.text));
-    let placed = written
-        .and_then(|()| pages.iter().try_for_each(|page| fs::rename(staged(page), folder.join(&page.name))));
-    if placed.is_err() {
-        pages.iter().for_each(|page| drop(fs::remove_file(staged(page))));
-    }
-    placed
+    remove_abandoned(folder);
+    let staged: Vec<Staged> = pages
+        .iter()
+        .map(|page| Staged::new(&folder.join(&page.name), page.text.as_bytes()))
+        .collect::<io::Result<_>>()?;
+    staged.into_iter().try_for_each(Staged::replace_file)
 }
 
 #[cfg(test)]

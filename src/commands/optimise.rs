@@ -128,7 +128,7 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
             .map_err(|error| failed(error.to_string()))?;
         let text =
             super::moved_to(&text, &arguments.case, file).map_err(|error| failed(error.to_string()))?;
-        write_all(&[(file, text)])?;
+        write_all(&[(file.as_path(), text)], arguments.overwrite)?;
     }
     warn(&found, &search);
     let taken = started.elapsed().as_secs_f64();

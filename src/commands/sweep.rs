@@ -11,6 +11,8 @@ use elastocap_sweeps::{
     SweepFolder, SweepObserver, run, write_results,
 };
 
+use elastocap_files::{ReadError, read, result_name};
+
 use super::arguments::time;
 use super::progress::CaseProgress;
 use super::stop::{stop_after, stop_without_files};
@@ -83,13 +85,21 @@ pub(crate) struct Arguments {
     no_prune: bool,
 }
 
+/// The largest list of cases that is read, bytes.
+const LARGEST_LIST: u64 = 256 << 20;
+
+/// Records that cannot be used are told one by one up to this number.
+const MAX_TOLD: usize = 5;
+
 /// Why a sweep has no results.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error(transparent)]
     Design(#[from] DesignError),
     #[error("cannot read the list `{}`: {source}", file.display())]
-    List { file: PathBuf, source: std::io::Error },
+    List { file: PathBuf, source: ReadError },
+    #[error("cannot read the list `{}`: it is not a text in UTF-8", .0.display())]
+    ListText(PathBuf),
     #[error("cannot read the program's own file, by which results are told from those of another build: {0}")]
     Program(std::io::Error),
     #[error(transparent)]
@@ -108,7 +118,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         other => output::error(&other.to_string()),
     }
     match failure {
-        Failure::Design(_) | Failure::List { .. } => Exit::BadInput,
+        Failure::Design(_) | Failure::List { .. } | Failure::ListText(_) => Exit::BadInput,
         Failure::Sweep(error) if error.is_bad_input() => Exit::BadInput,
         Failure::Program(_) | Failure::Sweep(_) => Exit::Failure,
     }
@@ -149,8 +159,12 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     }
 
     let found = folder.finished();
-    for (case, why) in &found.damaged {
+    for (case, why) in found.damaged.iter().take(MAX_TOLD) {
         output::warning(&format!("case {case} is solved again: {why}"));
+    }
+    if found.damaged.len() > MAX_TOLD {
+        let more = found.damaged.len() - MAX_TOLD;
+        output::warning(&format!("{more} more cases are solved again, for such reasons"));
     }
     let mut records = found.records;
     if arguments.retry_failed {
@@ -179,8 +193,9 @@ fn design(arguments: &Arguments) -> Result<Design, Failure> {
     let settings = &arguments.set;
     Ok(match (&arguments.list, arguments.random) {
         (Some(file), _) => {
-            let list = std::fs::read_to_string(file)
-                .map_err(|source| Failure::List { file: file.clone(), source })?;
+            let list =
+                read(file, LARGEST_LIST).map_err(|source| Failure::List { file: file.clone(), source })?;
+            let list = String::from_utf8(list).map_err(|_| Failure::ListText(file.clone()))?;
             Design::list(&list, settings)?
         }
         (None, Some(count)) => Design::random(settings, count as usize, arguments.seed)?,
@@ -193,10 +208,9 @@ fn folder_of(arguments: &Arguments, shard: Shard) -> PathBuf {
     if let Some(folder) = &arguments.output {
         return folder.clone();
     }
-    let mut name = arguments.case.file_stem().unwrap_or(arguments.case.as_os_str()).to_os_string();
-    name.push("-sweep");
+    let mut name = result_name(&arguments.case) + "-sweep";
     if shard.of > 1 {
-        name.push(format!("-{}-of-{}", shard.number, shard.of));
+        name.push_str(&format!("-{}-of-{}", shard.number, shard.of));
     }
     Path::new("results").join(name)
 }

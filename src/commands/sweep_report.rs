@@ -78,7 +78,7 @@ pub(super) fn finish(summary: &Summary, head: &str, folder: &str, json: bool, qu
             text.push_str(&scatter_table(&scatter.statistics));
         }
         let _ = writeln!(text, "\n{folder}: {}", summary.files.join(", "));
-        output::result(&text)
+        output::result(&output::plain(&text))
     };
     match printed {
         Err(exit) => exit,

@@ -62,7 +62,7 @@ pub(super) fn watch(case: &Path, quiet: bool, stop: &Stop, mut work: impl FnMut(
 
 /// The case file and those that it names: where it cannot be read as TOML, those that it `named` before.
 fn files(case: &Path, named: Vec<PathBuf>) -> Vec<PathBuf> {
-    let imported = fs::read_to_string(case).map(|text| elastocap_case::imported_files(&text, case));
+    let imported = elastocap_case::read_source(case).map(|text| elastocap_case::imported_files(&text, case));
     match imported {
         Ok(imported) if !imported.is_empty() => [vec![case.to_owned()], imported].concat(),
         _ if !named.is_empty() => named,

@@ -4,11 +4,14 @@
     python3 tests/book/examples.py BINARY                   checks every whole case, and runs the commands of the tutorial pages
     python3 tests/book/examples.py BINARY --outputs DIR     also holds the shown outputs of shipped cases against DIR/NAME.txt
     python3 tests/book/examples.py BINARY --outputs DIR --write     puts cases and outputs into the pages
+    python3 tests/book/examples.py BINARY --write           puts what the commands of the tutorial pages print into these pages
 
 A whole case is a block marked `toml` with a line `format = 1`; it goes through `elastocap check`. On the pages of RUN the blocks
-marked `sh` are run one after another in a temporary folder, and a block marked `text` after one is what it prints. Elsewhere,
-`<!-- case cases/x.toml -->` stands before the text of that case and `<!-- output cases/x.toml -->` before what a run of it prints.
-Times are not compared, names of folders only by their last part, numbers to one part in a thousand, and errors (2.9e-4) to a factor of ten.
+marked `sh` are run one after another in a temporary folder, and a block marked `text` after one is what it prints: its numbers to three
+parts in 100,000, since another processor may take another step, and its errors (2.9e-4) to a factor of two. A quantity with two or more
+decimals in the words of such a page is one of these numbers, rounded, or the difference of two of them, or stands in a command. Elsewhere,
+`<!-- case cases/x.toml -->` stands before the text of that case and `<!-- output cases/x.toml -->` before what a run of it prints: numbers to one
+part in a thousand, errors to a factor of ten. Times are not compared, and names of folders only by their last part.
 """
 
 import os
@@ -40,7 +43,7 @@ def is_value(word):
     return NUMBER.fullmatch(word) is not None
 
 
-def same(shown, printed):
+def same(shown, printed, values=1e-3, errors=10.0):
     """None, or how what was printed differs from what the page shows."""
     left, right = [[TIME.sub("TIME", line).split() for line in text.strip().splitlines()] for text in (shown, printed)]
     left, right = [[words for words in lines if words] for lines in (left, right)]
@@ -52,7 +55,7 @@ def same(shown, printed):
         for a, b in zip(one, other):
             if is_value(a) and is_value(b):
                 # A spread (2.9e-4) is only known in its size: another processor may take another step.
-                factor = 10.0 if "e-" in a else 1.001
+                factor = errors if "e-" in a else 1 + values
                 x, y = float(a), float(b)
                 if not (x == y or (x * y > 0 and max(x / y, y / x) <= factor)):
                     return f"{a} <> {b} in: {' '.join(one)}"
@@ -78,7 +81,28 @@ def check_cases(binary):
     return faults
 
 
-def run_pages(binary):
+QUANTITY = re.compile(r"\b([0-9]+(?:\.[0-9]+)?) ?(fF|pF|aF|mN|N)\b")
+
+
+def unsaid(text, outputs):
+    """Quantities with two decimals or more in the words of a page that no command of the page holds or prints."""
+    printed = {}
+    for number, unit in QUANTITY.findall("\n".join(outputs)):
+        printed.setdefault(unit, set()).add(float(number))
+    words = BLOCK.sub("", text)
+    # "42.82 instead of 44.24 fF" and "42.82 and 44.24 fF" name the unit once.
+    words = re.sub(r"\b([0-9]+\.[0-9]+) (instead of|and|to) ([0-9]+\.[0-9]+) (fF|pF|aF|mN|N)\b", r"\1 \4 \2 \3 \4", words)
+    for number, unit in QUANTITY.findall(words):
+        places = len(number.partition(".")[2])
+        if places < 2:
+            continue
+        known = printed.get(unit, set())
+        values = known | {abs(a - b) for a in known for b in known}
+        if not any(abs(value - float(number)) <= 0.51 * 10.0**-places for value in values):
+            yield f"{number} {unit}"
+
+
+def run_pages(binary, write):
     faults = []
     for page in RUN:
         text = page.read_text(encoding="utf-8")
@@ -87,20 +111,28 @@ def run_pages(binary):
             os.symlink(binary, Path(folder) / "elastocap")
             path = f"{folder}:{os.environ['PATH']}"
             blocks, printed, count = list(BLOCK.finditer(text)), None, 0
+            outputs, changed = [], text
             for block in blocks:
                 kind, body = block.groups()
                 where = f"{page.relative_to(ROOT)}:{line_of(text, block.start())}"
                 if kind == "sh":
+                    outputs.append(body)
                     said = subprocess.run(["bash", "-euc", body], cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True)
                     count += 1
                     printed = said.stdout
                     if said.returncode != 0:
                         faults.append(f"{where}: exit status {said.returncode}: {said.stderr.strip()}")
                 elif kind == "text" and printed is not None:
-                    difference = same(body, printed)
-                    if difference:
+                    outputs.append(printed)
+                    if write and same(body, printed, 0.0, 1.0):
+                        changed = changed.replace(f"```text\n{body}```", f"```text\n{printed.strip()}\n```", 1)
+                    elif difference := same(body, printed, 3e-5, 2.0):
                         faults.append(f"{where}: {difference}\n--- printed\n{printed}")
                     printed = None
+            # What stands in the words is the author's: it is told, and not changed.
+            faults += [f"{page.relative_to(ROOT)}: no command prints {quantity}" for quantity in unsaid(text, outputs)]
+        if changed != text:
+            page.write_text(changed, encoding="utf-8")
         print(f"{page.relative_to(ROOT)}: {count} blocks of commands were run")
     return faults
 
@@ -142,7 +174,9 @@ def main():
     write = "--write" in arguments
     faults = marked(outputs, write)
     if not write:
-        faults += check_cases(binary) + run_pages(binary)
+        faults += check_cases(binary)
+    if not (write and outputs):
+        faults += run_pages(binary, write)
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0

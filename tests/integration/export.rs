@@ -56,7 +56,7 @@ fn a_file_that_is_there_is_kept_unless_it_may_be_replaced() {
     export(&["--overwrite"]).exits_with(0);
     assert!(sandbox.read("part.lib").contains(".subckt"));
     let said = sandbox.elastocap(&["export", "spice", "out", "-o", "no/such/part.lib"]).exits_with(1);
-    assert!(said.stderr.contains("name another file with -o"), "{}", said.stderr);
+    assert!(said.stderr.contains("name another file"), "{}", said.stderr);
     assert_eq!(sandbox.names("."), ["out", "pair.toml", "part.lib"]);
 }
 

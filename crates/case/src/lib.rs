@@ -27,10 +27,10 @@ mod units;
 mod validate;
 mod values;
 
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
+use elastocap_files::ReadError;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -100,26 +100,26 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
         return Err(Diagnostic::of_file(format!("`{shown}` is a folder, not a case file"))
             .help("name a case file in it, one that ends in .toml"));
     }
-    // A pipe would wait for its other end, and a device may never end: they are not opened at all.
-    if !path.metadata().map_err(|e| unreadable(&e))?.is_file() {
-        return Err(Diagnostic::of_file(format!(
+    match elastocap_files::read(path, LARGEST_FILE) {
+        Ok(bytes) => text_of(bytes, &shown),
+        Err(ReadError::NotRegular) => Err(Diagnostic::of_file(format!(
             "`{shown}` is not a regular file but a device, a pipe or a socket"
         ))
-        .help("name a file that ends by itself; case files end in .toml"));
+        .help("name a file that ends by itself; case files end in .toml")),
+        Err(ReadError::TooLarge { .. }) => Err(too_large(&shown)),
+        Err(error) => Err(unreadable(&error.into())),
     }
-    let file = File::open(path).map_err(|e| unreadable(&e))?;
-    let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
-    text_of(bytes, &shown)
+}
+
+fn too_large(shown: &str) -> Diagnostic {
+    Diagnostic::of_file(format!("`{shown}` is larger than 16 MiB, so it is not a case file"))
+        .help("a case file is a short text in TOML; meshes and results are other files")
 }
 
 /// The text of a case file of these bytes, of which there is one more than there may be where the file has too many.
 fn text_of(bytes: Vec<u8>, shown: &str) -> Result<String, Diagnostic> {
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(Diagnostic::of_file(format!(
-            "`{shown}` is larger than 16 MiB, so it is not a case file"
-        ))
-        .help("a case file is a short text in TOML; meshes and results are other files"));
+        return Err(too_large(shown));
     }
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();

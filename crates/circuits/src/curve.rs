@@ -133,9 +133,18 @@ impl BoundedCurve {
         point
     }
 
-    /// Whether all its numbers are finite; those of steps with next to no distance between them are not.
+    /// Whether all that is computed from its numbers is finite: capacitances, derivatives, and shares of the curve's scale. That of steps
+    /// with next to no distance between them is not, nor that of bounds near the largest number there is.
     pub fn is_finite(&self) -> bool {
-        self.pieces.iter().flatten().flatten().all(|number| number.is_finite())
+        // No sum of a cubic has larger coefficients.
+        const LARGEST_SUM: f64 = 16.0;
+        let scale = self.scale();
+        let lengths = self.forces.windows(2).map(|pair| pair[1] - pair[0]);
+        self.pieces.iter().zip(lengths).all(|(piece, h)| {
+            let finite =
+                |number: &f64| [1.0, h, scale].iter().all(|over| (LARGEST_SUM * number / over).is_finite());
+            piece.iter().flatten().all(finite)
+        })
     }
 
     /// A capacitance to measure others by: the largest value at the steps, or, where all are zero, the largest upper bound; F.

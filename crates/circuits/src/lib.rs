@@ -17,7 +17,6 @@ pub mod fmu;
 mod header;
 pub mod identifiers;
 pub mod model;
-pub mod output;
 pub mod spice;
 pub mod table;
 pub mod verilog_a;

@@ -6,6 +6,7 @@ mod network;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use elastocap_results::fault;
 use elastocap_results::force_answer::read_document;
 
 use crate::curve::{BoundedCurve, StepValue};
@@ -110,7 +111,7 @@ impl Model {
     /// # Errors
     /// [`ModelError`], with what to do.
     pub fn parse(text: &str, name: &str, settings: &Settings) -> Result<Self, ModelError> {
-        Self::of(serde_json::from_str(text)?, name, settings)
+        Self::of(serde_json::from_str(text).map_err(|error| ModelError::Json(fault(&error)))?, name, settings)
     }
 
     fn of(document: Document, name: &str, settings: &Settings) -> Result<Self, ModelError> {
@@ -171,7 +172,9 @@ impl Model {
             }
             let branch = Branch { ends, curve: BoundedCurve::through(forces.clone(), values) };
             if !branch.curve.is_finite() {
-                return Err(ModelError::Damaged(steps[0].index));
+                let by_size = branch.curve.steps().iter().zip(&steps);
+                let largest = by_size.max_by(|a, b| a.0.upper.total_cmp(&b.0.upper));
+                return Err(ModelError::Damaged(largest.map_or(0, |(_, step)| step.index)));
             }
             refuse_turns(&branch, &terminals, settings.allow_turns)?;
             branches.push(branch);

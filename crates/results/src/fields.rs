@@ -15,6 +15,7 @@ use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
 use crate::layer_files::LayerFiles;
+use crate::own_files::read_own;
 use crate::section::{of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
 
@@ -193,7 +194,7 @@ impl Observer for FieldWriter<'_> {
         let (step, folder, field) = self.resume.as_ref()?.step(index)?;
         let mut section = None;
         if self.is_drawn(index) {
-            section = Some(std::fs::read_to_string(folder.join(section_file(index))).ok()?);
+            section = Some(String::from_utf8(read_own(&folder.join(section_file(index))).ok()?).ok()?);
         }
         if let Some(field) = field {
             let name = field_file(index);

@@ -1,7 +1,6 @@
 //! What a stopped run keeps beside its files, so that another goes on from there.
 
 use std::fmt::{self, Write as _};
-use std::fs;
 use std::hash::{DefaultHasher, Hasher as _};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,6 +11,8 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::plan::Options;
 use serde::{Deserialize, Serialize};
 
+use crate::output_folder::is_result_name;
+use crate::own_files::{fault, read_own};
 use crate::{FieldFiles, FileGroup, Wanted};
 
 /// The file that holds it.
@@ -30,12 +31,12 @@ pub enum ResumeError {
         source: io::Error,
     },
     /// The file is not one of this program.
-    #[error("`{}` is damaged: {source}; leave out --resume to begin anew", file.display())]
+    #[error("`{}` is damaged: {fault}; leave out --resume to begin anew", file.display())]
     Damaged {
         /// The file.
         file: PathBuf,
         /// Where, and how.
-        source: serde_json::Error,
+        fault: String,
     },
     /// The stopped run was another one.
     #[error("the run in `{}` was stopped with another {what}: its steps are not those of this run; leave out --resume to begin anew", folder.display())]
@@ -80,14 +81,22 @@ impl Resume {
     /// [`ResumeError`] where there is nothing, or where it was not this run.
     pub fn read(folder: &Path, case: &Case, options: &Options, wanted: &Wanted) -> Result<Self, ResumeError> {
         let file = folder.join(RESUME);
-        let text = match fs::read(&file) {
+        let text = match read_own(&file) {
             Ok(text) => text,
-            Err(source) => return Err(ResumeError::Nothing { file, source }),
+            Err(error) => return Err(ResumeError::Nothing { file, source: error.into() }),
         };
         let stopped: Stopped = match serde_json::from_slice(&text) {
             Ok(stopped) => stopped,
-            Err(source) => return Err(ResumeError::Damaged { file, source }),
+            Err(error) => return Err(ResumeError::Damaged { file, fault: fault(&error) }),
         };
+        // A changed file must not have others copied into the results.
+        let names = stopped.steps.iter().filter_map(|step| step.field.as_deref());
+        if !names.into_iter().all(is_result_name) {
+            return Err(ResumeError::Damaged {
+                file,
+                fault: "it names a file that no run writes".to_owned(),
+            });
+        }
         let same = [
             (stopped.version == env!("CARGO_PKG_VERSION"), "version of elastocap"),
             (stopped.case == fingerprint(case), "case"),

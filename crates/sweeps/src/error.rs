@@ -87,6 +87,12 @@ pub enum SweepError {
         /// The file.
         file: PathBuf,
     },
+    /// A link, or a file, stands where the folder of the records should be.
+    #[error("`{}` is not a folder itself but a link or a file: move it away, or name another folder with -o", file.display())]
+    NoFolder {
+        /// What stands there.
+        file: PathBuf,
+    },
     /// Another process works in the folder.
     #[error("another process works in `{}`; wait for it, or name another folder with -o", folder.display())]
     Busy {
@@ -183,6 +189,7 @@ impl SweepError {
             | Self::Foreign { .. }
             | Self::OtherShard { .. }
             | Self::NotOurs { .. }
+            | Self::NoFolder { .. }
             | Self::Busy { .. }
             | Self::NoSweep { .. }
             | Self::ShardsDiffer { .. }

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -100,10 +99,13 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
+/// The most that is read of a file, bytes: a case refuses larger ones.
+const LARGEST_FILE: u64 = 1 << 30;
+
 /// SHA-256 of the content of a file, in hexadecimal digits.
 pub(crate) fn sha256_of_file(file: &Path) -> io::Result<String> {
     let mut hasher = Hasher(Sha256::new());
-    io::copy(&mut File::open(file)?, &mut hasher)?;
+    io::copy(&mut elastocap_files::open(file)?.take(LARGEST_FILE), &mut hasher)?;
     Ok(hexadecimal(&hasher.0.finalize()))
 }
 

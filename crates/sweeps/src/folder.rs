@@ -6,13 +6,16 @@
 //! | `cases/000042.jsonl` | the record of case 42 in the first line; in the second its SHA-256 and that of the sweep |
 //! | `.lock` | locked by the process that works in the folder |
 //!
-//! Each file is written beside its place and then renamed: a killed process leaves it whole or not at all. Records are not synced one by
-//! one, since a record that the disk has lost is noticed by its checksum and solved again.
+//! Each file is written under another name and then renamed: a killed process leaves it whole or not at all. Records are not synced one by
+//! one, since a record that the disk has lost is noticed by its checksum and solved again. The folder may come from elsewhere, and what is
+//! read is a regular file; `cases` is a folder itself and no link to one.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, ErrorKind};
+use std::io;
 use std::path::{Path, PathBuf};
 
+use elastocap_files::{ReadError, Staged, open_lock_file, remove_abandoned};
+use elastocap_results::{fault, read_own};
 use serde::{Deserialize, Serialize};
 
 use crate::design::{CaseValues, Design, DesignKind};
@@ -26,6 +29,8 @@ use crate::sweep::Sweep;
 pub(crate) const MANIFEST: &str = "manifest.json";
 const CASES: &str = "cases";
 const LOCK: &str = ".lock";
+/// The largest record that is read, bytes.
+const LARGEST_RECORD: u64 = 64 << 20;
 /// The version of the form of manifest and records.
 const FORMAT: u32 = 1;
 
@@ -81,6 +86,8 @@ pub struct Finished {
 pub struct SweepFolder {
     path: PathBuf,
     manifest: Manifest,
+    /// Whether all cases are solved anew, in place of the sweep that the folder holds.
+    replaces: bool,
     /// Kept open for its lock, which ends with the process however that ends.
     _lock: Option<File>,
 }
@@ -114,16 +121,15 @@ impl Manifest {
     /// A manifest that cannot be read, or has been changed, or is of another version.
     pub fn read(folder: &Path) -> Result<Option<Self>, SweepError> {
         let file = folder.join(MANIFEST);
-        let text = match fs::read(&file) {
-            Ok(text) => text,
-            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
-                return Ok(None);
-            }
-            Err(source) => return Err(SweepError::Read { file, source }),
-        };
         let damaged = |why: String| SweepError::NoSweep { folder: folder.to_owned(), why };
+        let text = match read_own(&file) {
+            Ok(text) => text,
+            Err(error) if error.is_missing() => return Ok(None),
+            Err(ReadError::Io(source)) => return Err(SweepError::Read { file, source }),
+            Err(error) => return Err(damaged(format!("its {MANIFEST} cannot be read: {error}"))),
+        };
         let manifest: Self = serde_json::from_slice(&text)
-            .map_err(|error| damaged(format!("its {MANIFEST} is not that of a sweep ({error})")))?;
+            .map_err(|error| damaged(format!("its {MANIFEST} is not that of a sweep ({})", fault(&error))))?;
         if manifest.format != FORMAT {
             return Err(damaged(format!("its {MANIFEST} has format {}, not {FORMAT}", manifest.format)));
         }
@@ -154,7 +160,8 @@ impl Manifest {
 }
 
 impl SweepFolder {
-    /// Opens the folder of a sweep, and makes it if it is not there. With `overwrite` records of another sweep are removed.
+    /// Opens the folder of a sweep, and makes it if it is not there. With `overwrite` the files of another sweep stay until those of this
+    /// one replace them.
     ///
     /// # Errors
     /// A folder that holds another sweep, another shard or something else, one in which another process works, or one that cannot be written to.
@@ -186,10 +193,15 @@ impl SweepFolder {
             }
         }
         let cases = path.join(CASES);
+        // A link would have files written, and removed, in a folder that nobody has named.
+        if cases.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
+            return Err(SweepError::NoFolder { file: cases });
+        }
         fs::create_dir_all(&cases).map_err(write(cases.clone()))?;
         let lock = lock(path)?;
-        let opened = Self { path: folder(), manifest, _lock: lock };
-        opened.tidy(overwrite)?;
+        remove_abandoned(path);
+        remove_abandoned(&cases);
+        let opened = Self { path: folder(), manifest, replaces: overwrite, _lock: lock };
         if found.as_ref() != Some(&opened.manifest) {
             let text = serde_json::to_vec_pretty(&opened.manifest).map_err(io::Error::from);
             let file = path.join(MANIFEST);
@@ -199,19 +211,30 @@ impl SweepFolder {
         Ok(opened)
     }
 
-    /// Removes what killed processes left half written, or all records.
-    fn tidy(&self, all: bool) -> Result<(), SweepError> {
-        let cases = self.path.join(CASES);
-        let read = |source| SweepError::Read { file: cases.clone(), source };
-        for entry in fs::read_dir(&cases).map_err(read)?.flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            let ours = name.ends_with(".jsonl")
-                && name.trim_start_matches('.').starts_with(|c: char| c.is_ascii_digit());
-            let half = name.starts_with('.') && name.ends_with(".half");
-            if half || (all && ours) {
-                fs::remove_file(entry.path())
-                    .map_err(|source| SweepError::Write { file: entry.path(), source })?;
+    /// Removes what is left of another sweep once the files of this one are in place: tables that are not among `files`, and with
+    /// `--overwrite` records of cases that are not in `records`.
+    pub(crate) fn remove_others(
+        &self,
+        files: &[String],
+        records: &[Option<CaseRecord>],
+    ) -> Result<(), SweepError> {
+        let stale = crate::results::FILES.iter().filter(|name| !files.iter().any(|file| file == *name));
+        let mut others: Vec<PathBuf> = stale.map(|name| self.path.join(name)).collect();
+        if self.replaces {
+            let entries = fs::read_dir(self.path.join(CASES)).into_iter().flatten().flatten();
+            let is_other = |name: &str| {
+                let case = name.strip_suffix(".jsonl").and_then(|case| case.parse::<usize>().ok());
+                case.is_some_and(|case| records.get(case).is_none_or(Option::is_none))
+            };
+            let is_other = |entry: &fs::DirEntry| entry.file_name().to_str().is_some_and(is_other);
+            others.extend(entries.filter(is_other).map(|entry| entry.path()));
+        }
+        for file in others {
+            match fs::remove_file(&file) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                    return Err(SweepError::Write { file, source });
+                }
+                _ => {}
             }
         }
         Ok(())
@@ -227,8 +250,11 @@ impl SweepFolder {
         &self.manifest
     }
 
-    /// Reads and checks all records.
+    /// Reads and checks all records; none of them counts where the sweep is to be replaced.
     pub fn finished(&self) -> Finished {
+        if self.replaces {
+            return Finished { records: vec![None; self.manifest.cases.len()], damaged: Vec::new() };
+        }
         finished(&self.path, &self.manifest)
     }
 
@@ -252,10 +278,7 @@ impl SweepFolder {
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
         let file = self.path.join(name);
         let failed = |source| SweepError::Write { file: file.clone(), source };
-        let own = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let half = file.with_file_name(format!(".{own}.half"));
-        fs::write(&half, bytes).map_err(failed)?;
-        fs::rename(&half, &file).map_err(failed)
+        Staged::new(&file, bytes).and_then(Staged::replace).map_err(failed)
     }
 }
 
@@ -281,10 +304,10 @@ pub(crate) fn finished(folder: &Path, manifest: &Manifest) -> Finished {
 
 /// The record of a case; `None` if there is none.
 fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option<CaseRecord>, RecordError> {
-    let text = match fs::read_to_string(folder.join(CASES).join(file_name(case))) {
-        Ok(text) => text,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(RecordError::Read(error)),
+    let text = match elastocap_files::read(&folder.join(CASES).join(file_name(case)), LARGEST_RECORD) {
+        Ok(bytes) => String::from_utf8(bytes).map_err(|_| RecordError::Damaged)?,
+        Err(error) if error.is_missing() => return Ok(None),
+        Err(error) => return Err(RecordError::Read(error.into())),
     };
     let lines = text.strip_suffix('\n').and_then(|text| text.split_once('\n'));
     let (line, seal) = lines.ok_or(RecordError::Damaged)?;
@@ -305,8 +328,7 @@ fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option
 /// Locks a folder; `None` where the file system knows no locks.
 fn lock(folder: &Path) -> Result<Option<File>, SweepError> {
     let file = folder.join(LOCK);
-    let opened = File::options().create(true).truncate(false).write(true).open(&file);
-    let opened = opened.map_err(|source| SweepError::Write { file, source })?;
+    let opened = open_lock_file(&file).map_err(|source| SweepError::Write { file, source })?;
     match opened.try_lock() {
         Ok(()) => Ok(Some(opened)),
         Err(TryLockError::WouldBlock) => Err(SweepError::Busy { folder: folder.to_owned() }),

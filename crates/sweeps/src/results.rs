@@ -118,6 +118,7 @@ pub fn write_results(folder: &SweepFolder, records: &[Option<CaseRecord>]) -> Re
     let text = serde_json::to_vec_pretty(&summary)
         .map_err(|error| SweepError::Write { file: folder.path().join(SUMMARY), source: error.into() })?;
     folder.write(SUMMARY, &text)?;
+    folder.remove_others(&[summary.files.as_slice(), &[SUMMARY.to_owned()]].concat(), records)?;
     Ok(summary)
 }
 

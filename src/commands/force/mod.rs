@@ -71,7 +71,7 @@ fn of_one(arguments: &Arguments, capacitance: MeasuredCapacitance) -> Exit {
     let text = if arguments.json {
         json(&read.title, capacitance, &answer, &read.warnings)
     } else {
-        report(&read.title, capacitance, &answer)
+        output::plain(&report(&read.title, capacitance, &answer))
     };
     match output::result(&text) {
         Ok(()) => Exit::Done,

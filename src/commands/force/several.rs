@@ -48,7 +48,11 @@ pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Ex
             return Exit::BadInput;
         }
     };
-    let text = if as_json { json(&table, measured, &answer) } else { report(&table, measured, &answer) };
+    let text = if as_json {
+        json(&table, measured, &answer)
+    } else {
+        output::plain(&report(&table, measured, &answer))
+    };
     match output::result(&text) {
         Ok(()) => Exit::Done,
         Err(exit) => exit,

@@ -1,11 +1,10 @@
 //! `elastocap new`: a commented case file to start from.
 
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::written::write_all;
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -70,19 +69,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             Err(exit) => exit,
         };
     };
-    match write(file, text, arguments.overwrite) {
-        Ok(()) => {}
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            output::error(&format!(
-                "`{}` is there already and would be replaced: name another file, or add --overwrite",
-                file.display()
-            ));
-            return Exit::BadInput;
-        }
-        Err(error) => {
-            output::error(&format!("cannot write `{}`: {error}; name another file", file.display()));
-            return Exit::Failure;
-        }
+    if let Err(exit) = write_all(&[(file.as_path(), text)], arguments.overwrite) {
+        return exit;
     }
     if common.quiet {
         return Exit::Done;
@@ -91,12 +79,4 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         Ok(()) => Exit::Done,
         Err(exit) => exit,
     }
-}
-
-fn write(file: &Path, text: &str, overwrite: bool) -> io::Result<()> {
-    if overwrite {
-        return fs::write(file, text);
-    }
-    // Opened as a new file, so that one that appears in the meantime is not replaced either.
-    File::create_new(file)?.write_all(text.as_bytes())
 }

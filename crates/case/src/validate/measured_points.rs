@@ -1,10 +1,10 @@
 //! `[measurement]`: the points of a CSV file. What is wrong in that file is told with its name and line, at the key of the case that
 //! names it.
 
-use std::fs::File;
-use std::io::{self, Read as _};
 use std::ops::Range;
 use std::path::Path;
+
+use elastocap_files::ReadError;
 
 use super::super::diagnostics::{Diagnostic, shown, shown_path};
 use super::super::model::{Correction, MeasuredLoad, MeasuredPoint, MeasuredPoints};
@@ -258,14 +258,10 @@ fn usual_unit(dimension: Dimension) -> &'static str {
 enum NoText {
     #[error("its name does not end in .csv")]
     OtherEnding,
-    #[error("it is not a regular file")]
-    NotRegular,
-    #[error("it is larger than 16 MiB")]
-    TooLarge,
     #[error("it is not a text in UTF-8")]
     NotUtf8,
     #[error(transparent)]
-    Io(#[from] io::Error),
+    Unreadable(#[from] ReadError),
 }
 
 /// The text of a CSV file. Anything but a regular file with that ending is refused before it is opened: a case from elsewhere must not
@@ -275,15 +271,7 @@ fn text_of(path: &Path) -> Result<String, NoText> {
     if !is_csv {
         return Err(NoText::OtherEnding);
     }
-    if !path.metadata()?.is_file() {
-        return Err(NoText::NotRegular);
-    }
-    let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST_FILE + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(NoText::TooLarge);
-    }
-    String::from_utf8(bytes).map_err(|_| NoText::NotUtf8)
+    String::from_utf8(elastocap_files::read(path, LARGEST_FILE)?).map_err(|_| NoText::NotUtf8)
 }
 
 fn points(

@@ -13,7 +13,7 @@ pub enum ModelError {
     File(#[from] CurveFileError),
     /// The text is not the `result.json` of a run.
     #[error("this is not the result.json of a run ({0})")]
-    Json(#[from] serde_json::Error),
+    Json(String),
     /// The run was stopped before its last step.
     #[error(
         "the run was stopped before its last step; complete it with `elastocap run CASE --resume`, and export the result of that"

@@ -1,6 +1,5 @@
 //! Reads the curve from the output folder of a run.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +7,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::curve::{CurveError, CurveStep, ForceCurve};
+use crate::own_files::{fault, read_own};
 
 /// Why a result has no curve to read.
 #[derive(Debug, thiserror::Error)]
@@ -21,16 +21,13 @@ pub enum CurveFileError {
         /// What the system says.
         source: io::Error,
     },
-    /// A pipe would wait for its other end.
-    #[error("`{}` is not a regular file; name the output folder of a run, or the result.json in it", .0.display())]
-    NotAFile(PathBuf),
     /// Another file.
-    #[error("`{}` is not the result.json of a run ({source}); name the output folder of a run, or the result.json in it", file.display())]
+    #[error("`{}` is not the result.json of a run ({fault}); name the output folder of a run, or the result.json in it", file.display())]
     NotAResult {
         /// The file.
         file: PathBuf,
         /// Where, and how.
-        source: serde_json::Error,
+        fault: String,
     },
     /// The run measured a matrix.
     #[error(
@@ -182,12 +179,11 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
 /// [`CurveFileError`] where there is none, or no file that can be read.
 pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileError> {
     let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
-    let unreadable = |source| CurveFileError::Unreadable { file: file.clone(), source };
-    if !file.metadata().map_err(unreadable)?.is_file() {
-        return Err(CurveFileError::NotAFile(file));
-    }
-    let text = fs::read(&file).map_err(unreadable)?;
-    serde_json::from_slice(&text).map_err(|source| CurveFileError::NotAResult { file, source })
+    let text = match read_own(&file) {
+        Ok(text) => text,
+        Err(error) => return Err(CurveFileError::Unreadable { file, source: error.into() }),
+    };
+    serde_json::from_slice(&text).map_err(|error| CurveFileError::NotAResult { file, fault: fault(&error) })
 }
 
 /// What the limits of a force do not include.

@@ -10,10 +10,12 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use elastocap_files::is_plain_name;
 use serde::{Deserialize, Serialize};
 
 use super::disk::{remove_files, sync_file, sync_files, sync_folder};
 use super::index::INDEX;
+use crate::own_files::read_own;
 
 /// The folder, inside the output folder, from which files go to their places.
 pub(super) const COMMIT: &str = ".elastocap-commit";
@@ -100,12 +102,21 @@ pub(super) fn complete(left: &Path, target: &Path) -> io::Result<bool> {
     if left.file_name().is_none_or(|name| name != COMMIT) {
         return Ok(false);
     }
-    let Ok(text) = fs::read(left.join(PLAN)) else {
+    let text = match read_own(&left.join(PLAN)) {
+        Ok(text) => text,
         // Without a plan it is done: the plan is removed last but for the folder.
-        tidy_up(left, target);
-        return Ok(true);
+        Err(error) if error.is_missing() => {
+            tidy_up(left, target);
+            return Ok(true);
+        }
+        Err(error) => return Err(error.into()),
     };
-    carry_out(left, target, &serde_json::from_slice(&text)?)?;
+    let plan: Plan = serde_json::from_slice(&text)?;
+    // A plan from elsewhere must not move files of other folders.
+    if !plan.remove.iter().chain(&plan.place).all(|name| is_plain_name(name)) {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "its plan names files elsewhere"));
+    }
+    carry_out(left, target, &plan)?;
     tidy_up(left, target);
     Ok(true)
 }

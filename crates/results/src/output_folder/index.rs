@@ -1,12 +1,12 @@
 //! Which files of a folder are elastocap's own.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io;
 use std::path::Path;
 
-use serde_json::Value;
+use serde::Deserialize;
 
+use crate::own_files::read_own;
 use crate::report::REPORT;
 use crate::resume::RESUME;
 
@@ -36,30 +36,51 @@ impl Known {
         let mut known = Self::default();
         for index in [INDEX, MESH_INDEX] {
             let Some(document) = own_document(&folder.join(index))? else { continue };
-            let list = document.get("files").and_then(Value::as_array);
-            let names = list.into_iter().flatten().filter_map(Value::as_str);
-            known.files.extend(names.filter(|name| is_result_name(name)).map(str::to_owned));
+            known.files.extend(document.files.into_iter().filter(|name| is_result_name(name)));
             known.files.insert(index.to_owned());
             if index == INDEX {
                 known.run = true;
-                known.complete = document.get("status").and_then(Value::as_str) == Some("complete");
+                known.complete = document.status.as_deref() == Some("complete");
             }
         }
         Ok(known)
     }
 }
 
+/// What matters here of an index.
+#[derive(Debug, Deserialize)]
+struct Document {
+    /// Only elastocap writes its own version.
+    #[expect(dead_code, reason = "a file without it is not from elastocap")]
+    versions: Versions,
+    status: Option<String>,
+    #[serde(default)]
+    files: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Versions {
+    #[expect(dead_code, reason = "a file without it is not from elastocap")]
+    elastocap: String,
+}
+
 /// The content of an index, if it is there and elastocap wrote it.
-fn own_document(file: &Path) -> io::Result<Option<Value>> {
-    let bytes = match fs::read(file) {
-        Ok(bytes) => bytes,
-        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::IsADirectory) => {
-            return Ok(None);
+fn own_document(file: &Path) -> io::Result<Option<Document>> {
+    if file.is_dir() {
+        return Ok(None);
+    }
+    match read_own(file) {
+        Ok(bytes) => Ok(serde_json::from_slice(&bytes).ok()),
+        Err(error) if error.is_missing() => Ok(None),
+        Err(error) => {
+            let error = io::Error::from(error);
+            Err(io::Error::new(error.kind(), format!("`{}` in it cannot be read ({error})", name_of(file))))
         }
-        Err(error) => return Err(error),
-    };
-    let document = serde_json::from_slice(&bytes).ok();
-    Ok(document.filter(|document: &Value| document.pointer("/versions/elastocap").is_some()))
+    }
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Whether a run or `mesh` gives files this name. No other file is ever removed, whatever a list says.
@@ -89,6 +110,8 @@ pub(crate) fn is_result_name(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

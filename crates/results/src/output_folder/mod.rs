@@ -1,6 +1,6 @@
 //! A folder whose files appear all at once, or not at all.
 //!
-//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-PROCESS-N`, and synced there. Then the two
+//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be guessed, and synced there. Then the two
 //! folders change places, in one step of the file system. Files of the user in the old folder are linked into the new one
 //! before. What an ended process leaves behind is removed or completed by the next one that opens the folder.
 //!
@@ -28,6 +28,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::own_files::copy_own;
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use replace::{not_on_disk, others, replace};
@@ -209,7 +210,7 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::File`].
     pub(crate) fn stage_from(&self, file: &Path, name: &str) -> Result<(), OutputError> {
-        self.note(name, fs::copy(file, self.staging.path.join(name)).map(drop))
+        self.note(name, copy_own(file, &self.staging.path.join(name)).map_err(io::Error::from))
     }
 
     fn note(&self, name: &str, written: io::Result<()>) -> Result<(), OutputError> {

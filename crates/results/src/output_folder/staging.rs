@@ -32,7 +32,7 @@ pub(super) struct Staging {
     pub(super) path: PathBuf,
     /// It, and folders made for it, as what must be removed if the process is broken off.
     pub(super) unfinished: Unfinished,
-    /// What sets its name apart from others of this kind: process and number.
+    /// What sets its name apart from others of this kind.
     mark: String,
     /// Tells other processes that it is in use.
     _lock: Option<File>,
@@ -58,8 +58,8 @@ impl Staging {
         created: &[PathBuf],
         announce: &mut Announce<'_>,
     ) -> io::Result<Self> {
-        for attempt in 0..100 {
-            let mark = format!("{}-{attempt}", std::process::id());
+        for _ in 0..100 {
+            let mark = elastocap_files::unguessable();
             let mut name = prefix.to_owned();
             name.push(&mark);
             let path = parent.join(name);
