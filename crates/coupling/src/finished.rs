@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::outcome::{
     EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
 };
+use crate::reason::Cause;
 use crate::route::Route;
 
 /// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
@@ -68,7 +69,7 @@ impl FinishedStep {
             index: step.index,
             row: step.row.clone(),
             how,
-            reason: step.reason.clone(),
+            reason: step.reason.as_ref().map(ToString::to_string),
             warnings: step.warnings.clone(),
             route: step.route,
             maxwell,
@@ -90,6 +91,10 @@ impl FinishedStep {
         if !result.row.numbers().into_iter().zip(self.row.numbers()).all(same) {
             return false;
         }
+        let missed = match self.how {
+            How::ToleranceNotReached(missed) => Some(missed),
+            How::Ok | How::OkToDiagonal | How::BeyondForceLimit => None,
+        };
         let status = match self.how {
             How::Ok => Status::Ok,
             How::OkToDiagonal => Status::OkToDiagonal,
@@ -97,7 +102,7 @@ impl FinishedStep {
             How::BeyondForceLimit => Status::BeyondForceLimit,
         };
         result.row = Row { status, ..self.row };
-        result.reason = self.reason;
+        result.reason = self.reason.map(|text| Cause::Earlier { missed, text }.into());
         result.warnings = self.warnings;
         result.route = self.route;
         result.maxwell = Some(self.maxwell);

@@ -9,6 +9,7 @@ use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
+use crate::reason::Reason;
 use crate::route::Route;
 use crate::scene::DeformedScene;
 
@@ -65,7 +66,7 @@ pub struct StepResult {
     /// The line of curve.csv.
     pub row: Row,
     /// Why the step failed, missed its tolerance or has no force.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
     /// Whether it was stopped on request before it was as good as asked for; its bounds are those that were known by then.
     pub interrupted: bool,
     /// What the user should know about it.

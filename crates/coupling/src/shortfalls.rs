@@ -8,7 +8,7 @@ const MAX_LINES: usize = 10;
 
 /// What a step that was begun does not have of what was asked for, in words.
 pub fn of_step(step: &StepResult) -> Option<String> {
-    let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
+    let reason = step.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     match &step.row.status {
         Status::Failed(reason) => Some(format!("failed: {reason}")),
         Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),

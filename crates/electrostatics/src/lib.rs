@@ -66,6 +66,7 @@ mod floating;
 mod matrix;
 mod parity;
 mod projection;
+mod shortfall;
 mod solution;
 mod target;
 mod tets;
@@ -80,6 +81,7 @@ pub use solution::{
     Bounded, CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight,
     PhaseSeconds, ResolutionLevel, Settings, Solution,
 };
+pub use shortfall::Shortfall;
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;

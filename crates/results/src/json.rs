@@ -9,6 +9,7 @@ use elastocap_case::{Case, Terminal};
 use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, SolverReport, StepResult};
 use elastocap_coupling::plan::{Kind, Plan};
+use elastocap_coupling::reason::Reason;
 use elastocap_coupling::route::Route;
 use elastocap_coupling::terminals::named;
 
@@ -165,7 +166,7 @@ struct Step<'a> {
     index: usize,
     #[serde(flatten)]
     row: &'a Row,
-    reason: Option<&'a str>,
+    reason: Option<&'a Reason>,
     warnings: Vec<&'a str>,
     same_as: Option<usize>,
     /// How the field was solved.
@@ -219,7 +220,7 @@ impl<'a> Step<'a> {
         Self {
             index: step.index,
             row: &step.row,
-            reason: step.reason.as_deref(),
+            reason: step.reason.as_ref(),
             warnings: step.warnings.iter().map(String::as_str).chain(fields.warning(step.index)).collect(),
             same_as: step.same_as,
             route: step.route,

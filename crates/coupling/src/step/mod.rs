@@ -18,8 +18,9 @@ use crate::deform::{DeformError, Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
 use crate::layer_outlines::{LayerScene, Sides};
-use crate::outcome::{EntryStatus, Missed, Row, StepResult};
+use crate::outcome::{EntryStatus, Row, StepResult};
 use crate::plan::PlannedStep;
+use crate::reason::Reason;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
 use crate::scene::{DeformedScene, SceneError, scene_of};
 use crate::settings::FieldSettings;
@@ -202,7 +203,7 @@ impl Solver<'_> {
             // There is nothing else to solve.
             return self.solve(step).0;
         }
-        result.reason = missed;
+        result.reason = missed.map(Reason::from);
         self.note_mechanics(&mut result, state.as_ref(), &step.pose);
         if let (Some(Deformation::FiniteElement(layer)), false) = (&state, self.case.has_conductors()) {
             result.row.relative_error_estimate = layer.relative_error_estimate;
@@ -226,8 +227,8 @@ impl Solver<'_> {
         let state = self.deformation(step)?;
         let no_force = self.note_mechanics(result, state.as_ref(), &step.pose);
         let mut shortfalls = Shortfalls::of_force(no_force);
-        if let Some(reason) = layer_missed(state.as_ref()) {
-            shortfalls.add(Missed::Mechanics, reason);
+        if let Some(cause) = layer_missed(state.as_ref()) {
+            shortfalls.add(cause);
         }
         if !self.case.has_conductors() {
             if let Some(Deformation::FiniteElement(layer)) = &state {

@@ -17,35 +17,35 @@ use crate::outcome::{
     EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
 };
 use crate::plan::PlannedStep;
+use crate::reason::{Cause, Reason};
 use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
 use crate::terminals::shown as shown_of;
 use crate::tetrahedra::{Solved, shown};
-use crate::words::FORCE_FORMULA;
 
 /// What a step that was carried to its end does not have of what was asked for.
 #[derive(Default)]
 pub(super) struct Shortfalls {
-    /// Which errors are too large, and why.
-    missed: Vec<(Missed, String)>,
+    /// Why errors are too large.
+    missed: Vec<Cause>,
     /// Why there is no force, if there is none.
-    no_force: Option<String>,
+    no_force: Option<Cause>,
     /// Whether entries of the matrix are known to the tolerance of the diagonal only.
     to_diagonal: bool,
 }
 
 impl Shortfalls {
     /// Nothing but why there is no force, if there is none.
-    pub(super) fn of_force(no_force: Option<String>) -> Self {
+    pub(super) fn of_force(no_force: Option<Cause>) -> Self {
         Self { no_force, ..Self::default() }
     }
 
     /// What is missing of the layer comes before what its bodies are replaced by.
-    pub(super) fn add(&mut self, missed: Missed, reason: String) {
-        let is_geometry =
-            |(other, _): &(Missed, String)| missed == Missed::Mechanics && *other == Missed::Geometry;
+    pub(super) fn add(&mut self, cause: Cause) {
+        let is_mechanics = cause.missed() == Some(Missed::Mechanics);
+        let is_geometry = |other: &Cause| is_mechanics && other.missed() == Some(Missed::Geometry);
         let at = self.missed.iter().position(is_geometry).unwrap_or(self.missed.len());
-        self.missed.insert(at, (missed, reason));
+        self.missed.insert(at, cause);
     }
 }
 
@@ -60,7 +60,7 @@ impl Solver<'_> {
         result: &mut StepResult,
         state: Option<&Deformation<'_>>,
         pose: &Pose,
-    ) -> Option<String> {
+    ) -> Option<Cause> {
         let row = &mut result.row;
         row.distance_m = self.case.approaches().then_some(pose.distance);
         let Some(state) = state else {
@@ -79,11 +79,7 @@ impl Solver<'_> {
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {
-            return Some(format!(
-                "the force has its maximum of {:.4e} N at U/H = {:.4} by {FORCE_FORMULA}; beyond it the formula means nothing \
-                 and no force is given; the deformation and the capacitance are not affected",
-                limit.force, limit.compression
-            ));
+            return Some(Cause::NoForce(limit));
         }
         row.force_n = Some(state.force());
         result.force_check = ForceCheck::of(self.case, state);
@@ -188,11 +184,7 @@ impl Solver<'_> {
             }
             (None, false, _) => "the distances between and across the bodies in it",
         };
-        let reason = format!(
-            "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of {what}, where \
-             {asked:.0e} was asked for"
-        );
-        shortfalls.add(Missed::Mechanics, reason);
+        shortfalls.add(Cause::LayerDifferences { error, what, asked });
     }
 
     /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
@@ -240,11 +232,7 @@ impl Solver<'_> {
         row.geometry_error_estimate = Some(deviation);
         let asked = self.settings.relative_tolerance;
         if deviation > asked {
-            let reason = format!(
-                "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
-                 {asked:.0e} was asked for"
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::Map { error: deviation, asked });
         }
     }
 
@@ -280,12 +268,7 @@ impl Solver<'_> {
         let bounds =
             self.measured(&general.solution).map_or(0.5 * asked, |c| c.relative_error()).min(0.5 * asked);
         if facets > 0.0 && bounds + facets > asked {
-            let reason = format!(
-                "{instead} leave a relative error of about {facets:.0e} (an estimate), with the bounds {:.1e}, where {asked:.0e} was asked \
-                 for",
-                bounds + facets
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::Faces { instead, error: facets, together: bounds + facets, asked });
         }
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         self.note_solution(step, result, general.solution, shortfalls, asked)?;
@@ -320,8 +303,7 @@ impl Solver<'_> {
         match &measured {
             Some(capacitance) => result.row.set_capacitance(capacitance, self.case.measurement(), &solution),
             None if self.settings.target != Target::Matrix => {
-                shortfalls
-                    .add(Missed::Field, "no flux leaves what is measured: it has no capacitance".to_owned());
+                shortfalls.add(Cause::NoFlux);
             }
             None => {}
         }
@@ -338,8 +320,7 @@ impl Solver<'_> {
         let known = measured.filter(|_| solution.reached).map(|own| own.value);
         self.judge_mechanics(step, result, known, &mut shortfalls);
         if !solution.reached {
-            let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
-            shortfalls.missed.insert(0, (Missed::Field, reason));
+            shortfalls.missed.insert(0, solution.shortfall.map_or(Cause::TooFarApart, Cause::Field));
         }
         // A solve for the target alone may come without the matrix.
         let maxwell = Some(solution.maxwell).filter(|all| !all.is_empty());
@@ -371,26 +352,18 @@ pub(super) fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> 
     named.collect()
 }
 
-/// What is said where a solver has nothing more to say.
-const TOO_FAR_APART: &str = "the bounds are farther apart than asked for";
-
 /// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
-pub(super) fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
+pub(super) fn layer_missed(state: Option<&Deformation<'_>>) -> Option<Cause> {
     let Some(Deformation::FiniteElement(step)) = state else { return None };
     if step.negative_pivots > 0 {
-        return Some(format!(
-            "the equilibrium of the layer is unstable (its tangent has {} negative pivots)",
-            step.negative_pivots
-        ));
+        return Some(Cause::UnstableLayer { negative_pivots: step.negative_pivots });
     }
     if step.converged {
         return None;
     }
     Some(match step.relative_error_estimate {
-        Some(error) => format!("the finest mesh of the layer leaves a relative error of {error:.1e}"),
-        None => {
-            "less than three meshes of the layer got to this load, so that its error is not known".to_owned()
-        }
+        Some(error) => Cause::LayerMesh { error },
+        None => Cause::FewLayerMeshes,
     })
 }
 
@@ -432,18 +405,17 @@ impl StepResult {
     /// How a step went that was carried to its end.
     pub(super) fn mark(&mut self, shortfalls: Shortfalls) {
         let Shortfalls { missed, no_force, to_diagonal } = shortfalls;
-        self.row.status = match (missed.first(), &no_force) {
-            (Some((first, _)), _) => Status::ToleranceNotReached(*first),
+        self.row.status = match (missed.iter().find_map(Cause::missed), &no_force) {
+            (Some(first), _) => Status::ToleranceNotReached(first),
             (None, Some(_)) => Status::BeyondForceLimit,
             (None, None) if to_diagonal => Status::OkToDiagonal,
             (None, None) => Status::Ok,
         };
-        let reasons: Vec<_> = missed.into_iter().map(|(_, reason)| reason).chain(no_force).collect();
-        self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
+        self.reason = Reason::of(missed.into_iter().chain(no_force).collect());
     }
 
     pub(super) fn fail(&mut self, failure: StepFailure) {
-        self.reason = Some(failure.to_string());
+        self.reason = Some(Cause::Failure(Box::new(failure.clone())).into());
         self.row.status = failure.into();
     }
 }

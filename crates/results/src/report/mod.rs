@@ -29,6 +29,7 @@ mod tables;
 use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
+use elastocap_coupling::reason::Reason;
 use serde_json::json;
 
 use crate::scene_files::Shown;
@@ -169,7 +170,7 @@ impl Report<'_> {
 }
 
 /// A reason in words, after a status.
-fn because(reason: &Option<String>) -> String {
+fn because(reason: &Option<Reason>) -> String {
     reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"))
 }
 
