@@ -9,14 +9,16 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Foresight};
+use elastocap_electrostatics::{Bounded, Foresight, SolveError};
 
 use crate::common_base::{CommonBase, Purposes};
+use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
+use crate::route_change::{NoBase, RouteChange};
 use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::step::{Sharper, Solver};
 
@@ -186,9 +188,23 @@ impl ChangeSearch<'_> {
                 self.work.get(*place).is_none_or(|step| step.pose.distance <= 0.0)
             };
             let purposes = Purposes { number, differences: differences && !wanted.iter().any(in_contact) };
-            let first = self.work.first();
-            let base =
-                first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known, purposes));
+            let base = match self.work.first() {
+                Some(step) => self.solver.common_base(step, least, memory_limit, &known, purposes),
+                None => Ok(None),
+            };
+            let (base, without_base) = match base {
+                Ok(base) => (base, None),
+                Err(NoBase::Solve(SolveError::Cancelled)) => break,
+                Err(NoBase::Solve(error)) if error.is_contradiction() => {
+                    for (place, _) in &wanted {
+                        if let Some(Some(step)) = found.get_mut(*place) {
+                            step.fail(StepFailure::Field(error.clone()));
+                        }
+                    }
+                    break;
+                }
+                Err(why) => (None, Some(RouteChange::WithoutBase(why))),
+            };
             let cancels = base.as_ref().is_some_and(CommonBase::cancels);
             if cancels {
                 wanted = self.wanted(found, &exhausted, true);
@@ -208,11 +224,16 @@ impl ChangeSearch<'_> {
                 Some(again)
             });
             for ((place, _), again) in wanted.iter().zip(again) {
-                let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
+                let (Some(Some(step)), Some(Some(mut again))) = (found.get_mut(*place), again) else { continue };
                 if let Some(why) = exhausted.get_mut(*place) {
                     *why = without_tolerance(&again);
                 }
+                if let Some(defect) = again.row.status.defect() {
+                    step.fail(defect.clone());
+                    continue;
+                }
                 differences &= !cancels || again.with_error_of_base.is_some();
+                again.route_changes.extend(without_base.clone());
                 step.take_sharper(again);
             }
         }
@@ -295,9 +316,13 @@ impl ChangeSearch<'_> {
             };
             step.seconds.electrostatics = step.seconds.electrostatics.plus(&spent.electrostatics);
             step.seconds.total += spent.total;
-            if let Some(error) = error {
-                step.row.mechanics_error_estimate = Some(error);
-                step.mechanics_by_capacitance = true;
+            match error {
+                Ok(Some(error)) => {
+                    step.row.mechanics_error_estimate = Some(error);
+                    step.mechanics_by_capacitance = true;
+                }
+                Ok(None) => {}
+                Err(defect) => step.fail(*defect),
             }
         }
     }
@@ -387,6 +412,7 @@ impl StepResult {
         row.fringe_ratio = again.row.fringe_ratio;
         row.unknowns = again.row.unknowns;
         self.route = again.route;
+        self.route_changes = again.route_changes;
         self.warnings = again.warnings;
         self.measured = again.measured;
         // What a solve for the capacitance alone leaves out is known from before.

@@ -8,6 +8,7 @@ use crate::outcome::{
 };
 use crate::reason::Cause;
 use crate::route::Route;
+use crate::route_change::RouteChange;
 
 /// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
 /// solved for all steps together.
@@ -20,6 +21,8 @@ pub struct FinishedStep {
     reason: Option<String>,
     warnings: Vec<String>,
     route: Option<Route>,
+    #[serde(default)]
+    route_changes: Vec<String>,
     maxwell: Vec<Vec<Bounded>>,
     entry_status: Option<Vec<Vec<EntryStatus>>>,
     floating: Vec<FloatingConductor>,
@@ -72,6 +75,7 @@ impl FinishedStep {
             reason: step.reason.as_ref().map(ToString::to_string),
             warnings: step.warnings.clone(),
             route: step.route,
+            route_changes: step.route_changes.iter().map(ToString::to_string).collect(),
             maxwell,
             entry_status: step.entry_status.clone(),
             floating: step.floating.clone(),
@@ -105,6 +109,7 @@ impl FinishedStep {
         result.reason = self.reason.map(|text| Cause::Earlier { missed, text }.into());
         result.warnings = self.warnings;
         result.route = self.route;
+        result.route_changes = self.route_changes.into_iter().map(RouteChange::Earlier).collect();
         result.maxwell = Some(self.maxwell);
         result.entry_status = self.entry_status;
         result.floating = self.floating;

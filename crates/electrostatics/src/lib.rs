@@ -186,6 +186,36 @@ pub enum SolveError {
     Flux(#[from] tets::flux::FluxError),
 }
 
+impl SolveError {
+    /// Whether proved bounds contradict each other, which no input excuses.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::Contradiction(_))
+    }
+
+    /// Whether nothing is wrong with the scene but that this solver cannot take it: another one may.
+    pub fn another_solver_may_serve(&self) -> bool {
+        match self {
+            Self::NotBoxes { .. }
+            | Self::NotExtruded
+            | Self::NoPlan
+            | Self::TooLarge { .. }
+            | Self::Eigenvalues
+            | Self::IllConditioned(_)
+            | Self::Potentials(_)
+            | Self::NotReached(_)
+            | Self::Flux(_)
+            | Self::Superposition
+            | Self::InsideOut
+            | Self::TornMap => true,
+            Self::OnGround { .. }
+            | Self::Touching { .. }
+            | Self::Contradiction(_)
+            | Self::MirrorPlane { .. }
+            | Self::Cancelled => false,
+        }
+    }
+}
+
 impl From<tets::potentials::PotentialError> for SolveError {
     fn from(error: tets::potentials::PotentialError) -> Self {
         if error == tets::potentials::PotentialError::Cancelled {

@@ -11,6 +11,7 @@ use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, 
 use elastocap_coupling::plan::{Kind, Plan};
 use elastocap_coupling::reason::Reason;
 use elastocap_coupling::route::Route;
+use elastocap_coupling::route_change::RouteChange;
 use elastocap_coupling::terminals::named;
 
 /// Wall-clock seconds of a whole run.
@@ -171,6 +172,8 @@ struct Step<'a> {
     same_as: Option<usize>,
     /// How the field was solved.
     route: Option<Route>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    route_changes: &'a [RouteChange],
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
@@ -224,6 +227,7 @@ impl<'a> Step<'a> {
             warnings: step.warnings.iter().map(String::as_str).chain(fields.warning(step.index)).collect(),
             same_as: step.same_as,
             route: step.route,
+            route_changes: &step.route_changes,
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,

@@ -156,23 +156,25 @@ impl Solver<'_> {
         result: &mut StepResult,
         capacitance: Option<f64>,
         shortfalls: &mut Shortfalls,
-    ) {
+    ) -> Result<(), Stop> {
         let asked = self.settings.relative_tolerance;
         let Some(of_distances) = result.row.mechanics_error_estimate.filter(|error| *error > asked) else {
-            return;
+            return Ok(());
         };
         if self.settings.target_alone {
-            return;
+            return Ok(());
         }
         let mut spent = StepSeconds::default();
-        let of_capacitance =
-            capacitance.and_then(|own| self.error_of_capacitance(step, result, own, &mut spent));
+        let of_capacitance = match capacitance {
+            Some(own) => self.error_of_capacitance(step, result, own, &mut spent).map_err(Stop::Failed)?,
+            None => None,
+        };
         result.seconds.electrostatics = result.seconds.electrostatics.plus(&spent.electrostatics);
         result.mechanics_by_capacitance = of_capacitance.is_some();
         let error = of_capacitance.unwrap_or(of_distances);
         result.row.mechanics_error_estimate = Some(error);
         if error <= asked {
-            return;
+            return Ok(());
         }
         let is_pair = result.scene.as_ref().is_some_and(|scene| scene.pair.is_some());
         let has_bodies = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
@@ -185,28 +187,32 @@ impl Solver<'_> {
             (None, false, _) => "the distances between and across the bodies in it",
         };
         shortfalls.add(Cause::LayerDifferences { error, what, asked });
+        Ok(())
     }
 
     /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
     /// coarser meshes. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
     /// whose solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
     /// time that it takes to `spent`.
+    ///
+    /// # Errors
+    /// A defect that one of these solves met with, such as bounds that contradict each other.
     pub(crate) fn error_of_capacitance(
         &self,
         step: &PlannedStep,
         found: &StepResult,
         capacitance: f64,
         spent: &mut StepSeconds,
-    ) -> Option<f64> {
+    ) -> Result<Option<f64>, Box<StepFailure>> {
         let is_on_grid = |step: &StepResult| {
             step.solver.as_ref().is_some_and(|report| matches!(report.resolution, Discretisation::Grid(_)))
         };
         if !is_on_grid(found) || self.settings.target == Target::Matrix {
-            return None;
+            return Ok(None);
         }
-        let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return None };
+        let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return Ok(None) };
         let coarser = self.layer.coarser(step.index);
-        let first = coarser.len().checked_sub(ERRORS_FROM)?;
+        let Some(first) = coarser.len().checked_sub(ERRORS_FROM) else { return Ok(None) };
         let settings =
             FieldSettings { target_alone: true, field: false, shared: None, ..self.settings.clone() };
         let mut values = Vec::new();
@@ -215,16 +221,19 @@ impl Solver<'_> {
             let own = Solver { settings: settings.clone(), coarser: back, base: None, ..*self }.solve(step).0;
             spent.electrostatics = spent.electrostatics.plus(&own.seconds.electrostatics);
             spent.total += own.seconds.total;
+            if let Some(defect) = own.row.status.defect() {
+                return Err(Box::new(defect.clone()));
+            }
             let is_known = !matches!(own.row.status, Status::ToleranceNotReached(Missed::Field));
             let is_alike = own.route == found.route && is_on_grid(&own);
             let is_stopped = settings.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed));
-            if is_stopped || !is_known || !is_alike {
-                return None;
-            }
-            values.push((layer.element_size, own.measured?.value));
+            let Some(measured) = own.measured.filter(|_| !is_stopped && is_known && is_alike) else {
+                return Ok(None);
+            };
+            values.push((layer.element_size, measured.value));
         }
         values.push((finest.element_size, capacitance));
-        Some(error_on_finest(&values)? / capacitance.abs())
+        Ok(error_on_finest(&values).map(|error| error / capacitance.abs()))
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements.
@@ -318,7 +327,7 @@ impl Solver<'_> {
             repair_share: solution.repair_share,
         });
         let known = measured.filter(|_| solution.reached).map(|own| own.value);
-        self.judge_mechanics(step, result, known, &mut shortfalls);
+        self.judge_mechanics(step, result, known, &mut shortfalls)?;
         if !solution.reached {
             shortfalls.missed.insert(0, solution.shortfall.map_or(Cause::TooFarApart, Cause::Field));
         }
@@ -381,6 +390,7 @@ impl StepResult {
             load: step.load,
             same_as: step.same_as,
             route: None,
+            route_changes: Vec::new(),
             row,
             reason: None,
             interrupted: false,
@@ -414,7 +424,7 @@ impl StepResult {
         self.reason = Reason::of(missed.into_iter().chain(no_force).collect());
     }
 
-    pub(super) fn fail(&mut self, failure: StepFailure) {
+    pub(crate) fn fail(&mut self, failure: StepFailure) {
         self.reason = Some(Cause::Failure(Box::new(failure.clone())).into());
         self.row.status = failure.into();
     }

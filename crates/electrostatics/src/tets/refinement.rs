@@ -8,7 +8,6 @@ use crate::shortfall::Shortfall;
 use crate::tets::adaptive::{SolvedParity, Task, memory_of};
 use crate::tets::marking::Growth;
 use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
-use elastocap_linalg::memory::bytes_in_words;
 
 /// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
 const GOAL: f64 = 0.9;

@@ -121,7 +121,8 @@ impl Report<'_> {
             let own = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
             let reason =
                 (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
-            let own = own.map(str::to_owned).chain(reason);
+            let changes = step.route_changes.iter().map(ToString::to_string);
+            let own = own.map(str::to_owned).chain(changes).chain(reason);
             own.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
         });
         let mut all: Vec<String> = Vec::new();
