@@ -10,7 +10,7 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
-use super::{inputs, shortfalls};
+use super::{inputs, on_its_own, shortfalls};
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
@@ -66,7 +66,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             let gap = if index > 0 { "\n" } else { "" };
             let _ = output::result(&format!("{gap}{}\n", case.display()));
         }
-        worst.or_worse(check(case, arguments, common))
+        let checked = on_its_own(case, || check(case, arguments, common));
+        worst.or_worse(checked.unwrap_or_else(|defect| defect))
     })
 }
 
@@ -74,7 +75,10 @@ fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
     let begin = Instant::now();
     let (report, reports) = mpsc::channel();
     let (owned, prune) = (path.to_owned(), !arguments.no_prune);
-    let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&owned, prune, &report));
+    let working = thread::Builder::new().stack_size(STACK).spawn(move || {
+        // What the thread says of a panic names the case.
+        let _ = on_its_own(&owned, || find_out(&owned, prune, &report));
+    });
     if let Err(error) = working {
         output::error(&format!("cannot start a thread: {error}"));
         return Exit::Failure;
@@ -89,10 +93,8 @@ fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
                 return print(arguments, common, &title, &plan);
             }
             Err(RecvTimeoutError::Timeout) => break,
-            Err(RecvTimeoutError::Disconnected) => {
-                output::error("a defect of elastocap, please report it with the case file");
-                return Exit::Failure;
-            }
+            // The thread has panicked, and said so.
+            Err(RecvTimeoutError::Disconnected) => return Exit::Failure,
         }
     }
     // The thread that still works ends with the process.

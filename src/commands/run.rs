@@ -18,7 +18,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, stop_after};
 use super::summary::summary;
-use super::{inputs, shortfalls, watch};
+use super::{inputs, on_its_own, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -160,11 +160,11 @@ fn refused(why: &str) -> Exit {
 /// Solves all cases, if all can be read, and gives the worst status.
 fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop: &Stop) -> Exit {
     let mut started = Instant::now();
-    let inputs = match inputs::load_all(&arguments.cases, arguments.output.as_deref()) {
-        Ok(inputs) => inputs,
+    let (inputs, mut worst) = match inputs::load_all(&arguments.cases, arguments.output.as_deref()) {
+        Ok(loaded) => loaded,
         Err(exit) => return exit,
     };
-    let (mut worst, count) = (Exit::Done, inputs.len());
+    let count = inputs.len();
     for (index, input) in inputs.iter().enumerate() {
         // A signal during one case, or between two, keeps the others from being begun.
         if index > 0 && stop.is_asked() {
@@ -174,7 +174,13 @@ fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop
         if count > 1 && !common.quiet {
             output::message(&format!("case {} of {count}: {}", index + 1, input.path.display()));
         }
-        worst = worst.or_worse(solve_one(input, arguments, common, guard, stop, started));
+        let solved =
+            on_its_own(&input.path, || solve_one(input, arguments, common, guard, stop, started));
+        worst = worst.or_worse(solved.unwrap_or_else(|defect| {
+            stop.release();
+            guard.let_end();
+            defect
+        }));
         started = Instant::now();
     }
     worst
@@ -260,6 +266,10 @@ fn solve_and_save(
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
     shortfalls::of_run(&outcome.steps).iter().for_each(|line| output::warning(line));
+    if !common.quiet {
+        let changes = shortfalls::route_changes(&outcome.steps);
+        changes.iter().for_each(|line| output::message(&format!("note: {line}")));
+    }
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");
     }
@@ -272,6 +282,7 @@ fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, 
     };
     match printed {
         Err(exit) => exit,
+        Ok(()) if outcome.steps.iter().any(|step| step.row.status.defect().is_some()) => Exit::Failure,
         Ok(()) if outcome.is_complete() => Exit::Done,
         Ok(()) => Exit::Incomplete,
     }

@@ -1,6 +1,6 @@
 //! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
 
-use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve, solve_mapped};
+use elastocap_electrostatics::{Bounded, Settings, Shortfall, Solution, Target, solve, solve_mapped};
 
 use crate::failure::Stop;
 use crate::mapped::BentScene;
@@ -50,10 +50,7 @@ pub(crate) fn between(
     solution.seconds = less.seconds.plus(&solution.seconds);
     let own = solution.measured.or(solution.two_terminal);
     solution.reached = own.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
-    solution.shortfall = (!solution.reached).then(|| {
-        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
-            .to_owned()
-    });
+    solution.shortfall = (!solution.reached).then_some(Shortfall::EnclosingBoxes);
     Ok(solution)
 }
 

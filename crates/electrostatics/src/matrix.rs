@@ -63,14 +63,6 @@ pub(crate) fn contrast_of(permittivity: &[f64]) -> f64 {
     if least > 0.0 { (greatest / least).max(1.0) } else { 1.0 }
 }
 
-/// Why a finer grid or mesh would not help, as a sentence for the user.
-pub(crate) fn rounding_alone(error: f64) -> String {
-    format!(
-        "rounding alone leaves an error of {error:.1e}: permittivities or the couplings of conductors are too \
-         unequal for double precision"
-    )
-}
-
 impl MatrixBounds {
     /// Adds to the bounds what rounding may have changed of them. `scale` is the form that rounding is a share of, from
     /// [`rounding_scale`], and `contrast` that of the permittivities of the scene.

@@ -13,6 +13,7 @@ use crate::boxes::layout::Grid;
 use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, combined, solve_part};
 use crate::boxes::superposed::Sight;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
+use crate::shortfall::Shortfall;
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_geometry::scene::Scene;
@@ -448,7 +449,7 @@ impl Outcome {
         self,
         problem: &GridProblem<'_>,
         grid: &Grid,
-        shortfall: Option<String>,
+        shortfall: Option<Shortfall>,
     ) -> Solution {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();
@@ -478,16 +479,12 @@ impl Outcome {
         }
         let with_error_of_base =
             self.with_error_of_base.as_ref().and_then(|bounds| settings.target.within(bounds));
-        let stalled = || {
-            "the linear solver stopped before its goal: the elements of the grid differ too much in size"
-                .to_owned()
-        };
         if problem.opposite_alone {
             // The matrix is that of the one state that was solved for.
             maxwell.clear();
         }
         // Bounds are proved wherever the linear solver stopped.
-        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
+        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then_some(Shortfall::LinearSolver));
         Solution {
             two_terminal,
             measured,
