@@ -13,4 +13,5 @@ mod route;
 mod run;
 mod scene;
 mod skin;
+mod surface;
 mod thin_metal;
