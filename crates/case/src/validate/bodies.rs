@@ -10,7 +10,7 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Face, Role, Shape, Sur
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
-use super::layered::micrometres;
+use super::layer_room::{LayerRoom, check_body};
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
 use super::{any, given};
 
@@ -47,6 +47,8 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) what: &'static str,
     pub(super) floating_charge: Option<f64>,
     pub(super) is_slab: bool,
+    /// Whether it is of no other shape than its regions.
+    pub(super) is_boxes: bool,
     /// What it moves with.
     pub(super) purpose: Purpose,
 }
@@ -157,7 +159,16 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
     };
     let (name, regions) = (&raw.name.get()?.0, regions?);
     let purpose = purpose_of(&raw.attached);
-    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false, purpose })
+    Some(PlacedBoxes {
+        name,
+        regions,
+        span,
+        what: "conductor",
+        floating_charge,
+        is_slab: false,
+        is_boxes: true,
+        purpose,
+    })
 }
 
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
@@ -169,7 +180,16 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
     };
     let (name, regions) = (&raw.name.get()?.0, vec![region?]);
     let purpose = purpose_of(&raw.attached);
-    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab, purpose })
+    Some(PlacedBoxes {
+        name,
+        regions,
+        span,
+        what: "dielectric",
+        floating_charge: None,
+        is_slab,
+        is_boxes: true,
+        purpose,
+    })
 }
 
 pub(super) fn check_names(
@@ -297,152 +317,6 @@ fn check_in_walls(
             "leave a gap between the two",
         );
     }
-}
-
-/// The layer that bodies lie in or beside.
-pub(super) struct LayerRoom {
-    /// m.
-    thickness: f64,
-    /// Half of its size along x1 and x3, m; infinite where it does not matter.
-    half: [f64; 2],
-    is_loaded: bool,
-}
-
-impl LayerRoom {
-    /// That of a file; `None` without one, or where it could not be read.
-    pub(super) fn of(raw: &Document) -> Option<Self> {
-        let layer = given(&raw.layer)?;
-        let half_length = given(&layer.half_length).map(|size| size.si);
-        let half = match given(&raw.mechanics) {
-            Some(raw::Mechanics::PlaneStrain(_)) => [half_length, None],
-            Some(raw::Mechanics::Solid(own)) => [half_length, own.width.get().map(|size| 0.5 * size.si)],
-            Some(raw::Mechanics::ClosedForm(_)) | None => [None; 2],
-        };
-        Some(Self {
-            thickness: layer.thickness.get()?.si,
-            half: half.map(|half| half.unwrap_or(f64::INFINITY)),
-            is_loaded: raw.load.is_some(),
-        })
-    }
-}
-
-pub(super) fn check_body(body: &PlacedBoxes<'_>, layer: &LayerRoom, faces: [Face; 2], log: &mut Log<'_>) {
-    for region in &body.regions {
-        let has_place = match body.purpose {
-            Purpose::InLayer => is_inside_layer(body, region, layer, faces, log),
-            _ => is_apart_from_layer(body, [region.min[1], region.max[1]], layer, faces, log),
-        };
-        if !has_place {
-            return;
-        }
-    }
-}
-
-/// Whether a part of a body that moves with the material of the layer lies in it; otherwise the log says why not.
-fn is_inside_layer(
-    body: &PlacedBoxes<'_>,
-    region: &Box3,
-    layer: &LayerRoom,
-    faces: [Face; 2],
-    log: &mut Log<'_>,
-) -> bool {
-    let (what, name) = (body.what, shown(body.name));
-    let mut at = |message: String, label: String, help: &str| {
-        log.push(Diagnostic::at(&body.span, message).label(label).help(help));
-    };
-    let thickness = layer.thickness;
-    if region.min[1] < 0.0 || region.max[1] > thickness {
-        at(
-            format!("the {what} \"{name}\" moves with the layer, and reaches out of it"),
-            format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "move it into the layer, or write what it is attached to instead: `attached = \"layer-top\"` for example",
-        );
-        return false;
-    }
-    for (axis, half, end) in [(0, layer.half[0], "end"), (2, layer.half[1], "side")] {
-        let reach = region.max[axis].max(-region.min[axis]);
-        if reach > half && !body.is_slab {
-            at(
-                format!("the {what} \"{name}\" moves with the layer, and reaches beyond its {end}"),
-                format!("the layer ends {} from the middle along {}", micrometres(half), AXES[axis]),
-                "make the layer larger, or the body smaller",
-            );
-            return false;
-        }
-    }
-    let [below, above] = faces;
-    let touches = [(below, region.min[1] == 0.0), (above, region.max[1] == thickness)];
-    if what == "conductor" && touches.contains(&(Face::Grounded, true)) {
-        at(
-            format!("the conductor \"{name}\" touches the grounded face of the layer, which would short it"),
-            "shares a point with it".to_owned(),
-            "leave a gap between the two",
-        );
-        return false;
-    }
-    true
-}
-
-/// Whether a part of a body, between two heights, may stand beside the layer; otherwise the log says why not.
-fn is_apart_from_layer(
-    body: &PlacedBoxes<'_>,
-    [low, high]: [f64; 2],
-    &LayerRoom { thickness, is_loaded, .. }: &LayerRoom,
-    [below, above]: [Face; 2],
-    log: &mut Log<'_>,
-) -> bool {
-    let (what, name) = (body.what, shown(body.name));
-    let is_conductor = what == "conductor";
-    let mut at = |message: String, label: String, help: &str| {
-        log.push(Diagnostic::at(&body.span, message).label(label).help(help));
-    };
-    // What lies on the top stays behind when that sinks, unless it is attached or has no charge.
-    let is_fixed = body.purpose == Purpose::Fixed;
-    let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
-    if is_loaded && high > 0.0 && low < thickness {
-        at(
-            format!("the {what} \"{name}\" reaches into the layer"),
-            format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer",
-        );
-        return false;
-    } else if stays_behind {
-        at(
-            format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
-            "not attached".to_owned(),
-            "add `attached = \"layer-top\"` or `attached = \"indenter\"`, or leave a gap",
-        );
-        return false;
-    }
-    if high > 0.0 && low < thickness {
-        return true;
-    }
-    let is_below = high <= 0.0;
-    let (side, face) = if is_below { ("below", below) } else { ("above", above) };
-    let reach = if is_below { -low } else { high - thickness };
-    match face {
-        Face::Insulated | Face::Grounded => {
-            at(
-                format!("the {what} \"{name}\" lies where there is no field"),
-                format!("the field ends at the plane {side} the layer"),
-                &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
-            );
-            return false;
-        }
-        Face::Medium { thickness: Some(depth), then, .. } if then != Wall::Open => {
-            let shorted = is_conductor && then == Wall::Grounded && reach >= depth;
-            if shorted || (reach > depth && !body.is_slab) {
-                at(
-                    format!("the {what} \"{name}\" reaches the wall {side} the layer"),
-                    format!("the wall is {} from the layer", micrometres(depth)),
-                    &format!("make the medium `{side}` thicker, or move the body"),
-                );
-                return false;
-            }
-        }
-        Face::Medium { .. } => {}
-    }
-    true
 }
 
 /// One driven terminal alone among insulated walls, floating conductors or not: all its capacitances are zero, and no relative error can

@@ -12,10 +12,11 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    LayerRoom, PlacedBoxes, boxes, check_body, check_count, check_names, check_touching_pair, conductor_of,
-    purpose_of, refuse_all_floating,
+    PlacedBoxes, boxes, check_count, check_names, check_touching_pair, conductor_of, purpose_of,
+    refuse_all_floating,
 };
 use super::given;
+use super::layer_room::{LayerRoom, check_body};
 use super::outlines::extruded;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
@@ -126,9 +127,8 @@ pub(super) fn with_layer(
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
             let (name, floating_charge, regions) = (&body.name, None, vec![region]);
-            let purpose = body.purpose;
-            let body =
-                PlacedBoxes { name, regions, span: span.clone(), what, floating_charge, is_slab, purpose };
+            let (purpose, is_boxes, span) = (body.purpose, body.boxes().is_some(), span.clone());
+            let body = PlacedBoxes { name, regions, span, what, floating_charge, is_slab, is_boxes, purpose };
             check_body(&body, &layer, [*below, *above], log);
         }
     }
