@@ -69,6 +69,41 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
+    /// A map takes the surface of the layer as level, far from the electrodes.
+    #[error(
+        "the field follows the surface of the layer beside the electrodes and takes it as level farther out, in open space, which leaves a \
+         relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; end the scene by walls, with `boundary` and \
+         `side_margin`"
+    )]
+    LevelBeyond {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// A flat wall lies on the bent surface of the layer.
+    #[error(
+        "the layer's surface is bent, and the wall that lies on it is taken as flat, at the height under the indenter, which leaves a \
+         relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; put a medium on the layer, with \
+         `above = {{ relative_permittivity = 1.0, thickness = .. }}`"
+    )]
+    FlatWall {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// The surface of the layer is not level where its finite elements end.
+    #[error(
+        "the layer's surface has not come back to its height where its finite elements end, at `half_length`, and goes on level from there, \
+         which leaves a relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; make `half_length` larger"
+    )]
+    SurfaceEnds {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
     /// What stands in for curved or bent bodies is too far from them.
     #[error(
         "{instead} leave a relative error of about {error:.0e} (an estimate), with the bounds {together:.1e}, where {asked:.0e} was asked \
@@ -159,7 +194,11 @@ impl Cause {
             | Self::LayerMesh { .. }
             | Self::FewLayerMeshes
             | Self::LayerDifferences { .. } => Some(Missed::Mechanics),
-            Self::Map { .. } | Self::Faces { .. } => Some(Missed::Geometry),
+            Self::Map { .. }
+            | Self::LevelBeyond { .. }
+            | Self::FlatWall { .. }
+            | Self::SurfaceEnds { .. }
+            | Self::Faces { .. } => Some(Missed::Geometry),
             Self::NoFirstCapacitance | Self::Change(_) => Some(Missed::Change),
             Self::ErrorOfChange { missed, .. } => Some(*missed),
             Self::Earlier { missed, .. } => *missed,

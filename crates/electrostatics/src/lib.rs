@@ -210,6 +210,7 @@ impl SolveError {
             | Self::TooLarge { .. }
             | Self::Eigenvalues
             | Self::IllConditioned(_)
+            | Self::NotConverged
             | Self::Potentials(_)
             | Self::NotReached(_)
             | Self::Flux(_)

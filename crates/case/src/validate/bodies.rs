@@ -6,7 +6,7 @@ use std::ops::Range;
 use elastocap_geometry::scene::{Potential, Purpose};
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Body, Box3, Electrodes, Extent, Face, Role, Shape, Surroundings, Terminal, Wall};
+use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundings, Terminal, Wall};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;

@@ -253,12 +253,7 @@ impl Solver<'_> {
             shortfalls.add(Cause::Map { error: deviation, asked });
         }
         if beyond > asked {
-            let reason = format!(
-                "the field follows the surface of the layer beside the electrodes and takes it as level farther out, in open space, which \
-                 leaves a relative error of about {beyond:.0e} (an estimate), where {asked:.0e} was asked for; end the scene by walls, with \
-                 `boundary` and `side_margin`"
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::LevelBeyond { error: beyond, asked });
         }
     }
 
@@ -266,12 +261,7 @@ impl Solver<'_> {
     pub(super) fn note_under_wall(&self, error: f64, shortfalls: &mut Shortfalls) {
         let asked = self.settings.relative_tolerance;
         if error > asked {
-            let reason = format!(
-                "the layer's surface is bent, and the wall that lies on it is taken as flat, at the height under the indenter, which leaves a \
-                 relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; put a medium on the layer, with \
-                 `above = {{ relative_permittivity = 1.0, thickness = .. }}`"
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::FlatWall { error, asked });
         }
     }
 
@@ -310,12 +300,7 @@ impl Solver<'_> {
             shortfalls.add(Cause::Faces { instead, error: facets, together: bounds + facets, asked });
         }
         if ends > asked {
-            let reason = format!(
-                "the layer's surface has not come back to its height where its finite elements end, at `half_length`, and goes on level from \
-                 there, which leaves a relative error of about {ends:.0e} (an estimate), where {asked:.0e} was asked for; make `half_length` \
-                 larger"
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::SurfaceEnds { error: ends, asked });
         }
         self.note_under_wall(under_wall, &mut shortfalls);
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
