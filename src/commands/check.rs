@@ -141,6 +141,7 @@ fn print(arguments: &Arguments, common: &Common, title: &str, plan: &Plan) -> Ex
             }
         }
     } else if common.quiet {
+        failures(plan).iter().for_each(|text| output::error(text));
         return exit(plan);
     } else {
         describe(title, plan)
@@ -211,9 +212,14 @@ fn describe(title: &str, plan: &Plan) -> String {
     for warning in &plan.warnings {
         let _ = writeln!(out, "warning: {warning}");
     }
-    let failures = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
-    for text in shortfalls::lines(failures.map(|(step, failure)| (step, format!("will fail: {failure}")))) {
+    for text in failures(plan) {
         let _ = writeln!(out, "{text}");
     }
     out
+}
+
+/// What is known to fail, a line for each reason.
+fn failures(plan: &Plan) -> Vec<String> {
+    let all = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
+    shortfalls::lines(all.map(|(step, failure)| (step, format!("will fail: {failure}"))))
 }

@@ -2,7 +2,7 @@
 
 use elastocap_case::{Case, Pose};
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
-use elastocap_coupling::plan::Kind;
+use elastocap_coupling::plan::{Kind, MEASURED};
 use elastocap_coupling::terminals::named;
 use elastocap_results::Saved;
 use elastocap_results::measured::{Comparison, compare};
@@ -21,6 +21,11 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
         }
     };
     let mut out = format!("{}\n\n{}", case.title, table(lines));
+    // That of a pair is what everybody expects.
+    if outcome.plan.kind == Kind::Curve && !case.electrodes_are_measured() {
+        let told = outcome.plan.solved.iter().filter(|planned| planned.part == MEASURED);
+        told.for_each(|planned| out.push_str(&format!("\n  measures: {}\n", planned.what)));
+    }
     if let Some(mesh) = outcome.layer_meshes.last() {
         let (count, unknowns) = (outcome.layer_meshes.len(), grouped(mesh.unknowns));
         let time = seconds(outcome.layer_seconds);
@@ -115,7 +120,7 @@ fn remark(step: &StepResult) -> String {
         Status::Ok => "ok".to_owned(),
         Status::Failed(_) => "failed".to_owned(),
         Status::BeyondForceLimit => "no force".to_owned(),
-        Status::OkToDiagonal => "ok, small entries to a tenth of the diagonal".to_owned(),
+        Status::OkToDiagonal => "ok, small mutual capacitances less closely".to_owned(),
         status => status.to_string(),
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use elastocap_sweeps::{CaseRecord, StepStatistics, Summary, SweepFolder};
+use elastocap_sweeps::{CaseRecord, Influence, StepStatistics, Summary, SweepFolder};
 
 use crate::units::{grouped, prefixed, seconds};
 use crate::{Exit, output};
@@ -103,6 +103,18 @@ const PRINTED: [(&str, &str, &str); 4] = [
     ("force_n", "force", "N"),
 ];
 
+/// The keys that matter most, and what the rest of the variance belongs to.
+fn depends_on(influence: &Influence) -> String {
+    let told = influence.shares.iter().take(3).filter(|share| share.share >= 0.005);
+    let mut told: Vec<(String, f64)> = told.map(|share| (share.key.clone(), share.share)).collect();
+    let of_all: f64 = influence.shares.iter().map(|share| share.share).sum();
+    let others = of_all - told.iter().map(|(_, share)| share).sum::<f64>();
+    told.push(("other keys".to_owned(), others));
+    told.push(("several keys together or no rising or falling curve".to_owned(), 1.0 - of_all));
+    let told = told.iter().filter(|(_, share)| *share >= 0.005);
+    told.map(|(key, share)| format!("{key} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
+}
+
 /// Mean, deviation, percentiles and the key that matters most, for each step.
 fn scatter_table(statistics: &[StepStatistics]) -> String {
     let mut out = String::new();
@@ -135,9 +147,7 @@ fn scatter_table(statistics: &[StepStatistics]) -> String {
                 shown(percentile(95.0)),
             );
             if let Some(influence) = &line.influence {
-                let told = influence.shares.iter().filter(|share| share.share >= 0.005).take(3);
-                let told = told.map(|share| format!("{} {:.0} %", share.key, 100.0 * share.share));
-                let _ = write!(out, "   {}", told.collect::<Vec<_>>().join(", "));
+                let _ = write!(out, "   {}", depends_on(influence));
             }
             out.push('\n');
         }

@@ -35,6 +35,19 @@ impl Diagnostic {
         Self { span: Some(span.clone()), ..Self::of_file(message) }
     }
 
+    /// Whether it says the same of the same place in the file, but for the names in it.
+    pub(super) fn is_that_of_another_part(&self, other: &Self) -> bool {
+        let is_same = |one: &str, other: &str| {
+            // Names stand in quotes.
+            one.split('"').step_by(2).eq(other.split('"').step_by(2))
+        };
+        self.span.is_some()
+            && self.span == other.span
+            && self.help == other.help
+            && is_same(&self.message, &other.message)
+            && is_same(&self.label, &other.label)
+    }
+
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self

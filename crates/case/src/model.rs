@@ -142,6 +142,11 @@ pub struct MeasuredPoint {
 }
 
 impl Case {
+    /// Whether the layer is a foam, of which no model here has the force.
+    pub fn is_foam(&self) -> bool {
+        self.layer.as_ref().is_some_and(|layer| layer.foam.is_some())
+    }
+
     /// The name of the file, without its folder.
     pub fn file_name(&self) -> String {
         self.source

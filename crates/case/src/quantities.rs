@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::diagnostics::{Diagnostic, shown};
-use super::reader::{FromToml, Log, Node};
+use super::reader::{FromToml, Log, Node, alternatives};
 use super::units::{self, Dimension, NotAQuantity};
 
 /// Which signs a quantity may have.
@@ -146,6 +146,9 @@ impl QuantityKind for AngleKind {
     const LIMITS_SHOWN: &'static str = "-90 deg to 90 deg";
 }
 
+/// How the help for a number without a unit begins where several units make sense.
+pub(super) const UNIT_MEANT: &str = "write the unit that is meant";
+
 /// A quantity of kind `K` in SI units.
 #[derive(Debug)]
 pub(super) struct Quantity<K> {
@@ -171,16 +174,30 @@ impl<K: QuantityKind> Quantity<K> {
         Self { si, kind: PhantomData }
     }
 
-    /// The text that a bare number was probably meant to be, and why that unit.
-    fn with_unit(number: &str, log: &Log<'_>) -> (String, String) {
-        let name = K::DIMENSION.name().trim_start_matches("a ");
-        match log.usual_unit(K::DIMENSION) {
-            Some(unit) => (
-                format!("\"{number} {unit}\""),
-                format!("the unit is a guess, from the other {name}s in this file"),
-            ),
-            None => (format!("\"{number} {}\"", K::UNIT), "the unit is a guess".to_owned()),
+    /// A bare number with the unit of others in the file, or of usual values. It may have been meant in another one.
+    fn with_unit(number: &str, log: &Log<'_>) -> String {
+        format!("\"{number} {}\"", log.usual_unit(K::DIMENSION).unwrap_or(K::UNIT))
+    }
+
+    /// What to write in place of a bare number: it with each unit that gives a sensible value, and what that is.
+    fn units_for(number: &str, node: Node<'_>, log: &Log<'_>) -> String {
+        let meant = units::meant(number, K::DIMENSION);
+        let written = match meant.as_slice() {
+            [] => Self::with_unit(number, log),
+            [(unit, _)] => format!("\"{number} {unit}\""),
+            [_, ..] => String::new(),
+        };
+        if !written.is_empty() {
+            return format!("write {}", node.assign(&written));
         }
+        let shown: Vec<String> = meant
+            .iter()
+            .map(|(unit, value)| match value {
+                Some(value) => format!("\"{number} {unit}\" ({value})"),
+                None => format!("\"{number} {unit}\""),
+            })
+            .collect();
+        format!("{UNIT_MEANT}: {}", alternatives(&shown, "or"))
     }
 
     fn check(si: f64, number: &str, node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
@@ -242,20 +259,18 @@ impl<K: QuantityKind> Quantity<K> {
                     format!("write {}", node.assign(&format!("\"{}\"", shown(&text.replacen(',', ".", 1))))),
                 )
             }
-            NotAQuantity::NoUnit { number } => {
-                let (right, why) = Self::with_unit(number, log);
-                at(format!("{place} needs a unit: it is {name}"))
-                    .label("a number without a unit")
-                    .help(format!("write {} ({why})", node.assign(&right)))
-            }
+            NotAQuantity::NoUnit { number } => at(format!("{place} needs a unit: it is {name}"))
+                .label("a number without a unit")
+                .help(Self::units_for(number, node, log)),
             NotAQuantity::UnknownUnit { number, unit } => {
                 let diagnostic = at(format!("{place}: unknown unit `{}`", shown(unit)))
                     .label(format!("expected {name}, in {} with an SI prefix", si_unit(K::DIMENSION)));
-                let right = match units::nearest_unit(unit, K::DIMENSION) {
-                    Some(unit) => format!("\"{number} {unit}\""),
-                    None => Self::with_unit(number, log).0,
-                };
-                diagnostic.help(format!("write for example {}", node.assign(&right)))
+                diagnostic.help(match units::nearest_unit(unit, K::DIMENSION) {
+                    Some(unit) => {
+                        format!("write for example {}", node.assign(&format!("\"{number} {unit}\"")))
+                    }
+                    None => Self::units_for(number, node, log),
+                })
             }
         };
         log.push(diagnostic);
@@ -307,7 +322,7 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
     }
 
     fn sample(log: &Log<'_>) -> String {
-        Self::with_unit(K::SAMPLE, log).0
+        Self::with_unit(K::SAMPLE, log)
     }
 
     fn accepts(value: &DeValue<'_>) -> bool {
@@ -315,18 +330,14 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
     }
 
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
-        bare_number(value.get_ref()).map(|number| Self::with_unit(&number, log).0)
+        bare_number(value.get_ref()).map(|number| Self::with_unit(&number, log))
     }
 
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         if let Some(number) = bare_number(node.value.get_ref()) {
-            let (right, why) = Self::with_unit(&number, log);
             let message = format!("{} needs a unit: it is {}", node.place(), K::DIMENSION.name());
-            log.push(
-                Diagnostic::at(&node.span(), message)
-                    .label("a number without a unit")
-                    .help(format!("write {} ({why})", node.assign(&right))),
-            );
+            let help = Self::units_for(&number, node, log);
+            log.push(Diagnostic::at(&node.span(), message).label("a number without a unit").help(help));
             return None;
         }
         let Some(text) = node.value.get_ref().as_str() else {
@@ -341,13 +352,13 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
             }
         };
         if quantity.dimension != K::DIMENSION {
-            let (right, why) = Self::with_unit(quantity.number, log);
+            let help = Self::units_for(quantity.number, node, log);
             let (expected, found) = (K::DIMENSION.name(), quantity.dimension.name());
             let message = format!("{}: expected {expected}, found {found}", node.place());
             log.push(
                 Diagnostic::at(&node.span(), message)
                     .label(format!("`{}` makes this {found}", shown(quantity.unit_text)))
-                    .help(format!("write {} ({why})", node.assign(&right))),
+                    .help(help),
             );
             return None;
         }

@@ -184,8 +184,9 @@ impl<'s> Log<'s> {
         counts.iter().max_by_key(|(_, count)| **count).map(|(unit, _)| unit.as_str())
     }
 
+    /// Adds a problem. Of the many parts that one form stands for, a mistake in the form gives one.
     pub(super) fn push(&mut self, diagnostic: Diagnostic) {
-        if self.sole {
+        if self.sole || self.diagnostics.iter().any(|known| known.is_that_of_another_part(&diagnostic)) {
             return;
         }
         if self.diagnostics.len() < KEPT { self.diagnostics.push(diagnostic) } else { self.unshown += 1 }

@@ -294,6 +294,40 @@ pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str>
     })
 }
 
+/// Units in which a bare number may be meant, with the magnitudes of that dimension, in SI units, that a sensor has.
+const MEANT: &[(Dimension, &[&str], [f64; 2])] = &[
+    (LENGTH, &["um", "mm", "m"], [1e-8, 1e2]),
+    (PRESSURE, &["Pa", "kPa", "MPa"], [1.0, 1e13]),
+    (FORCE, &["mN", "N", "kN"], [1e-7, 1e5]),
+    (CHARGE, &["fC", "pC", "nC"], [1e-18, 1e-3]),
+    (CAPACITANCE, &["fF", "pF"], [1e-20, 1e-3]),
+    (ANGLE, &[DEGREE, "rad"], [1e-9, std::f64::consts::FRAC_PI_2]),
+];
+
+/// The units in which a bare number has a sensible value, each with that value if it is written in another way.
+pub(super) fn meant(number: &str, of: Dimension) -> Vec<(&'static str, Option<String>)> {
+    let Some((_, units, [low, high])) = MEANT.iter().find(|(dimension, ..)| *dimension == of) else {
+        return Vec::new();
+    };
+    let value = |unit: &&'static str| {
+        let text = format!("{number} {unit}");
+        let si = parse(&text).ok()?.si;
+        let is_sensible = (*low..=*high).contains(&si.abs());
+        is_sensible.then(|| (*unit, prefixed(si, of).filter(|shown| *shown != text)))
+    };
+    units.iter().filter_map(value).collect()
+}
+
+/// A value with the prefix that makes it a number from 1 to 1000, to four digits.
+fn prefixed(si: f64, of: Dimension) -> Option<String> {
+    let (symbol, ..) = SYMBOLS.iter().find(|(_, _, dimension)| *dimension == of && of != ANGLE)?;
+    let mut prefixes = PREFIXES.iter().filter(|(_, power)| power % 3 == 0).chain(&[("", 0)]);
+    prefixes.find_map(|(prefix, power)| {
+        let number: f64 = format!("{:.3e}", si / 10_f64.powi(*power)).parse().ok()?;
+        (1.0..1000.0).contains(&number.abs()).then(|| format!("{number} {prefix}{symbol}"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -390,6 +424,23 @@ mod tests {
         assert_eq!(nearest_unit("UM", LENGTH), Some("um"));
         assert_eq!(nearest_unit("mpa", PRESSURE), Some("MPa"));
         assert_eq!(nearest_unit("kpa", LENGTH), None);
+    }
+
+    #[test]
+    fn a_bare_number_is_offered_with_the_units_that_make_sense_of_it() {
+        let shown = |number: &str, of: Dimension| {
+            let all = meant(number, of).into_iter();
+            all.map(|(unit, value)| format!("{unit}={}", value.unwrap_or_default()))
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        assert_eq!(shown("90000", PRESSURE), "Pa=90 kPa kPa=90 MPa MPa=90 GPa");
+        assert_eq!(shown("90", PRESSURE), "Pa= kPa= MPa=");
+        assert_eq!(shown("450", LENGTH), "um= mm=");
+        assert_eq!(shown("0.00045", LENGTH), "mm=450 nm m=450 um");
+        assert_eq!(shown("1500", FORCE), "mN=1.5 N N=1.5 kN");
+        assert_eq!(shown("0", LENGTH), "");
+        assert_eq!(shown("2", ANGLE), "deg=");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::diagnostics::{Diagnostic, shown};
+use super::quantities::UNIT_MEANT;
 use super::reader::{FromToml, Log, Node, Read};
 
 /// The number of the file format that this version reads.
@@ -185,7 +186,7 @@ impl FromToml for Count {
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let wrong = || {
             Diagnostic::at(&node.span(), format!("{} must be between 1 and {MAX_POINTS}", node.place()))
-                .label("a number of load steps")
+                .label("not in this range")
                 .help(format!("write for example {}", node.assign("9")))
         };
         whole_number::<Self, u32>(node, log, 1..=MAX_POINTS, wrong).map(Self)
@@ -293,7 +294,9 @@ fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Rea
         if mended.is_some() && items.len() <= 8 {
             let line = line(log);
             if let Some(help) = log.last_mut().and_then(|last| last.help.as_mut()) {
-                *help = format!("write {line}");
+                let unit =
+                    if help.contains(UNIT_MEANT) { ", or with another unit, whichever is meant" } else { "" };
+                *help = format!("write {line}{unit}");
             }
         }
         told |= mended.is_some();

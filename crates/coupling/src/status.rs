@@ -53,7 +53,7 @@ impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Ok => f.write_str("ok"),
-            Self::OkToDiagonal => f.write_str("ok: small entries to a tenth of the diagonal"),
+            Self::OkToDiagonal => f.write_str("ok: small mutual capacitances are known less closely"),
             Self::ToleranceNotReached(Missed::Field) => f.write_str("tolerance not reached"),
             Self::ToleranceNotReached(Missed::Mechanics) => f.write_str("tolerance not reached: mechanics"),
             Self::ToleranceNotReached(Missed::Geometry) => f.write_str("tolerance not reached: geometry"),
@@ -87,7 +87,8 @@ pub enum EntryStatus {
     #[serde(rename = "ok")]
     Ok,
     /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
-    #[serde(rename = "ok: to a tenth of the diagonal")]
+    // The second name is that in results of earlier versions.
+    #[serde(rename = "ok: small, known less closely", alias = "ok: to a tenth of the diagonal")]
     ToDiagonal,
     /// It is more than that.
     #[serde(rename = "tolerance not reached")]

@@ -1,5 +1,6 @@
 //! Bodies, outlines drawn side by side and with holes, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
+pub mod contact;
 pub mod cubic;
 pub mod drawing;
 pub mod export;

@@ -5,6 +5,7 @@ use super::super::model::Pose;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::{Either, Text};
+use super::bodies::is_metal;
 use super::given;
 
 /// Refuses bodies that are attached to something that is not there, or not flat, and steps that move nothing.
@@ -38,10 +39,12 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
                     format!("\"{}\" cannot lie on top of a layer that an indenter bends", shown(name)),
                 )
                 .label("the top does not stay flat")
-                .help(
+                .help(if is_metal(raw) {
+                    "write `attached = \"indenter\"` for what moves with the indenter, apart from it, or press the whole top"
+                } else {
                     "write `attached = \"layer\"` for a sheet on the top, `attached = \"indenter\"` for what moves with the indenter, or press \
-                     the whole top",
-                ),
+                     the whole top"
+                }),
             );
         }
     }
@@ -70,7 +73,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
 }
 
 /// Whether the top of the layer stays a plane under every load.
-fn is_pressed_flat(raw: &Document) -> bool {
+pub(super) fn is_pressed_flat(raw: &Document) -> bool {
     match given(&raw.mechanics) {
         Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
         Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),

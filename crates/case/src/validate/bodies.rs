@@ -9,7 +9,8 @@ use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::{Body, Box3, Electrodes, Extent, Face, Role, Shape, Surroundings, Terminal, Wall};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::super::values::Text;
+use super::super::values::{Either, Text};
+use super::attached::is_pressed_flat;
 use super::layered::micrometres;
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
 use super::{any, given};
@@ -47,6 +48,8 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) what: &'static str,
     pub(super) floating_charge: Option<f64>,
     pub(super) is_slab: bool,
+    /// Whether it is of no other shape than its regions.
+    pub(super) is_boxes: bool,
     /// What it moves with.
     pub(super) purpose: Purpose,
 }
@@ -157,7 +160,16 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
     };
     let (name, regions) = (&raw.name.get()?.0, regions?);
     let purpose = purpose_of(&raw.attached);
-    Some(PlacedBoxes { name, regions, span, what: "conductor", floating_charge, is_slab: false, purpose })
+    Some(PlacedBoxes {
+        name,
+        regions,
+        span,
+        what: "conductor",
+        floating_charge,
+        is_slab: false,
+        is_boxes: true,
+        purpose,
+    })
 }
 
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
@@ -169,7 +181,16 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
     };
     let (name, regions) = (&raw.name.get()?.0, vec![region?]);
     let purpose = purpose_of(&raw.attached);
-    Some(PlacedBoxes { name, regions, span, what: "dielectric", floating_charge: None, is_slab, purpose })
+    Some(PlacedBoxes {
+        name,
+        regions,
+        span,
+        what: "dielectric",
+        floating_charge: None,
+        is_slab,
+        is_boxes: true,
+        purpose,
+    })
 }
 
 pub(super) fn check_names(
@@ -306,6 +327,20 @@ pub(super) struct LayerRoom {
     /// Half of its size along x1 and x3, m; infinite where it does not matter.
     half: [f64; 2],
     is_loaded: bool,
+    /// Whether its top stays a plane under every load, so that bodies may ride on it.
+    stays_flat: bool,
+    /// Whether a conductor of the field presses on it.
+    under_metal: bool,
+    /// Whether load steps shift or tilt what is attached.
+    is_moved: bool,
+}
+
+/// Whether the indenter is a conductor of the field.
+pub(super) fn is_metal(raw: &Document) -> bool {
+    match given(&raw.indenter).and_then(|table| table.role.get()) {
+        Some(Either::First(raw::IndenterRole::Grounded | raw::IndenterRole::Floating)) => true,
+        Some(Either::First(raw::IndenterRole::Absent) | Either::Second(_)) | None => false,
+    }
 }
 
 impl LayerRoom {
@@ -322,7 +357,24 @@ impl LayerRoom {
             thickness: layer.thickness.get()?.si,
             half: half.map(|half| half.unwrap_or(f64::INFINITY)),
             is_loaded: raw.load.is_some(),
+            stays_flat: is_pressed_flat(raw),
+            under_metal: is_metal(raw),
+            is_moved: given(&raw.load).and_then(|load| given(&load.steps)).is_some_and(|steps| {
+                steps.iter().filter_map(Read::get).any(|step| step.shift.is_some() || step.tilt.is_some())
+            }),
         })
+    }
+}
+
+impl LayerRoom {
+    /// What a body above the layer may be attached to. An indenter of metal that it lies under would be one conductor with it.
+    fn carriers(&self) -> &'static str {
+        match (self.stays_flat, self.under_metal) {
+            (true, true) => "`attached = \"layer-top\"`, beside the indenter",
+            (true, false) => "`attached = \"layer-top\"` or `attached = \"indenter\"`",
+            (false, true) => "`attached = \"indenter\"`, apart from that",
+            (false, false) => "`attached = \"indenter\"`, or `attached = \"layer\"` for a sheet on the top",
+        }
     }
 }
 
@@ -352,10 +404,14 @@ fn is_inside_layer(
     };
     let thickness = layer.thickness;
     if region.min[1] < 0.0 || region.max[1] > thickness {
+        let help = match region.min[1] >= thickness {
+            true => format!("write what it is attached to instead: {}", layer.carriers()),
+            false => "move it into the layer, or make it of two bodies".to_owned(),
+        };
         at(
             format!("the {what} \"{name}\" moves with the layer, and reaches out of it"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "move it into the layer, or write what it is attached to instead: `attached = \"layer-top\"` for example",
+            &help,
         );
         return false;
     }
@@ -387,10 +443,11 @@ fn is_inside_layer(
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
-    &LayerRoom { thickness, is_loaded, .. }: &LayerRoom,
+    room: &LayerRoom,
     [below, above]: [Face; 2],
     log: &mut Log<'_>,
 ) -> bool {
+    let &LayerRoom { thickness, is_loaded, .. } = room;
     let (what, name) = (body.what, shown(body.name));
     let is_conductor = what == "conductor";
     let mut at = |message: String, label: String, help: &str| {
@@ -403,14 +460,23 @@ fn is_apart_from_layer(
         at(
             format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer",
+            match (room.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
+                (false, true) => {
+                    "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer"
+                }
+                (false, false) => {
+                    "move it below x2 = 0 or above the layer: what moves with the layer's material, with `attached = \"layer\"`, consists of \
+                     boxes and sheets inside the layer"
+                }
+                (true, _) => "move it below x2 = 0 or above the layer",
+            },
         );
         return false;
     } else if stays_behind {
         at(
             format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
             "not attached".to_owned(),
-            "add `attached = \"layer-top\"` or `attached = \"indenter\"`, or leave a gap",
+            &format!("add {}, or leave a gap", room.carriers()),
         );
         return false;
     }

@@ -197,20 +197,26 @@ fn lacks_mesh(raw: &Document, log: &mut Log<'_>) {
 
 /// Refuses bodies of another form than `physical`.
 fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
-    let forms = conductors(raw).iter().filter_map(|c| form_of_conductor(c.get()?));
+    let forms = conductors(raw).iter().filter_map(|c| {
+        let own = c.get()?;
+        let (key, span) = form_of_conductor(own)?;
+        // Of what [electrodes] stands for, all is where that is.
+        Some((if own.name.span == *span { "[electrodes]" } else { key }, span))
+    });
     let forms = forms.chain(dielectrics(raw).iter().filter_map(|d| form_of_dielectric(d.get()?)));
     let others: Vec<Form<'_>> = forms.filter(|(key, _)| *key != "physical").collect();
     for (key, span) in &others {
+        let key = if key.starts_with('[') { (*key).to_owned() } else { format!("`{key}`") };
         log.push(
             Diagnostic::at(
                 span,
-                format!("`{key}` beside [mesh]: a mesh is the whole scene, no body can be added to it"),
+                format!("{key} beside [mesh]: a mesh is the whole scene, no body can be added to it"),
             )
             .label("not a part of the mesh")
             .related(&table.span, "the mesh")
             .help(
-                "draw the body in Gmsh, name it with Physical Volume or Physical Surface and write \
-                     `physical = \"its name\"` here; or leave [mesh] out and give every body a shape",
+                "draw the body in Gmsh, name it with Physical Volume or Physical Surface and write a [[conductor]] or [[dielectric]] with \
+                 `physical = \"its name\"`; or leave [mesh] out and give every body a shape",
             ),
         );
     }

@@ -81,9 +81,24 @@ fn foam(read: &Read<raw::Foam>, layer: &raw::Layer, log: &mut Log<'_>) -> Option
     })
 }
 
-/// A foam is as dense everywhere as the mean compression makes it, and nothing else in the field may change it.
+/// A foam is as dense everywhere as the mean compression makes it, and nothing else in the field may change it. How much force it takes no
+/// model says.
 pub(super) fn check_foam(raw: &Document, log: &mut Log<'_>) {
     let Some(foam) = given(&raw.layer).and_then(|layer| layer.foam.as_ref()) else { return };
+    let by_force = given(&raw.load).and_then(|load| {
+        let of_steps = given(&load.steps).into_iter().flatten().filter_map(Read::get);
+        let spans = load.force.iter().map(|read| &read.span);
+        spans.chain(of_steps.filter_map(|step| step.force.as_ref().map(|read| &read.span))).next()
+    });
+    if let Some(force) = by_force {
+        log.push(
+            Diagnostic::at(force, "[layer.foam] cannot be loaded by a force: no model of this version has the force of a foam")
+                .label("the compression that this gives is not known")
+                .related(&foam.span, "a foam")
+                .help("measure the compressions and give these: [mechanics.closed_form] with `compression` in [load] and without [indenter]"),
+        );
+        return;
+    }
     let finite_elements =
         given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
     let other = if finite_elements {
@@ -96,7 +111,10 @@ pub(super) fn check_foam(raw: &Document, log: &mut Log<'_>) {
     log.push(
         Diagnostic::at(&foam.span, format!("[layer.foam] cannot be used with {other}"))
             .label("its permittivity follows from one compression")
-            .help("use [mechanics.closed_form] without [indenter], or give `relative_permittivity`"),
+            .help(
+                "use [mechanics.closed_form] with `compression` in [load] and without [indenter], which gives no force; or give \
+                 `relative_permittivity`, for a rubber that is none of foam",
+            ),
     );
 }
 

@@ -298,10 +298,12 @@ fn points(
     };
     let names = reader.headers().map_err(|error| broken(&error))?.clone();
     let place = |column: &Column<'_>| {
-        names
-            .iter()
-            .position(|name| name == column.name)
-            .ok_or_else(|| no_column(column, &names, &shown_file))
+        names.iter().position(|name| name == column.name).ok_or_else(|| match is_table(text) {
+            true => no_column(column, &names, &shown_file),
+            false => Diagnostic::at(file, format!("{shown_file} is no table of measured points"))
+                .label("in none of its lines are numbers under the names of columns")
+                .help("name a CSV file whose first line has the names of the columns, with numbers below"),
+        })
     };
     let load_at = place(&layout.load)?;
     let capacitance_at = place(&layout.capacitance)?;
@@ -373,6 +375,17 @@ fn line_of(text: &str, at: &csv::Position) -> u64 {
     let rest = text.get(start..).unwrap_or("");
     let skipped = rest.split('\n').take_while(|line| line.trim().is_empty() || line.starts_with('#')).count();
     at.line() + skipped as u64
+}
+
+/// Whether any of the first lines of a file has a number under a name. If not, the file may be anything, and nothing of it is shown.
+fn is_table(text: &str) -> bool {
+    const LOOKED_AT: usize = 20;
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let is_name = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let has_names = reader.headers().is_ok_and(|names| names.len() > 1 && names.iter().any(is_name));
+    let has_number = |record: &csv::StringRecord| record.iter().any(|cell| cell.parse::<f64>().is_ok());
+    has_names && reader.records().take(LOOKED_AT).flatten().any(|record| has_number(&record))
 }
 
 fn no_column(column: &Column<'_>, names: &csv::StringRecord, file: &str) -> Diagnostic {

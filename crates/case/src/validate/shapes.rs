@@ -126,9 +126,8 @@ pub(super) fn with_layer(
             let is_slab = (0..3).any(|a| region.extent(a).is_infinite());
             let what = if body.is_conductor() { "conductor" } else { "dielectric" };
             let (name, floating_charge, regions) = (&body.name, None, vec![region]);
-            let purpose = body.purpose;
-            let body =
-                PlacedBoxes { name, regions, span: span.clone(), what, floating_charge, is_slab, purpose };
+            let (purpose, is_boxes, span) = (body.purpose, body.boxes().is_some(), span.clone());
+            let body = PlacedBoxes { name, regions, span, what, floating_charge, is_slab, is_boxes, purpose };
             check_body(&body, &layer, [*below, *above], log);
         }
     }

@@ -66,8 +66,19 @@ fn without_layer(
 ) -> Option<Extent> {
     let why = "there is no layer";
     refuse_key(&raw.side_margin, "side_margin", why, "give the box of the walls as `walls`", log);
-    refuse_key(&raw.below, "below", why, "give a [[dielectric]] instead", log);
-    refuse_key(&raw.above, "above", why, "give a [[dielectric]] instead", log);
+    for (face, key) in [(&raw.below, "below"), (&raw.above, "above")] {
+        let help = match face.as_ref().and_then(Read::get) {
+            Some(Either::First(raw::Plane::Grounded)) => {
+                "write the ground plane as a [[conductor]] with a `sheet`, in a [[terminal]] with `potential = \"ground\"`; or, as a wall of all \
+                 sides, `boundary = \"grounded\"` with `walls`"
+            }
+            Some(Either::First(raw::Plane::Insulated)) => {
+                "end the field on all sides: `boundary = \"insulated\"` with `walls`"
+            }
+            Some(Either::Second(_)) | None => "write the medium as a [[dielectric]] with a `slab`",
+        };
+        refuse_key(face, key, why, help, log);
+    }
     let sample =
         "`walls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }`";
     if any_physical(document) {

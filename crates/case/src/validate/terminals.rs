@@ -1,12 +1,13 @@
 //! Checks which conductors are on one wire, and what is measured between them.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Electrodes, Terminal};
+use super::super::model::{Electrodes, FieldIndenter, Terminal};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
-use super::super::values::Text;
+use super::super::values::{Either, Text};
 use super::given;
 
 /// Names in one message at most.
@@ -36,7 +37,7 @@ pub(super) fn terminals(
     // All of them, so that every mistake is reported.
     let mut all_read = true;
     for read in of_file {
-        match terminal(read, &conductors, &terminals, log) {
+        match terminal(read, raw, &conductors, &terminals, log) {
             Some(found) => terminals.push(found),
             None => all_read = false,
         }
@@ -74,9 +75,10 @@ fn conductors<'a>(raw: &'a Document, electrodes: Option<&'a Electrodes>) -> Opti
     Some(out)
 }
 
-/// One terminal, after those of `before`.
+/// One terminal of a file, after those of `before`.
 fn terminal<'a>(
     read: &'a Read<raw::Terminal>,
+    raw: &Document,
     conductors: &[Named<'_>],
     before: &[(Terminal, &Read<Text>)],
     log: &mut Log<'_>,
@@ -103,9 +105,33 @@ fn terminal<'a>(
         return None;
     }
     let mut members: Vec<String> = Vec::new();
+    let mut listed: HashSet<&str> = HashSet::new();
     let mut all_usable = true;
     for entry in entries {
+        // A list of any length is looked at in no time: one that is longer than there are conductors has mistakes enough.
+        if !all_usable && log.is_full() {
+            return None;
+        }
         let member = &entry.get()?.0;
+        if let Some(role) = raw.indenter.as_ref().filter(|_| member == FieldIndenter::NAME) {
+            let is_ground = given(&raw.indenter)
+                .and_then(|table| table.role.get())
+                .is_some_and(|role| matches!(role, Either::First(raw::IndenterRole::Grounded)));
+            // What it touches on the ground is one with it.
+            if is_ground && is_grounded {
+                continue;
+            }
+            log.push(
+                Diagnostic::at(&entry.span, "the indenter belongs to no wire but that of the ground")
+                    .label("the indenter of the field")
+                    .related(&role.span, "its `role`")
+                    .help(
+                        "write `role = \"grounded\"` in [indenter] and `potential = \"ground\"` here, or leave \"indenter\" out",
+                    ),
+            );
+            return None;
+        }
+        let is_again = !listed.insert(member);
         let conductor = conductors.iter().find(|c| c.name == *member);
         let elsewhere = before.iter().find(|(terminal, _)| terminal.holds(member));
         if conductor.is_none() {
@@ -120,7 +146,7 @@ fn terminal<'a>(
                 .related(&first.span, format!("it belongs to \"{}\"", shown(&other.name)))
                 .help("leave it out of one of the two, or make the two one terminal"),
             );
-        } else if members.contains(member) {
+        } else if is_again {
             log.push(
                 Diagnostic::at(&entry.span, format!("the conductor \"{}\" is listed twice", shown(member)))
                     .label("listed again")
@@ -140,6 +166,14 @@ fn terminal<'a>(
             continue;
         }
         all_usable = false;
+    }
+    if members.is_empty() && all_usable {
+        log.push(
+            Diagnostic::at(&own.conductors.span, "the grounded indenter alone is no terminal")
+                .label("nothing else is on this wire")
+                .help("leave this [[terminal]] out: `role = \"grounded\"` says it all"),
+        );
+        return None;
     }
     all_usable.then_some((Terminal { name, conductors: members, is_grounded }, &own.name))
 }

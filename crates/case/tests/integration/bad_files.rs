@@ -23,7 +23,7 @@ fn a_bare_number_is_refused_with_the_line_that_would_be_right() {
     refused(
         "missing-unit.toml",
         (6, 25),
-        &["`thickness` in [layer] needs a unit", "`thickness = \"450 um\"`", "the unit is a guess"],
+        &["`thickness` in [layer] needs a unit", "write the unit that is meant: \"450 um\" or \"450 mm\""],
     );
 }
 
@@ -32,7 +32,7 @@ fn a_pressure_is_not_a_length() {
     refused(
         "wrong-dimension.toml",
         (6, 25),
-        &["expected a length, found a pressure", "`thickness = \"450 um\"`"],
+        &["expected a length, found a pressure", "\"450 um\" or \"450 mm\""],
     );
 }
 

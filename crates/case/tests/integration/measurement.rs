@@ -141,8 +141,18 @@ fn a_foam_gets_denser_under_load() {
     assert_eq!(layer.relative_permittivity, layer.permittivity_at(0.0));
     let both = foam.replace("foam =", "relative_permittivity = 2.0\nfoam =");
     folder.refused(&both, &["both `foam` and `relative_permittivity`"]);
+    let by_force = foam.replace("compression = [", "force = [\"0 N\"] # [");
+    folder.refused(&by_force, &["[layer.foam] cannot be loaded by a force", "no model of this version"]);
     folder.refused(
         &foam.replace("solid_fraction = 0.25", "solid_fraction = 25.0"),
         &["solid_fraction", "0.25"],
     );
+}
+
+#[test]
+fn a_file_that_is_no_table_is_not_shown() {
+    let folder = Folder::new("export API_KEY=do-not-show-this-line\nsecond line\n");
+    let error = folder.parse(CASE).unwrap_err().to_string();
+    assert!(error.contains("is no table of measured points"), "{error}");
+    assert!(!error.contains("API_KEY") && !error.contains("second"), "{error}");
 }

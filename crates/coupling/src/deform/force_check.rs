@@ -48,6 +48,13 @@ pub(crate) fn force_warning(
     states: impl Iterator<Item = LayerState>,
     limit: Option<ForceLimit>,
 ) -> Option<String> {
+    if case.is_foam() {
+        return Some(
+            "no force is given: no model of this version has the force of a foam; compressions are taken as they are, and the permittivity \
+             follows from them"
+                .to_owned(),
+        );
+    }
     let has_force = |state: &LayerState| limit.is_none_or(|limit| state.compression() <= limit.compression);
     let checks = states.filter(has_force).filter_map(|s| ForceCheck::of(case, &Deformation::ClosedForm(s)));
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

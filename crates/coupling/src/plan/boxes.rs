@@ -3,6 +3,7 @@
 
 use elastocap_case::{Case, Indenter, Mechanics};
 use elastocap_electrostatics::{Forecast, SolveError, forecast, symmetries};
+use elastocap_geometry::mirror::planes;
 use elastocap_geometry::scene::Scene;
 
 use super::electrostatics::is_by_boxes;
@@ -85,7 +86,7 @@ impl Plan {
             // A step whose scene is refused is known to fail, and not among them.
             let Ok(scene) = scene_at(case, step.load, &step.pose, options.prune) else { continue };
             let symmetries = symmetries(&scene, &settings.boxes())?;
-            let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case) };
+            let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case, &scene, step) };
             let map = MapFactors::of(case, step);
             let is_same =
                 |group: &&mut Group| (group.symmetries, group.lost, group.map) == (symmetries, lost, map);
@@ -116,9 +117,14 @@ impl Plan {
 }
 
 /// The axes along which a load makes the two halves of a layer different, by finite elements, of which only the scene at rest is known:
-/// the top moves and the bottom does not, and an indenter may stand beside the middle.
-fn lost_under_load(case: &Case) -> [bool; 3] {
-    match &case.mechanics {
+/// the top moves and the bottom does not, an indenter may stand beside the middle, and a map bends both sides of the middle alike and no
+/// other ones.
+fn lost_under_load(case: &Case, scene: &Scene, step: &PlannedStep) -> [bool; 3] {
+    let off_the_middle = match step.route {
+        Some(Route::MappedBoxes) => planes(scene).map(|plane| plane.is_some_and(|plane| plane.at != 0.0)),
+        _ => [false; 3],
+    };
+    let by_mechanics = match &case.mechanics {
         None | Some(Mechanics::ClosedForm { .. }) => [false; 3],
         Some(Mechanics::PlaneStrain(model)) => {
             let aside = match model.indenter {
@@ -128,7 +134,8 @@ fn lost_under_load(case: &Case) -> [bool; 3] {
             [aside, true, false]
         }
         Some(Mechanics::Solid(_)) => [false, true, false],
-    }
+    };
+    [0, 1, 2].map(|a| by_mechanics[a] || off_the_middle[a])
 }
 
 /// The forecast for a scene that has lost its mirror planes along some axes, and with x1 or x3 its half turn.

@@ -15,6 +15,9 @@ use crate::route::Route;
 use crate::settings::FieldSettings;
 use crate::words::{counted, grouped, listed};
 
+/// The part of a plan that says which capacitance is measured.
+pub const MEASURED: &str = "measured";
+
 /// Field problems at the same time, whatever the machine.
 const MAX_AT_ONCE: usize = 8;
 
@@ -329,7 +332,9 @@ impl Plan {
                 format!("the whole matrix of {}{curve}", shortened(&all))
             }
         };
-        self.solved.push(Planned { part: "measured", what });
+        let is_chosen = case.measured.is_none() && names.len() > 1 && !case.electrodes_are_measured();
+        let hint = if is_chosen { "; [measure] may name another capacitance" } else { "" };
+        self.solved.push(Planned { part: MEASURED, what: format!("{what}{hint}") });
     }
 
     fn floating_conductors(&mut self, case: &Case) {

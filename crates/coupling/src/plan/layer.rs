@@ -65,7 +65,7 @@ impl Plan {
                 let what = format!("closed form of the layer at {}, {by}", counted(count, "load step"));
                 self.solved.push(Planned { part: "mechanics", what });
                 self.force_limit = closed_form_limit(case);
-                self.warn_beyond_limit(load);
+                self.warn_beyond_limit(case, load);
                 self.warn_of_force(case);
                 self.shear_length(case);
             }
@@ -226,6 +226,9 @@ impl Plan {
         let states = self.distinct_steps().filter_map(|step| layer_state(case, step.load, true).ok()?);
         let warning = force_warning(case, states, self.force_limit);
         self.warnings.extend(warning);
+        if case.is_foam() {
+            return;
+        }
         let with_pose = |step: &PlannedStep| Some((layer_state(case, step.load, true).ok()??, step.pose));
         let warning = shear_warning(self.distinct_steps().filter_map(with_pose));
         self.warnings.extend(warning);
@@ -248,10 +251,10 @@ impl Plan {
         ));
     }
 
-    fn warn_beyond_limit(&mut self, load: &Load) {
+    fn warn_beyond_limit(&mut self, case: &Case, load: &Load) {
         let (Some(limit), Load::Compression(steps)) = (self.force_limit, load) else { return };
         let beyond = steps.iter().filter(|c| **c > limit.compression).count();
-        if beyond > 0 {
+        if beyond > 0 && !case.is_foam() {
             self.warnings.push(format!(
                 "{} beyond U/H = {:.4}, where the force has its maximum by {FORCE_FORMULA}: there the formula means nothing, \
                  and the step gets a capacitance but no force",

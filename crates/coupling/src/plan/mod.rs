@@ -11,6 +11,7 @@ use elastocap_case::Case;
 use elastocap_mechanics::ForceLimit;
 use serde::Serialize;
 
+pub use electrostatics::MEASURED;
 pub use layer::{HELD_PATCH, LayerForecast};
 pub use savings::{Decision, LeftOut};
 pub use steps::PlannedStep;
@@ -161,7 +162,7 @@ impl Plan {
         if let Some(measured) = &case.measured_points {
             let (count, load) = (measured.points.len(), measured.load.name());
             let what = format!("{count} points by {load} from `{}` are drawn over the curve", measured.file);
-            self.solved.push(Planned { part: "measured", what });
+            self.solved.push(Planned { part: "points", what });
         }
     }
 

@@ -11,6 +11,7 @@ use crate::deform::{Deformation, check_setup, layer_state};
 use crate::failure::StepFailure;
 use crate::load_steps::StepLoad;
 use crate::route::{Bending, Bodies, Route, asked, route};
+use crate::scene::contacts::check_pressed;
 use crate::scene::scene_of;
 
 /// One load step.
@@ -131,6 +132,11 @@ fn way_of(
         return Ok((None, None));
     }
     let scene = scene_at(case, load, pose, prune)?;
+    if let (Some(layer), StepLoad::Compression(compression)) = (&case.layer, load)
+        && case.mechanics.is_some_and(|mechanics| mechanics.is_finite_element())
+    {
+        check_pressed(case, compression * layer.thickness, pose)?;
+    }
     let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
     Ok((Some(route), Some(scene)))
 }

@@ -3,10 +3,11 @@
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
 use elastocap_geometry::shapes::Shape;
 
+use super::attached::Tilt;
 use super::electrodes::{self, Placed};
 use super::neutral::neutral_bodies;
 use super::walls::outer_walls;
-use super::{DeformedScene, ElectrodePlace, SceneError, attached, in_layer, indenter};
+use super::{DeformedScene, ElectrodePlace, SceneError, attached, contacts, in_layer, indenter};
 use crate::deform::Deformation;
 use elastocap_case::{Case, Extent, Face, Pose, Terminal};
 
@@ -39,22 +40,31 @@ pub fn scene_of(
     let beside = attached::moved(own, sinks, pose)?;
     let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
-    if matches!(state, Some(Deformation::ClosedForm(_))) {
-        in_layer::check_apart(&bodies, &case.terminals)?;
-    }
-    in_layer::check_off_indenter(case)?;
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
-    let indenter = top.and_then(|top| indenter::body(case, top + pose.distance));
-    let is_conductor = indenter.as_ref().is_some_and(Body::is_conductor);
-    bodies.extend(indenter.iter().filter(|_| is_conductor).cloned());
-
+    let lowest = top.unwrap_or(0.0) + pose.distance;
+    let tilt = Tilt::of(&beside, pose);
+    let touched = contacts::check(case, &bodies, state, lowest, (pose, tilt.as_ref()))?.map(str::to_owned);
+    let indenter = top.and_then(|_| indenter::body(case, lowest));
+    let (metal, indenter) = match indenter {
+        Some(own) if own.is_conductor() => (Some(own), None),
+        other => (None, other),
+    };
     let conductors: Vec<(&str, Box3)> =
-        bodies.iter().filter_map(|body| Some((body.name.as_str(), body.bounds()?))).collect();
+        bodies.iter().chain(&metal).filter_map(|body| Some((body.name.as_str(), body.bounds()?))).collect();
     let (domain, walls) = outer_walls(case, surroundings, top.unwrap_or(0.0), &conductors)?;
     if let (Some(pair), Some(electrodes)) = (&mut pair, &case.electrodes) {
         pair.places = places_of(electrodes.names(), &case.terminals, &bodies);
     }
+    // Bodies of a terminal may be attached or not.
+    let mut stays: Vec<Body> = Vec::new();
+    if tilt.is_some() {
+        stays.extend(bodies.iter().chain(&metal).filter(|body| !attached::is_attached(body)).cloned());
+    }
     let mut bodies = Terminal::join(&case.terminals, bodies);
+    match (metal, touched) {
+        (Some(own), Some(with)) => contacts::join(&mut bodies, &case.terminals, &with, own),
+        (metal, _) => bodies.extend(metal),
+    }
     if let (Some(layer), Some(top)) = (&case.layer, top) {
         let compression = state.map_or(0.0, Deformation::compression);
         let own = layer
@@ -79,7 +89,6 @@ pub fn scene_of(
         }
     }
     let background_permittivity = surroundings.relative_permittivity;
-    let indenter = indenter.filter(|_| !is_conductor);
     let slabs = bodies.iter().filter(|body| !body.is_conductor());
     let dielectrics: Vec<&Body> = fixed(false).chain(&indenter).chain(slabs).collect();
     let neutral = neutral_bodies(&dielectrics, background_permittivity);
@@ -95,8 +104,15 @@ pub fn scene_of(
         bodies.extend(kept);
     }
     bodies.extend(indenter);
+    let tilt = match tilt {
+        None => None,
+        Some(tilt) => {
+            let is_other = |body: &&Body| matches!(body.purpose, Purpose::Fixed | Purpose::Indenter);
+            let others = bodies.iter().filter(|body| !body.is_conductor()).filter(is_other).chain(&stays);
+            Some(attached::tilted(&tilt, others, &domain)?)
+        }
+    };
     let scene = Scene { bodies, background_permittivity, domain, walls };
-    let tilt = attached::tilted(&scene, pose)?;
     Ok(DeformedScene { scene, pair, bent, tilt })
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use elastocap_case::Pose;
 use elastocap_electrostatics::{MapAxis, SceneMap};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::scene::{Body, Box3, Purpose};
 use elastocap_geometry::shapes::Shape;
 
 use super::SceneError;
@@ -42,22 +42,46 @@ pub(super) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body
     bodies.into_iter().map(moved).collect()
 }
 
-/// The map that tilts what is attached, and bends what lies between it and the substrate along; `None` without a tilt.
+/// The turn of all that is attached, about the middle of its lower side.
+pub(super) struct Tilt {
+    /// The box around it before the turn, m.
+    own: Box3,
+    angles: [f64; 2],
+}
+
+impl Tilt {
+    /// That of the attached ones among some bodies; `None` without a tilt.
+    pub(super) fn of(bodies: &[Body], pose: &Pose) -> Option<Self> {
+        if pose.tilt == [0.0; 2] {
+            return None;
+        }
+        let own = bodies.iter().filter(|body| is_attached(body)).filter_map(Body::bounds);
+        Some(Self { own: own.reduce(|a, b| a.union(&b))?, angles: pose.tilt })
+    }
+
+    /// Where a point of an attached body comes to lie, m.
+    pub(super) fn image(&self, x: [f64; 3]) -> [f64; 3] {
+        let Box3 { min, max } = self.own;
+        let pivot = [0.5 * (min[0] + max[0]), min[1], 0.5 * (min[2] + max[2])];
+        turned(x, pivot, self.angles)
+    }
+}
+
+/// The map that tilts what is attached, and bends what lies between it and the substrate along. The `others` are the bodies of the scene
+/// that are not attached, slabs aside, in a domain.
 ///
 /// The bodies turn about the middle of their lower side. Below them the displacement falls evenly to zero at the substrate, so that a
 /// layer that they lie on follows them; above and beside them it falls to zero over half of their lengths, or up to the next body that
-/// is not attached.
+/// is not attached, the indenter of the field among them.
 ///
 /// # Errors
 /// A body that is not attached beside those that are, so that the map would bend it.
-pub(super) fn tilted(scene: &Scene, pose: &Pose) -> Result<Option<Arc<SceneMap>>, SceneError> {
-    if pose.tilt == [0.0; 2] {
-        return Ok(None);
-    }
-    let bounds = |body: &Body| body.bounds();
-    let own = scene.bodies.iter().filter(|body| is_attached(body)).filter_map(bounds);
-    let Some(own) = own.reduce(|a, b| a.union(&b)) else { return Ok(None) };
-    let pivot = [0.5 * (own.min[0] + own.max[0]), own.min[1], 0.5 * (own.min[2] + own.max[2])];
+pub(super) fn tilted<'a>(
+    tilt: &Tilt,
+    others: impl Iterator<Item = &'a Body>,
+    domain: &Box3,
+) -> Result<Arc<SceneMap>, SceneError> {
+    let own = tilt.own;
     let mut frame = Box3 {
         min: [0, 1, 2].map(|a| own.min[a] - REACH * own.extent(a)),
         max: [0, 1, 2].map(|a| own.max[a] + REACH * own.extent(a)),
@@ -66,11 +90,9 @@ pub(super) fn tilted(scene: &Scene, pose: &Pose) -> Result<Option<Arc<SceneMap>>
     let reach = REACH * own.extent(0).min(own.extent(2));
     (frame.min[1], frame.max[1]) = (0.0, own.max[1] + reach);
     for a in 0..3 {
-        frame.min[a] = frame.min[a].max(scene.domain.min[a]);
-        frame.max[a] = frame.max[a].min(scene.domain.max[a]);
+        frame.min[a] = frame.min[a].max(domain.min[a]);
+        frame.max[a] = frame.max[a].min(domain.max[a]);
     }
-    let others =
-        scene.bodies.iter().filter(|body| matches!(body.purpose, Purpose::Fixed | Purpose::Electrode));
     for body in others {
         for region in body.parts.iter().filter_map(Shape::bounds) {
             make_room(&mut frame, &own, &region)
@@ -83,8 +105,9 @@ pub(super) fn tilted(scene: &Scene, pose: &Pose) -> Result<Option<Arc<SceneMap>>
     let axis = |a: usize| {
         let mut breaks = vec![frame.min[a], own.min[a], own.max[a], frame.max[a]];
         breaks.dedup_by(|a, b| *a == *b);
-        let mirrored =
-            a != 1 && is_kept(a, pose) && breaks.iter().zip(breaks.iter().rev()).all(|(x, y)| *x == -y);
+        let mirrored = a != 1
+            && is_kept(a, tilt.angles)
+            && breaks.iter().zip(breaks.iter().rev()).all(|(x, y)| *x == -y);
         if mirrored {
             breaks.retain(|x| *x > 0.0);
             breaks.insert(0, 0.0);
@@ -101,15 +124,14 @@ pub(super) fn tilted(scene: &Scene, pose: &Pose) -> Result<Option<Arc<SceneMap>>
                 _ => 1.0,
             })
             .product();
-        let to = turned(near, pivot, pose.tilt);
+        let to = tilt.image(near);
         [0, 1, 2].map(|a| rest * (to[a] - near[a]))
     });
-    Ok(Some(Arc::new(map)))
+    Ok(Arc::new(map))
 }
 
 /// Whether a tilt leaves a scene its mirror image across an axis.
-fn is_kept(axis: usize, pose: &Pose) -> bool {
-    let [about_x3, about_x1] = pose.tilt;
+fn is_kept(axis: usize, [about_x3, about_x1]: [f64; 2]) -> bool {
     match axis {
         0 => about_x3 == 0.0,
         _ => about_x1 == 0.0,

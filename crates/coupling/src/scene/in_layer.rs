@@ -1,12 +1,11 @@
 //! Bodies that move with the material of a layer.
 
-use elastocap_case::{Case, Terminal};
-use elastocap_geometry::scene::{Body, Box3, Purpose, Role};
+use elastocap_case::Case;
+use elastocap_geometry::scene::{Body, Box3, Purpose};
 use elastocap_geometry::shapes::Shape;
 use elastocap_mechanics::{ElectrodeStiffness, LayerState, MechanicsError};
 
 use super::SceneError;
-use super::neutral::indenter_in_field;
 use crate::deform::{Deformation, FiniteElementStep};
 
 /// The bodies with those in the layer where its material goes. By the closed form, points at a height come down to `g(S)`, and their distance
@@ -73,41 +72,4 @@ fn moved_box(region: &Box3, state: &LayerState) -> Result<Box3, MechanicsError> 
         min: [stretch * region.min[0], at(low)?.height, region.min[2]],
         max: [stretch * region.max[0], at(high)?.height, region.max[2]],
     })
-}
-
-/// Conductors of different terminals of which one moves with the layer must not have come together: each box is stretched as its own middle
-/// is.
-///
-/// # Errors
-/// Two that meet.
-pub(super) fn check_apart(bodies: &[Body], terminals: &[Terminal]) -> Result<(), SceneError> {
-    let moving = bodies.iter().filter(|body| body.is_conductor() && body.purpose == Purpose::InLayer);
-    for body in moving {
-        let own = body.boxes().unwrap_or_default();
-        for other in bodies.iter().filter(|other| other.is_conductor() && other.name != body.name) {
-            let joined = terminals.iter().any(|all| all.holds(&body.name) && all.holds(&other.name));
-            let others = other.boxes().unwrap_or_default();
-            if !joined && own.iter().any(|region| others.iter().any(|next| region.touches(next))) {
-                let (first, second) = (body.name.clone(), other.name.clone());
-                return Err(SceneError::BodiesMeet { first, second });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// A conductor in the surface would be shorted by an indenter of metal.
-///
-/// # Errors
-/// The first such conductor.
-pub(super) fn check_off_indenter(case: &Case) -> Result<(), SceneError> {
-    let is_metal = indenter_in_field(case).is_some_and(|own| !matches!(own.role, Role::Dielectric { .. }));
-    let Some(layer) = case.layer.as_ref().filter(|_| is_metal) else { return Ok(()) };
-    let own = case.bodies.iter().filter(|body| body.is_conductor() && body.purpose == Purpose::InLayer);
-    let in_surface =
-        |body: &&Body| body.boxes().unwrap_or_default().iter().any(|region| region.max[1] == layer.thickness);
-    match own.into_iter().find(in_surface) {
-        Some(body) => Err(SceneError::ShortedByIndenter { body: body.name.clone() }),
-        None => Ok(()),
-    }
 }

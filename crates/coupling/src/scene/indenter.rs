@@ -122,6 +122,31 @@ impl IndenterForm {
         }
     }
 
+    /// What it consists of, with its lowest point at this height above the substrate, m.
+    pub(super) fn shapes(&self, lowest: f64) -> Vec<Shape> {
+        let all = self.bounds(lowest);
+        let rod = |x: f64, radius: f64| Shape::Cylinder {
+            axis: 2,
+            base: [x, lowest + radius, all.min[2]],
+            radius,
+            height: all.extent(2),
+        };
+        match self.rounding {
+            Rounding::Sharp => vec![Shape::Box(all)],
+            Rounding::AlongX3 { radius, is_cylinder: true } => vec![rod(self.position, radius)],
+            Rounding::AlongX3 { radius, is_cylinder: false } => {
+                let (flat, mut above, mut between) = (self.flat(), all, all);
+                above.min[1] = lowest + radius;
+                (between.min[0], between.max[0]) = (self.position - flat, self.position + flat);
+                let rods = [-flat, flat].map(|x| rod(self.position + x, radius));
+                [Shape::Box(above), Shape::Box(between)].into_iter().chain(rods).collect()
+            }
+            Rounding::Ball { radius } => {
+                vec![Shape::Sphere { center: [self.position, lowest + radius, 0.0], radius }]
+            }
+        }
+    }
+
     /// The box around it, with its lowest point at this height above the substrate, m.
     pub(crate) fn bounds(&self, lowest: f64) -> Box3 {
         let [along, across] = self.half_widths;

@@ -2,6 +2,7 @@
 
 mod assembly;
 mod attached;
+pub(crate) mod contacts;
 mod electrodes;
 pub(crate) mod in_layer;
 pub(crate) mod indenter;
@@ -167,9 +168,10 @@ pub enum SceneError {
         /// Its name.
         body: String,
     },
-    /// Two conductors in the layer meet under load.
+    /// Two conductors of different terminals touch under this load, or in this pose.
     #[error(
-        "`{first}` and `{second}` meet under this load; make the gap between them wider, or compress less"
+        "`{first}` and `{second}` touch in this step, and would be one conductor: make the gap between them wider, change the load, or \
+         join them in one [[terminal]]"
     )]
     BodiesMeet {
         /// One of them.
@@ -177,10 +179,20 @@ pub enum SceneError {
         /// The other.
         second: String,
     },
-    /// A conductor in the surface of the layer, under an indenter of metal that is part of the field.
+    /// A conductor touches an indenter of metal that is part of the field.
     #[error(
-        "`{body}` lies in the surface of the layer, where the indenter, which is a conductor, touches it; move it below the surface, or make \
-         the indenter a dielectric or absent"
+        "`{body}` and `indenter`, a conductor too, touch in this step, and would be one conductor: leave a gap between them, write `role = \
+         \"absent\"` or a permittivity in [indenter], or ground both: `role = \"grounded\"`, and `potential = \"ground\"` in a [[terminal]] \
+         of `{body}`"
+    )]
+    TouchesIndenter {
+        /// Its name.
+        body: String,
+    },
+    /// A conductor in the surface of a layer that an indenter of metal, part of the field, bends.
+    #[error(
+        "`{body}` lies in the surface of the layer, which `indenter`, a conductor too, touches in this step, so that the two would be one \
+         conductor: move it below the surface, or write `role = \"absent\"` or a permittivity in [indenter]"
     )]
     ShortedByIndenter {
         /// Its name.

@@ -75,6 +75,9 @@ impl Solver<'_> {
         if let Deformation::FiniteElement(step) = state {
             result.layer = Some((*step).clone());
         }
+        if self.case.is_foam() {
+            return None;
+        }
         [row.force_x1_n, row.force_x3_n] = shear_force(state, pose);
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression

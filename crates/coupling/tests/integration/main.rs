@@ -5,6 +5,7 @@
 mod capsule;
 mod change;
 mod common;
+mod contacts;
 mod imported_mesh;
 mod in_layer;
 mod indenter;

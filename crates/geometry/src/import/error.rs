@@ -45,6 +45,22 @@ pub enum ImportProblem {
     /// A device, a pipe, a socket or a folder: reading it may never end.
     #[error("is not a regular file; name a file that ends by itself")]
     NotAFile,
+    /// A file of another kind, by its name.
+    #[error("{kind} is not read here; {cure}")]
+    OtherKind {
+        /// The name of the kind.
+        kind: &'static str,
+        /// What to do.
+        cure: &'static str,
+    },
+    /// A line that no OBJ file has, before any point: of the words in it nothing is said, since the file may be anything.
+    #[error(
+        "line {line} is none of an OBJ file, and no point stands above it: this seems to be no OBJ file; export the surface of the body as OBJ"
+    )]
+    NoObj {
+        /// The first line that is none, counted from 1.
+        line: usize,
+    },
     /// More bytes than are read.
     #[error("is larger than {} MiB; export a coarser version", super::LARGEST_FILE >> 20)]
     LargeFile,

@@ -7,12 +7,14 @@ pub mod audit;
 mod error;
 pub mod gmsh;
 pub(crate) mod intersect;
+mod kinds;
 pub mod obj;
 mod polygon;
 mod triangles;
 
 pub use error::{ImportError, ImportProblem, Place};
 
+use kinds::Wanted;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -21,11 +23,14 @@ use std::path::Path;
 const LARGEST_FILE: u64 = 512 << 20;
 
 /// The bytes of a file. Anything but a regular file is refused before it is opened: a pipe would wait for its other end, and a
-/// device never ends.
-fn read_file(path: &Path) -> Result<Vec<u8>, ImportProblem> {
+/// device never ends. So is a file whose name says that it is of another kind than wanted.
+fn read_file(path: &Path, wanted: Wanted) -> Result<Vec<u8>, ImportProblem> {
     let unreadable = |error: std::io::Error| ImportProblem::Unreadable(error.to_string());
     if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
         return Err(ImportProblem::NotAFile);
+    }
+    if let Some(kind) = wanted.other(path) {
+        return Err(ImportProblem::OtherKind { kind, cure: wanted.cure(kind) });
     }
     let mut bytes = Vec::new();
     // Files such as those of /proc say that they are empty, so that the length is not believed.

@@ -16,6 +16,7 @@ mod shapes;
 use std::path::Path;
 
 use super::audit::{check_size, middle};
+use super::kinds::Wanted;
 use super::obj::Placement;
 use super::{ImportError, ImportProblem, Place, intersect, read_file};
 use crate::meshing::tets::determinant;
@@ -63,7 +64,7 @@ pub struct MeshRepairs {
 /// Anything that keeps the file from being one conforming mesh.
 pub fn mesh_from_path(path: &Path, placement: Placement) -> Result<(VolumeMesh, MeshRepairs), ImportError> {
     let file = path.display().to_string();
-    let bytes = read_file(path).map_err(|problem| ImportError::new(&file, problem))?;
+    let bytes = read_file(path, Wanted::Msh).map_err(|problem| ImportError::new(&file, problem))?;
     mesh(&bytes, &file, placement)
 }
 

@@ -14,6 +14,7 @@ mod statements;
 use std::path::Path;
 
 use super::audit::{Repairs, audit};
+use super::kinds::Wanted;
 use super::{ImportError, ImportProblem, read_file};
 use crate::shapes::TriangleSurface;
 
@@ -56,7 +57,7 @@ pub fn surface_from_path(
     placement: Placement,
 ) -> Result<(TriangleSurface, Repairs), ImportError> {
     let file = path.display().to_string();
-    let bytes = read_file(path).map_err(|problem| ImportError::new(&file, problem))?;
+    let bytes = read_file(path, Wanted::Obj).map_err(|problem| ImportError::new(&file, problem))?;
     surface(&bytes, &file, placement)
 }
 

@@ -98,17 +98,22 @@ impl LineFault {
 pub(super) fn statements(
     bytes: &[u8],
 ) -> impl Iterator<Item = Result<(usize, Statement<'_>), ImportProblem>> + '_ {
-    bytes.split(|&b| b == b'\n').enumerate().filter_map(|(above, line)| {
+    let mut has_points = false;
+    bytes.split(|&b| b == b'\n').enumerate().filter_map(move |(above, line)| {
         let line = line.trim_ascii();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         let (keyword, rest) = line.split_at(end);
         let rest = &rest[..rest.iter().position(|&b| b == b'#').unwrap_or(rest.len())];
         let fault = match keyword {
-            b"v" => return Some(Ok((above + 1, Statement::Point(rest)))),
+            b"v" => {
+                has_points = true;
+                return Some(Ok((above + 1, Statement::Point(rest))));
+            }
             b"f" => return Some(Ok((above + 1, Statement::Face(rest)))),
             [] | [b'#', ..] => return None,
             _ if SKIPPED.contains(&keyword) => return None,
             _ if FREE_FORM.contains(&keyword) => LineFault::FreeForm,
+            _ if !has_points => return Some(Err(ImportProblem::NoObj { line: above + 1 })),
             _ => LineFault::UnknownKeyword(shown_word(keyword)),
         };
         Some(Err(fault.at(above + 1)))
