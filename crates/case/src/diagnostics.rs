@@ -41,8 +41,10 @@ impl Diagnostic {
             // Names stand in quotes.
             one.split('"').step_by(2).eq(other.split('"').step_by(2))
         };
+        let places = |own: &Self| own.related.iter().map(|(span, _)| span.clone()).collect::<Vec<_>>();
         self.span.is_some()
             && self.span == other.span
+            && places(self) == places(other)
             && self.help == other.help
             && is_same(&self.message, &other.message)
             && is_same(&self.label, &other.label)

@@ -5,8 +5,8 @@ use super::super::model::Pose;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::{Either, Text};
-use super::bodies::is_metal;
 use super::given;
+use super::layer_room::is_metal;
 
 /// Refuses bodies that are attached to something that is not there, or not flat, and steps that move nothing.
 pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {

@@ -9,6 +9,7 @@ mod forms;
 mod imported;
 mod indenter;
 mod layer_end;
+mod layer_room;
 mod layered;
 mod measured_points;
 mod mechanics;

@@ -12,10 +12,11 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    LayerRoom, PlacedBoxes, boxes, check_body, check_count, check_names, check_touching_pair, conductor_of,
-    purpose_of, refuse_all_floating,
+    PlacedBoxes, boxes, check_count, check_names, check_touching_pair, conductor_of, purpose_of,
+    refuse_all_floating,
 };
 use super::given;
+use super::layer_room::{LayerRoom, check_body};
 use super::outlines::extruded;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 

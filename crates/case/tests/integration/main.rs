@@ -5,6 +5,7 @@
 mod acceptance;
 mod bad_files;
 mod forms;
+mod helps;
 mod measurement;
 mod never_panics;
 mod outlines;

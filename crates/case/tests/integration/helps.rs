@@ -1,0 +1,124 @@
+//! Helps that lead on: what they propose is accepted, and what cannot be had is said.
+
+use std::path::Path;
+
+use elastocap_case::parse;
+
+/// What is wrong with a case, as it is printed.
+fn said(text: &str) -> String {
+    parse(text, Path::new("case.toml")).map_or_else(|error| error.render(false), |_| String::new())
+}
+
+fn pressed(bodies: &str, rest: &str) -> String {
+    format!(
+        "format = 1\n[layer]\nthickness = \"1 mm\"\nhalf_length = \"9 mm\"\nrelative_permittivity = 3.0\n[layer.material.neo_hookean]\n\
+         shear_modulus = \"90 kPa\"\n{bodies}{rest}[surroundings]\nboundary = \"open\"\n"
+    )
+}
+
+const CLOSED_FORM: &str = "[mechanics.closed_form]\ncontact_half_length = \"5 mm\"\ncontact_width = \"5 mm\"\nshear_length = \"5 mm\"\n\
+                           [load]\ncompression = [0.1]\n";
+const UNDER_BALL: &str = "[mechanics.solid]\nwidth = \"9 mm\"\nend = \"far\"\nindenter = { sphere = { radius = \"5 mm\" } }\n\
+                          [load]\ncompression = [0.1]\n";
+
+fn conductor(rest: &str) -> String {
+    format!("[[conductor]]\nname = \"own\"\n{rest}\n")
+}
+
+#[test]
+fn no_key_is_proposed_that_is_refused_there() {
+    let ball = conductor("sphere = { center = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"0.3 mm\" }");
+    let of_ball = said(&pressed(&ball, CLOSED_FORM));
+    assert!(of_ball.contains("reaches into the layer") && of_ball.contains("boxes and sheets"), "{of_ball}");
+    assert!(!of_ball.contains("add `attached"), "{of_ball}");
+    let sheet = |x2: &str, rest: &str| {
+        conductor(&format!(
+            "sheet = {{ normal = \"x2\", at = \"{x2}\", min = [\"0 mm\", \"0 mm\"], max = [\"1 mm\", \"1 mm\"] }}\n{rest}"
+        ))
+    };
+    let inside = said(&pressed(&sheet("0.5 mm", ""), CLOSED_FORM));
+    assert!(inside.contains("add `attached = \"layer\"`"), "{inside}");
+    assert_eq!(said(&pressed(&sheet("0.5 mm", "attached = \"layer\""), CLOSED_FORM)), "");
+    let moved = CLOSED_FORM
+        .replace("compression = [0.1]", "steps = [{ compression = 0.1, shift = [\"1 um\", \"0 um\"] }]");
+    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached"));
+    // On a top that does not stay flat.
+    let on_top = said(&pressed(&sheet("1 mm", ""), UNDER_BALL));
+    assert!(
+        on_top.contains("`attached = \"layer\"` for a sheet") && !on_top.contains("layer-top"),
+        "{on_top}"
+    );
+    assert_eq!(said(&pressed(&sheet("1 mm", "attached = \"layer\""), UNDER_BALL)), "");
+}
+
+#[test]
+fn a_ground_plane_without_a_layer_is_a_conductor_on_the_ground() {
+    let text = |below: &str| {
+        format!(
+            "format = 1\n{}[surroundings]\nboundary = \"open\"\n{below}",
+            conductor("sphere = { center = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"0.3 mm\" }")
+        )
+    };
+    let grounded = said(&text("below = \"grounded\"\n"));
+    assert!(grounded.contains("[[terminal]]") && grounded.contains("`potential = \"ground\"`"), "{grounded}");
+    let medium = said(&text("below = { relative_permittivity = 4.4, thickness = \"1 mm\" }\n"));
+    assert!(medium.contains("[[dielectric]]"), "{medium}");
+}
+
+#[test]
+fn a_file_of_another_kind_is_named_as_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str, content: &str| {
+        std::fs::write(folder.path().join(name), content).unwrap();
+        let text = format!(
+            "format = 1\n{}[surroundings]\nboundary = \"open\"\n",
+            conductor(&format!("surface = {{ file = \"{name}\", unit = \"mm\" }}"))
+        );
+        parse(&text, &folder.path().join("case.toml")).unwrap_err().render(false)
+    };
+    let stl = of("cube.STL", "solid cube\nendsolid\n");
+    assert!(stl.contains("STL is not read here; OBJ is"), "{stl}");
+    assert!(of("cube.step", "ISO-10303-21;\n").contains("STEP is not read here"));
+    let secret = of("cube.txt", "hunter2\n");
+    assert!(secret.contains("no OBJ file") && !secret.contains("hunter2"), "{secret}");
+}
+
+#[test]
+fn one_mistake_in_a_form_gives_one_message() {
+    let text = "format = 1\n[layer]\nthickness = \"1 mm\"\nrelative_permittivity = 3.0\n[electrodes.array]\non = \"layer-top\"\npads = [4, 4]\n\
+                size = [\"1 mm\", \"1 mm\"]\npitch = [\"2 mm\", \"2 mm\"]\nthickness = \"35 um\"\n[surroundings]\nboundary = \"insulated\"\n\
+                side_margin = \"1 mm\"\n";
+    let error = parse(text, Path::new("case.toml")).unwrap_err();
+    assert_eq!(error.diagnostics().len(), 1, "{error}");
+}
+
+#[test]
+fn a_terminal_of_many_names_is_looked_at_in_no_time() {
+    let names: Vec<String> = (0..50_000).map(|k| format!("\"name {k}\"")).collect();
+    let terminal = format!("[[terminal]]\nname = \"all\"\nconductors = [{}]\n", names.join(", "));
+    let text = format!(
+        "format = 1\n{}{terminal}[surroundings]\nboundary = \"open\"\n",
+        conductor("box = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }")
+    );
+    let begin = std::time::Instant::now();
+    assert!(said(&text).contains("there is no conductor"));
+    assert!(begin.elapsed().as_secs() < 10);
+}
+
+#[test]
+fn the_grounded_indenter_may_be_listed_on_the_wire_of_the_ground_and_on_no_other() {
+    let plate =
+        conductor("box = { min = [\"0 mm\", \"2 mm\", \"0 mm\"], max = [\"1 mm\", \"3 mm\", \"1 mm\"] }");
+    let other = plate.replace("own", "other").replace("2 mm", "20 mm").replace("3 mm", "21 mm");
+    let text = |role: &str, potential: &str| {
+        let terminal =
+            format!("[[terminal]]\nname = \"wire\"\nconductors = [\"own\", \"indenter\"]\n{potential}");
+        pressed(&format!("{plate}{other}{terminal}[indenter]\nrole = \"{role}\"\n"), CLOSED_FORM)
+    };
+    let ground = "potential = \"ground\"\n";
+    assert_eq!(said(&text("grounded", ground)), "");
+    for (role, potential) in [("grounded", ""), ("floating", ground)] {
+        let refused = said(&text(role, potential));
+        assert!(refused.contains("the indenter belongs to no wire but that of the ground"), "{refused}");
+    }
+}
