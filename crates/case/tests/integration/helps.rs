@@ -41,7 +41,7 @@ fn no_key_is_proposed_that_is_refused_there() {
     assert_eq!(said(&pressed(&sheet("0.5 mm", "attached = \"layer\""), CLOSED_FORM)), "");
     let moved = CLOSED_FORM
         .replace("compression = [0.1]", "steps = [{ compression = 0.1, shift = [\"1 um\", \"0 um\"] }]");
-    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached"));
+    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached = \"layer\"`"));
     // On a top that does not stay flat.
     let on_top = said(&pressed(&sheet("1 mm", ""), UNDER_BALL));
     assert!(
