@@ -36,16 +36,21 @@ impl Exit {
         };
         if badness(other) > badness(self) { other } else { self }
     }
+
+    /// The exit status of the process.
+    fn status(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Failure => 1,
+            Self::BadInput => 2,
+            Self::Incomplete => 3,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::Failure => 1,
-            Exit::BadInput => 2,
-            Exit::Incomplete => 3,
-        })
+        Self::from(exit.status())
     }
 }
 

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::accuracy_report::report;
 use super::arguments::positive_seconds;
-use super::stop::stop_on_signal;
+use super::stop::{end_in_time, left_a_solve, stop_on_signal};
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -67,16 +67,21 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let cancel = Arc::new(AtomicBool::new(false));
     stop_on_signal(&cancel, &folder);
     let bar = progress(common.quiet);
-    let found = study(&case, &request, &cancel, &|what| bar.set_message(what.to_owned()));
+    let work = || study(&case, &request, &cancel, &|what| bar.set_message(what.to_owned()));
+    let found = end_in_time(&cancel, work, || {
+        folder.unfinished().give_up();
+        left_a_solve()
+    });
     bar.finish_and_clear();
     let found = match found {
-        Ok(found) => found,
-        Err(refused) => {
+        Ok(Ok(found)) => found,
+        Err(exit) => return exit,
+        Ok(Err(refused)) => {
             output::error(&format!("{}: {refused}", arguments.case.display()));
             return Exit::BadInput;
         }
     };
-    match save(&found, folder) {
+    match save(&found, &folder) {
         Ok(placed) => {
             placed.warnings.iter().for_each(|text| output::warning(text));
             conclude(&found, &path, &placed.files, common)
@@ -103,7 +108,7 @@ fn progress(quiet: bool) -> ProgressBar {
     bar
 }
 
-fn save(found: &Study, folder: OutputFolder) -> Result<Placed, OutputError> {
+fn save(found: &Study, folder: &OutputFolder) -> Result<Placed, OutputError> {
     folder.stage("accuracy.csv", csv(found).as_bytes())?;
     if let Some(chart) = figure(found) {
         folder.stage("accuracy.svg", chart.to_svg().as_bytes())?;

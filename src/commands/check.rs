@@ -2,9 +2,6 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
@@ -38,22 +35,6 @@ pub(crate) struct Arguments {
     no_prune: bool,
 }
 
-/// As large as that of a main thread, bytes.
-const STACK: usize = 8 << 20;
-
-/// Time for an answer: what takes longer to find out is left open. A busy machine takes seconds more to end the process.
-const BUDGET: Duration = Duration::from_secs(7);
-
-/// What is found out about a case, in this order.
-enum Progress {
-    /// Nothing can be run; the reason is printed already.
-    Refused(Exit),
-    /// The plan without what its tetrahedra take, and the title of the case.
-    Planned(Box<Plan>, String),
-    /// The plan.
-    Forecast(Box<Plan>),
-}
-
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     if let Err(error) = inputs::is_stdin_once(&arguments.cases) {
         output::error(&error.to_string());
@@ -71,63 +52,14 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
 }
 
 fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
-    let begin = Instant::now();
-    let (report, reports) = mpsc::channel();
-    let (owned, prune) = (path.to_owned(), !arguments.no_prune);
-    let working = thread::Builder::new().stack_size(STACK).spawn(move || find_out(&owned, prune, &report));
-    if let Err(error) = working {
-        output::error(&format!("cannot start a thread: {error}"));
-        return Exit::Failure;
-    }
-    let mut known = None;
-    loop {
-        match reports.recv_timeout(BUDGET.saturating_sub(begin.elapsed())) {
-            Ok(Progress::Refused(exit)) => return exit,
-            Ok(Progress::Planned(plan, title)) => known = Some((plan, title)),
-            Ok(Progress::Forecast(plan)) => {
-                let title = known.map(|(_, title)| title).unwrap_or_default();
-                return print(arguments, common, &title, &plan);
-            }
-            Err(RecvTimeoutError::Timeout) => break,
-            Err(RecvTimeoutError::Disconnected) => {
-                output::error("a defect of elastocap, please report it with the case file");
-                return Exit::Failure;
-            }
-        }
-    }
-    // The thread that still works ends with the process.
-    let within = BUDGET.as_secs();
-    match known {
-        Some((mut plan, title)) => {
-            plan.warnings.push(format!(
-                "what the run takes could not be found out within {within} s: it will take far longer than that"
-            ));
-            print(arguments, common, &title, &plan)
-        }
-        None => {
-            output::error(&format!(
-                "`{}` cannot be planned within {within} s: it has too many bodies or steps to be checked; a run of it may take \
-                 days",
-                path.display()
-            ));
-            Exit::Failure
-        }
-    }
-}
-
-/// Loads and plans a case, and reports what it finds.
-fn find_out(path: &Path, prune: bool, report: &mpsc::Sender<Progress>) {
-    // Nobody listens any more when the time is up.
-    let tell = |progress| drop(report.send(progress));
     let case = match super::load(path) {
         Ok(case) => case,
-        Err(exit) => return tell(Progress::Refused(exit)),
+        Err(exit) => return exit,
     };
-    let options = Options { prune, ..Options::default() };
+    let options = Options { prune: !arguments.no_prune, ..Options::default() };
     let mut plan = Plan::new(&case, &options);
-    tell(Progress::Planned(Box::new(plan.clone()), case.title.clone()));
     plan.forecast(&case, &options);
-    tell(Progress::Forecast(Box::new(plan)));
+    print(arguments, common, &case.title, &plan)
 }
 
 /// Prints the plan, and gives the status of the command.

@@ -1,8 +1,8 @@
 //! `elastocap figures`: the figures and tables of the paper.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -11,7 +11,7 @@ use elastocap_results::OutputFolder;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::arguments::ArgumentError;
-use super::stop::stop_on_signal;
+use super::stop::{end_in_time, stop_on_signal};
 use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
@@ -64,12 +64,18 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     };
     let stop = Arc::new(AtomicBool::new(false));
     stop_on_signal(&stop, &folder);
-    match draw(&items, &folder, &stop, common.quiet) {
-        Ok(drawn) => conclude(&drawn, items.len(), folder, common, begin),
-        Err(message) => {
+    let drawn = Mutex::new(Vec::new());
+    let conclude = || {
+        let drawn = std::mem::take(&mut *drawn.lock().unwrap_or_else(PoisonError::into_inner));
+        conclude(&drawn, items.len(), &folder, common, begin)
+    };
+    match end_in_time(&stop, || draw(&items, &folder, &drawn, &stop, common.quiet), conclude) {
+        Ok(Ok(())) => conclude(),
+        Ok(Err(message)) => {
             output::error(&message);
             Exit::Failure
         }
+        Err(exit) => exit,
     }
 }
 
@@ -77,12 +83,12 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
 fn draw(
     items: &[Item],
     folder: &OutputFolder,
+    all: &Mutex<Vec<(Item, Drawn)>>,
     stop: &AtomicBool,
     quiet: bool,
-) -> Result<Vec<(Item, Drawn)>, String> {
+) -> Result<(), String> {
     let bar = progress_bar(items.len(), quiet);
     let mut session = Session::default();
-    let mut all = Vec::new();
     for item in items {
         if stop.load(Ordering::Relaxed) {
             break;
@@ -92,11 +98,11 @@ fn draw(
         for (name, text) in &drawn.files {
             folder.stage(name, text.as_bytes()).map_err(|error| error.to_string())?;
         }
-        all.push((*item, drawn));
+        all.lock().unwrap_or_else(PoisonError::into_inner).push((*item, drawn));
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(all)
+    Ok(())
 }
 
 fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
@@ -116,7 +122,7 @@ fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
 fn conclude(
     drawn: &[(Item, Drawn)],
     asked: usize,
-    folder: OutputFolder,
+    folder: &OutputFolder,
     common: &Common,
     begin: Instant,
 ) -> Exit {

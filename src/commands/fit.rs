@@ -12,7 +12,7 @@ use elastocap_fitting::fit::{Fit, FitError, fit, fitted_case};
 use elastocap_fitting::parameter::{Free, Parameter, parameters};
 use elastocap_fitting::picture::picture;
 
-use super::stop::stop_without_files;
+use super::stop::{end_in_time, left_a_solve, stop_without_files};
 use super::summary::table;
 use super::written::{check_free, write_all};
 use crate::units::{prefixed, seconds};
@@ -95,8 +95,8 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
         .map_err(|error| refused(&error.into()))?;
     let cancel = Arc::new(AtomicBool::new(false));
     stop_without_files(&cancel);
-    let found = fit(&solved_source, &case, &arguments.case, &arguments.free, &cancel)
-        .map_err(|error| refused(&error))?;
+    let work = || fit(&solved_source, &case, &arguments.case, &arguments.free, &cancel);
+    let found = end_in_time(&cancel, work, left_a_solve)?.map_err(|error| refused(&error))?;
     found.findings.iter().for_each(|text| output::warning(text));
     if let (Some(file), Some(picture_file)) = (arguments.output.as_deref(), picture_file.as_deref()) {
         write(file, picture_file, &source, arguments, &case, &parameters, &found)?;

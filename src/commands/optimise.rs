@@ -12,7 +12,7 @@ use elastocap_fitting::optimise::{
 };
 use elastocap_fitting::parameter::{Free, Parameter};
 
-use super::stop::stop_without_files;
+use super::stop::{end_in_time, left_a_solve, stop_without_files};
 use super::summary::table;
 use super::written::{check_free, write_all};
 use crate::units::seconds;
@@ -117,8 +117,8 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
             output::message(&format!("{number:>3}  {}", in_words(own, &parameters, &search)));
         }
     };
-    let found =
-        optimise(&source, &arguments.case, &parameters, &search, &cancel, &report).map_err(refused)?;
+    let work = || optimise(&source, &arguments.case, &parameters, &search, &cancel, &report);
+    let found = end_in_time(&cancel, work, left_a_solve)?.map_err(refused)?;
     if let (Some(file), Some(best)) = (&arguments.output, found.best) {
         let failed = |reason: String| {
             output::error(&format!("cannot write the case: {reason}"));

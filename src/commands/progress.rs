@@ -153,6 +153,11 @@ impl CaseProgress {
         Self { done, bar, lines }
     }
 
+    /// Ends the bar.
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
     /// Another case is done.
     pub(super) fn case_done(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
-use elastocap_coupling::run::run;
+use elastocap_coupling::run::Run;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
     Wanted, save,
@@ -16,7 +16,7 @@ use elastocap_results::{
 use super::arguments::time;
 use super::inputs::Input;
 use super::progress::Progress;
-use super::stop::{Stop, stop_after};
+use super::stop::{Stop, end_in_time, stop_after};
 use super::summary::summary;
 use super::{inputs, shortfalls, watch};
 use crate::guard::Guard;
@@ -160,48 +160,54 @@ fn refused(why: &str) -> Exit {
 /// Solves all cases, if all can be read, and gives the worst status.
 fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop: &Stop) -> Exit {
     let mut started = Instant::now();
-    let inputs = match inputs::load_all(&arguments.cases, arguments.output.as_deref()) {
-        Ok(inputs) => inputs,
-        Err(exit) => return exit,
+    let load = || inputs::load_all(&arguments.cases, arguments.output.as_deref());
+    let inputs = match end_in_time(stop.cancel(), load, || stopped_before("was read")) {
+        Ok(Ok(inputs)) => inputs,
+        Ok(Err(exit)) | Err(exit) => return exit,
     };
     let (mut worst, count) = (Exit::Done, inputs.len());
     for (index, input) in inputs.iter().enumerate() {
         // A signal during one case, or between two, keeps the others from being begun.
         if index > 0 && stop.is_asked() {
-            output::warning(&format!("stopped: {} of {count} cases were not begun", count - index));
-            return worst.or_worse(Exit::Incomplete);
+            return not_begun(worst, count - index, count);
         }
         if count > 1 && !common.quiet {
             output::message(&format!("case {} of {count}: {}", index + 1, input.path.display()));
         }
-        worst = worst.or_worse(solve_one(input, arguments, common, guard, stop, started));
+        // Where the case cannot be stopped in time, the process ends with it.
+        let last = |exit: Exit| match count - index - 1 {
+            0 => worst.or_worse(exit),
+            left => not_begun(worst.or_worse(exit), left, count),
+        };
+        let command = Command { arguments, common, guard, stop, started, last: &last };
+        let exit = command.solve_one(input);
+        worst = worst.or_worse(exit);
         started = Instant::now();
     }
     worst
 }
 
-fn solve_one(
-    input: &Input,
-    arguments: &Arguments,
-    common: &Common,
-    guard: &Guard,
-    stop: &Stop,
+/// Says that some cases were not begun.
+fn not_begun(worst: Exit, left: usize, count: usize) -> Exit {
+    output::warning(&format!("stopped: {left} of {count} cases were not begun"));
+    worst.or_worse(Exit::Incomplete)
+}
+
+/// Says that a run was stopped before there was anything to keep: the case was not `done` yet.
+fn stopped_before(done: &str) -> Exit {
+    output::warning(&format!("stopped before the case {done}: nothing was solved, and nothing is written"));
+    Exit::Incomplete
+}
+
+/// What one case is solved with.
+struct Command<'a> {
+    arguments: &'a Arguments,
+    common: &'a Common,
+    guard: &'a Guard,
+    stop: &'a Stop,
     started: Instant,
-) -> Exit {
-    let solved = solve_and_save(input, arguments, common, guard, stop, started);
-    stop.release();
-    // A process that is being ended has said why, and has taken the place away that the files went to.
-    guard.let_end();
-    match solved {
-        Ok((outcome, saved)) => report(&input.case, &outcome, &saved, arguments, common),
-        Err(error) => {
-            output::error(&error.to_string());
-            match error {
-                RunError::Output(_) => Exit::Failure,
-                RunError::Resume(_) => Exit::BadInput,
-            }
-        }
-    }
+    /// The status of the process if this case is its last one, and ends so.
+    last: &'a dyn Fn(Exit) -> Exit,
 }
 
 /// Why a run has no results.
@@ -211,50 +217,88 @@ enum RunError {
     Output(#[from] OutputError),
     #[error(transparent)]
     Resume(#[from] ResumeError),
+    #[error("it could not be started")]
+    NotStarted(Exit),
 }
 
-fn solve_and_save(
-    input: &Input,
-    arguments: &Arguments,
-    common: &Common,
-    guard: &Guard,
-    stop: &Stop,
-    started: Instant,
-) -> Result<(Outcome, Saved), RunError> {
-    let case = &input.case;
-    let wanted = arguments.wanted();
-    let options = Options {
-        prune: !arguments.no_prune,
-        fields: !arguments.no_fields && wanted.needs_fields(),
-        scene: wanted.has(FileGroup::Scene),
-    };
-    // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
-    let folder =
-        OutputFolder::open_announced(&input.folder, |unfinished| guard.remove_on_failure(unfinished))?;
-    folder.holds_nothing_foreign()?;
-    let resume = match arguments.resume {
-        true => Some(Resume::read(&folder.partial(), case, &options, &wanted)?),
-        false => None,
-    };
-    if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
-        output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
+impl Command<'_> {
+    fn solve_one(&self, input: &Input) -> Exit {
+        let solved = self.solve_and_save(input);
+        self.conclude(&input.case, solved)
     }
-    stop.guard(&folder);
-    let mut plan = Plan::new(case, &options);
-    wanted.note_in(&mut plan);
-    let planning = started.elapsed();
-    let progress = Progress::new(&plan, common.quiet);
-    let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);
-    if options.fields {
-        writer = writer.drawing_sections(&plan, &case.title);
+
+    /// Prints what was found.
+    fn conclude(&self, case: &Case, solved: Result<(Outcome, Saved), RunError>) -> Exit {
+        self.stop.release();
+        // A process that is being ended has said why, and has taken the place away that the files went to.
+        self.guard.let_end();
+        match solved {
+            Ok((outcome, saved)) => report(case, &outcome, &saved, self.arguments, self.common),
+            Err(RunError::NotStarted(exit)) => exit,
+            Err(error @ RunError::Output(_)) => failed(&error, Exit::Failure),
+            Err(error @ RunError::Resume(_)) => failed(&error, Exit::BadInput),
+        }
     }
-    let outcome = run(case, &plan, &options, stop.cancel(), &writer);
-    progress.finish();
-    let fields = writer.finish(&outcome)?;
-    let command = command();
-    let request = Request { wanted, case_text: Some(&input.text), command: Some(&command) };
-    let saved = save(case, &outcome, &options, &request, folder, &fields, started, planning)?;
-    Ok((outcome, saved))
+
+    fn solve_and_save(&self, input: &Input) -> Result<(Outcome, Saved), RunError> {
+        let Self { arguments, common, guard, stop, started, last } = *self;
+        let case = &input.case;
+        let wanted = arguments.wanted();
+        let options = Options {
+            prune: !arguments.no_prune,
+            fields: !arguments.no_fields && wanted.needs_fields(),
+            scene: wanted.has(FileGroup::Scene),
+        };
+        // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
+        let folder =
+            OutputFolder::open_announced(&input.folder, |unfinished| guard.remove_on_failure(unfinished))?;
+        folder.holds_nothing_foreign()?;
+        let resume = match arguments.resume {
+            true => Some(Resume::read(&folder.partial(), case, &options, &wanted)?),
+            false => None,
+        };
+        if let Some(resume) = resume.as_ref().filter(|_| !common.quiet) {
+            output::message(&format!("{} steps are taken from the run that was stopped", resume.steps()));
+        }
+        stop.guard(&folder);
+        let give_up = || {
+            folder.unfinished().give_up();
+            last(stopped_before("was planned"))
+        };
+        let planned = end_in_time(stop.cancel(), || Plan::new(case, &options), give_up);
+        let mut plan = planned.map_err(RunError::NotStarted)?;
+        wanted.note_in(&mut plan);
+        let planning = started.elapsed();
+        let progress = Progress::new(&plan, common.quiet);
+        let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);
+        if options.fields {
+            writer = writer.drawing_sections(&plan, &case.title);
+        }
+        let run = Run::new(case, &plan, &options, stop.cancel());
+        let save_found = || -> Result<(Outcome, Saved), RunError> {
+            progress.finish();
+            let outcome = run.outcome();
+            let fields = writer.finish(&outcome)?;
+            let command = command();
+            let request = Request { wanted, case_text: Some(&input.text), command: Some(&command) };
+            let saved = save(case, &outcome, &options, &request, &folder, &fields, started, planning)?;
+            Ok((outcome, saved))
+        };
+        let leave = || {
+            let saved = save_found();
+            if saved.is_err() {
+                folder.unfinished().give_up();
+            }
+            last(self.conclude(case, saved))
+        };
+        end_in_time(stop.cancel(), || run.solve(&writer, None), leave).map_err(RunError::NotStarted)?;
+        save_found()
+    }
+}
+
+fn failed(error: &RunError, exit: Exit) -> Exit {
+    output::error(&error.to_string());
+    exit
 }
 
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {

@@ -2,12 +2,63 @@
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use elastocap_results::{OutputFolder, Unfinished};
 
-use crate::output;
+use crate::{Exit, output};
+
+/// The longest that work may go on after it is asked to stop. With what is left of it written after that, a command ends within two
+/// seconds.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// How often the request to stop is looked at.
+const INTERVAL: Duration = Duration::from_millis(20);
+
+/// The stack of a thread that works, as large as that of a main thread, bytes.
+pub(super) const STACK: usize = 8 << 20;
+
+/// Does `work` on a thread of its own and gives what it finds. Where `cancel` is set and the work does not end within [`GRACE`], since
+/// a part of it is long and cannot be interrupted, the process ends with the status that `leave` gives, which saves what there is.
+pub(super) fn end_in_time<T: Send>(
+    cancel: &AtomicBool,
+    work: impl FnOnce() -> T + Send,
+    leave: impl FnOnce() -> Exit,
+) -> Result<T, Exit> {
+    thread::scope(|scope| {
+        let (done, ends) = mpsc::channel();
+        let working = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || {
+            let found = work();
+            // Nobody waits for it any more where the process is being ended.
+            let _ = done.send(());
+            found
+        });
+        let working = working.map_err(|error| {
+            output::error(&format!("cannot start a thread: {error}"));
+            Exit::Failure
+        })?;
+        let mut asked: Option<Instant> = None;
+        while ends.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+            if asked.is_none() && cancel.load(Ordering::Relaxed) {
+                asked = Some(Instant::now());
+            }
+            if asked.is_some_and(|asked| asked.elapsed() >= GRACE) {
+                // The thread that still works ends with the process.
+                std::process::exit(leave().status().into());
+            }
+        }
+        working.join().map_err(|defect| std::panic::resume_unwind(defect))
+    })
+}
+
+/// Says that a solve was left in its middle, and with it all that the command would have found.
+pub(super) fn left_a_solve() -> Exit {
+    output::warning("stopped in the middle of a solve that cannot be interrupted: nothing is written");
+    Exit::Incomplete
+}
 
 /// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {

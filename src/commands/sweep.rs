@@ -15,7 +15,7 @@ use elastocap_files::{ReadError, read, result_name};
 
 use super::arguments::time;
 use super::progress::CaseProgress;
-use super::stop::{stop_after, stop_without_files};
+use super::stop::{end_in_time, stop_after, stop_without_files};
 use super::sweep_report::report;
 use crate::{Common, Exit, output};
 
@@ -107,20 +107,23 @@ enum Failure {
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
-    let failure = match sweep(arguments, common) {
-        Ok(exit) => return exit,
-        Err(failure) => failure,
-    };
-    match &failure {
-        Failure::Sweep(SweepError::Case(error)) => {
-            output::message(&error.render(output::stderr_has_colour()));
+    sweep(arguments, common).unwrap_or_else(Failure::told)
+}
+
+impl Failure {
+    /// Says why there are no results.
+    fn told(self) -> Exit {
+        match &self {
+            Self::Sweep(SweepError::Case(error)) => {
+                output::message(&error.render(output::stderr_has_colour()));
+            }
+            other => output::error(&other.to_string()),
         }
-        other => output::error(&other.to_string()),
-    }
-    match failure {
-        Failure::Design(_) | Failure::List { .. } | Failure::ListText(_) => Exit::BadInput,
-        Failure::Sweep(error) if error.is_bad_input() => Exit::BadInput,
-        Failure::Program(_) | Failure::Sweep(_) => Exit::Failure,
+        match self {
+            Self::Design(_) | Self::List { .. } | Self::ListText(_) => Exit::BadInput,
+            Self::Sweep(error) if error.is_bad_input() => Exit::BadInput,
+            Self::Program(_) | Self::Sweep(_) => Exit::Failure,
+        }
     }
 }
 
@@ -148,15 +151,23 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     let design = design(arguments)?;
     let settings = Settings { prune: !arguments.no_prune };
     let program = Program::of_this_process().map_err(Failure::Program)?;
-    let sweep = Sweep::read(&arguments.case, design, settings, program)?;
-    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    let path = folder_of(arguments, shard);
-    let folder = SweepFolder::open(&path, Manifest::of(&sweep, shard), arguments.overwrite)?;
     let cancel = Arc::new(AtomicBool::new(false));
-    stop_without_files(&cancel);
     if let Some(time) = arguments.max_time {
         stop_after(time, started, &cancel);
     }
+    let read = || Sweep::read(&arguments.case, design, settings, program);
+    let sweep = end_in_time(&cancel, read, || {
+        output::warning("stopped before the case was read: nothing was solved");
+        Exit::Incomplete
+    });
+    let sweep = match sweep {
+        Ok(sweep) => sweep?,
+        Err(exit) => return Ok(exit),
+    };
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let path = folder_of(arguments, shard);
+    let folder = SweepFolder::open(&path, Manifest::of(&sweep, shard), arguments.overwrite)?;
+    stop_without_files(&cancel);
 
     let found = folder.finished();
     for (case, why) in found.damaged.iter().take(MAX_TOLD) {
@@ -180,13 +191,28 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
         progress: CaseProgress::new(all, before, common.quiet),
     };
     let threads = rayon::current_num_threads();
-    run(&sweep, &wanted, threads, &cancel, &work)?;
-    let Work { records, progress, .. } = work;
-    drop(progress);
-    let records = records.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let summary = write_results(&folder, &records)?;
-    let spared = sweep.fields_spared();
-    Ok(report(&folder, &summary, &records, before, spared, started.elapsed(), arguments.json, common.quiet))
+    let conclude = || -> Result<Exit, Failure> {
+        work.progress.finish();
+        let records = work.records.lock().unwrap_or_else(PoisonError::into_inner);
+        let summary = write_results(&folder, &records)?;
+        let spared = sweep.fields_spared();
+        Ok(report(
+            &folder,
+            &summary,
+            &records,
+            before,
+            spared,
+            started.elapsed(),
+            arguments.json,
+            common.quiet,
+        ))
+    };
+    let solve = || run(&sweep, &wanted, threads, &cancel, &work);
+    match end_in_time(&cancel, solve, || conclude().unwrap_or_else(Failure::told)) {
+        Ok(solved) => solved?,
+        Err(exit) => return Ok(exit),
+    }
+    conclude()
 }
 
 fn design(arguments: &Arguments) -> Result<Design, Failure> {

@@ -166,6 +166,20 @@ fn little_address_space_ends_a_run_with_a_message_and_without_leftovers() {
 }
 
 #[test]
+fn a_check_counts_roughly_where_a_finer_count_takes_long_and_its_answer_is_the_same_every_time() {
+    for name in ["spiral8-and-box", "spiral5-two-boxes", "no-stop-in-plan"] {
+        let sandbox = Sandbox::new();
+        let path = acceptance(&format!("found3/{name}.toml"));
+        let check = || limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(0);
+        let begin = Instant::now();
+        let said = check();
+        assert!(begin.elapsed() < BUDGET, "{name}: {:?}", begin.elapsed());
+        assert!(said.stdout.contains("rough counts"), "{name}: {}", said.stdout);
+        assert!(said.stdout.contains("in the largest problem"), "{name}: {}", said.stdout);
+    }
+}
+
+#[test]
 fn a_file_that_is_no_case_is_not_quoted() {
     let sandbox = Sandbox::new();
     sandbox.case("passwords", "root:x:0:0:secret-of-root:/root\nother:x:1:1:secret-of-other:/\n");

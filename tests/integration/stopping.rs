@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 use std::process::Stdio;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crate::support::{Finished, STEPS, Sandbox, quick_pair};
+use crate::support::{Finished, STEPS, Sandbox, acceptance, quick_pair};
 
 /// A case of this many steps, each of which takes a while.
 fn long_case(sandbox: &Sandbox, steps: usize) -> PathBuf {
@@ -150,4 +150,20 @@ fn a_run_and_a_mesh_do_not_take_each_others_folder_nor_a_users() {
     let said = sandbox.elastocap(&["run", name, "-o", "own"]).exits_with(1);
     assert!(said.stderr.contains("is not from a run of elastocap"), "{}", said.stderr);
     assert_eq!((sandbox.read("own/curve.csv").as_str(), sandbox.names("own").len()), ("measured", 1));
+}
+
+#[test]
+fn a_run_ends_soon_after_its_time_whatever_it_does() {
+    // The first chooses a grid for very many boxes without conductors, the second meshes round bodies.
+    for name in ["no-stop-in-plan", "touch-2x2-round-finger"] {
+        let sandbox = Sandbox::new();
+        let case = acceptance(&format!("found3/{name}.toml"));
+        let begin = Instant::now();
+        let said = sandbox.run(&case, &["--max-time", "1s", "--no-fields"]).exits_with(3);
+        // Two seconds on an idle machine; tests share theirs.
+        assert!(begin.elapsed() < Duration::from_secs(15), "{name}: {:?}\n{}", begin.elapsed(), said.stderr);
+        assert!(said.stderr.contains("the time of --max-time is over"), "{name}: {}", said.stderr);
+        let left = sandbox.names(".");
+        assert!(left.iter().all(|name| name == "out.partial"), "{left:?}");
+    }
 }

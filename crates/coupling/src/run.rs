@@ -1,8 +1,8 @@
 //! Carries out a plan: its steps side by side, each on its own, the result the same at any number of threads.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 use elastocap_case::Case;
@@ -73,7 +73,9 @@ pub fn run(
     cancel: &Arc<AtomicBool>,
     observer: &dyn Observer,
 ) -> Outcome {
-    run_sharing(case, plan, options, cancel, observer, None)
+    let run = Run::new(case, plan, options, cancel);
+    run.solve(observer, None);
+    run.outcome()
 }
 
 /// The same for one of many cases, which solve equal fields once. The outcome is that of [`run`], but for its seconds.
@@ -83,84 +85,146 @@ pub fn run_sharing(
     options: &Options,
     cancel: &Arc<AtomicBool>,
     observer: &dyn Observer,
-    shared: Option<&Arc<SharedFields>>,
+    shared: &Arc<SharedFields>,
 ) -> Outcome {
-    let start = Instant::now();
-    let settings = FieldSettings {
-        cancel: Some(Arc::clone(cancel)),
-        shared: shared.cloned(),
-        ..plan.solver_settings(case, options)
-    };
-    let layer =
-        prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|what| observer.preparing(what));
-    if let Prepared::FiniteElement(run) = &layer
-        && let Some(solution) = &run.solution
-        && observer.layer_solved(solution).is_break()
-    {
-        cancel.store(true, Ordering::Relaxed);
-    }
-    let solver = Solver {
-        coarser: 0,
-        case,
-        settings,
-        prune: options.prune,
-        force_limit: plan.force_limit.or(layer.force_limit()),
-        layer: &layer,
-        base: None,
-    };
-    let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
-    let solve = |slot: usize| {
-        let step = *work.get(slot)?;
-        let found = observer.finished_before(step.index);
-        if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
-            observer.step_done(&result);
-            return Some(result);
-        }
-        observer.step_begun(step.index);
-        let (mut result, field) = solver.solve(step);
-        result.interrupted =
-            cancel.load(Ordering::Relaxed) && matches!(result.row.status, Status::ToleranceNotReached(_));
-        if let Some(field) = field.filter(|_| options.fields)
-            && observer.field_solved(&result, field).is_break()
-        {
-            cancel.store(true, Ordering::Relaxed);
-            return None;
-        }
-        observer.step_done(&result);
-        Some(result)
-    };
-    let done = side_by_side(plan.at_once, work.len(), cancel, solve);
-    let mut solved: Vec<Option<StepResult>> = done.into_iter().map(Option::flatten).collect();
-    if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
-        let what = "steps are solved again for their change";
-        observer.preparing(what);
-        let report = |done: usize, of: usize| observer.preparing(&format!("{what}: {done} of {of}"));
-        let (solver, work) = (&solver, work.as_slice());
-        let (at_once, memory_limit) = (plan.at_once, plan.memory_limit);
-        ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance, report: &report }
-            .run(&mut solved);
+    let run = Run::new(case, plan, options, cancel);
+    run.solve(observer, Some(shared));
+    run.outcome()
+}
+
+/// A run under way. What it has found so far can be taken from it while another thread still solves: a caller that cannot wait for a
+/// stopped run, because some part of a solve is long and cannot be interrupted, leaves that thread behind.
+pub struct Run<'a> {
+    case: &'a Case,
+    plan: &'a Plan,
+    options: &'a Options,
+    cancel: &'a Arc<AtomicBool>,
+    start: Instant,
+    layer: OnceLock<Prepared>,
+    /// The results of the distinct steps of the plan, in their order.
+    solved: Mutex<Vec<Option<StepResult>>>,
+    is_over: AtomicBool,
+}
+
+impl<'a> Run<'a> {
+    /// A run that has solved nothing yet; for `cancel` see [`run`].
+    pub fn new(case: &'a Case, plan: &'a Plan, options: &'a Options, cancel: &'a Arc<AtomicBool>) -> Self {
+        let solved = Mutex::new(vec![None; plan.distinct_steps().count()]);
+        let (layer, is_over) = (OnceLock::new(), AtomicBool::new(false));
+        Self { case, plan, options, cancel, start: Instant::now(), layer, solved, is_over }
     }
 
-    let mut steps = in_order(plan, solved.into_iter(), &solver);
-    note_changes(case, &mut steps);
-    let conductors = case.driven_terminals();
-    let measurement = case.has_conductors().then(|| case.measurement());
-    let (layer_meshes, layer_seconds) = match &layer {
-        Prepared::StepByStep | Prepared::ClosedForm(_) => (Vec::new(), 0.0),
-        Prepared::FiniteElement(run) => (run.meshes.clone(), run.seconds),
-    };
-    let stopped = steps.iter().any(|step| step.interrupted || step.row.status == Status::NotRun);
-    Outcome {
-        plan: plan.clone(),
-        warnings: layer_warnings(case, &layer),
-        steps,
-        conductors,
-        measurement,
-        layer_meshes,
-        layer_seconds,
-        stopped,
-        solve_seconds: start.elapsed().as_secs_f64(),
-        threads: rayon::current_num_threads(),
+    fn solved(&self) -> MutexGuard<'_, Vec<Option<StepResult>>> {
+        self.solved.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What solves a step, once the layer is there.
+    fn solver<'b>(&'b self, layer: &'b Prepared, shared: Option<&Arc<SharedFields>>) -> Solver<'b> {
+        let settings = FieldSettings {
+            cancel: Some(Arc::clone(self.cancel)),
+            shared: shared.cloned(),
+            ..self.plan.solver_settings(self.case, self.options)
+        };
+        Solver {
+            coarser: 0,
+            case: self.case,
+            settings,
+            prune: self.options.prune,
+            force_limit: self.plan.force_limit.or(layer.force_limit()),
+            layer,
+            base: None,
+        }
+    }
+
+    /// Solves all steps; with `shared`, fields that other cases have solved are taken from there.
+    pub fn solve(&self, observer: &dyn Observer, shared: Option<&Arc<SharedFields>>) {
+        let Self { case, plan, options, cancel, .. } = *self;
+        let layer = self.layer.get_or_init(|| {
+            let report = |what: &str| observer.preparing(what);
+            prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &report)
+        });
+        if let Prepared::FiniteElement(run) = layer
+            && let Some(solution) = &run.solution
+            && observer.layer_solved(solution).is_break()
+        {
+            cancel.store(true, Ordering::Relaxed);
+        }
+        let solver = self.solver(layer, shared);
+        let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
+        let solve = |slot: usize| {
+            let step = *work.get(slot)?;
+            let found = observer.finished_before(step.index);
+            if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
+                observer.step_done(&result);
+                return Some(result);
+            }
+            observer.step_begun(step.index);
+            let (mut result, field) = solver.solve(step);
+            result.interrupted =
+                cancel.load(Ordering::Relaxed) && matches!(result.row.status, Status::ToleranceNotReached(_));
+            if let Some(field) = field.filter(|_| options.fields)
+                && observer.field_solved(&result, field).is_break()
+            {
+                cancel.store(true, Ordering::Relaxed);
+                return None;
+            }
+            observer.step_done(&result);
+            Some(result)
+        };
+        side_by_side(plan.at_once, work.len(), cancel, |slot| {
+            let result = solve(slot);
+            if let Some(place) = self.solved().get_mut(slot) {
+                *place = result;
+            }
+        });
+        if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
+            let what = "steps are solved again for their change";
+            observer.preparing(what);
+            let report = |done: usize, of: usize| observer.preparing(&format!("{what}: {done} of {of}"));
+            let (solver, work) = (&solver, work.as_slice());
+            let (at_once, memory_limit) = (plan.at_once, plan.memory_limit);
+            // The steps as they are stay where they can be asked for.
+            let mut again = self.solved().clone();
+            ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance, report: &report }
+                .run(&mut again);
+            *self.solved() = again;
+        }
+        self.is_over.store(true, Ordering::Release);
+    }
+
+    /// What was found, which is taken from the run: the steps that are not solved by now are not run. Of those that are being solved by
+    /// another thread nothing is known.
+    pub fn outcome(&self) -> Outcome {
+        let (case, plan) = (self.case, self.plan);
+        let was_left = !self.is_over.load(Ordering::Acquire);
+        let solved = std::mem::take(&mut *self.solved());
+        let layer = self.layer.get();
+        let solver = layer.map(|layer| self.solver(layer, None));
+        let not_run = |step: &PlannedStep| match &solver {
+            Some(solver) => solver.not_run(step),
+            None => StepResult::not_run(step),
+        };
+        let mut steps = in_order(plan, solved.into_iter(), &not_run);
+        note_changes(case, &mut steps);
+        let conductors = case.driven_terminals();
+        let measurement = case.has_conductors().then(|| case.measurement());
+        let (layer_meshes, layer_seconds) = match layer {
+            None | Some(Prepared::StepByStep | Prepared::ClosedForm(_)) => (Vec::new(), 0.0),
+            Some(Prepared::FiniteElement(run)) => (run.meshes.clone(), run.seconds),
+        };
+        let is_stopped = |step: &StepResult| step.interrupted || step.row.status == Status::NotRun;
+        Outcome {
+            plan: plan.clone(),
+            warnings: layer.map_or_else(Vec::new, |layer| layer_warnings(case, layer)),
+            stopped: was_left || steps.iter().any(is_stopped),
+            steps,
+            conductors,
+            measurement,
+            layer_meshes,
+            layer_seconds,
+            solve_seconds: self.start.elapsed().as_secs_f64(),
+            threads: rayon::current_num_threads(),
+        }
     }
 }
 
@@ -186,15 +250,15 @@ fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
 fn in_order(
     plan: &Plan,
     mut solved: impl Iterator<Item = Option<StepResult>>,
-    solver: &Solver<'_>,
+    not_run: &dyn Fn(&PlannedStep) -> StepResult,
 ) -> Vec<StepResult> {
     let mut steps: Vec<StepResult> = Vec::with_capacity(plan.steps.len());
     for step in &plan.steps {
         let result = match step.same_as {
-            None => solved.next().flatten().unwrap_or_else(|| solver.not_run(step)),
+            None => solved.next().flatten().unwrap_or_else(|| not_run(step)),
             Some(first) => match steps.get(first) {
                 Some(original) => copy_of(original, step),
-                None => solver.not_run(step),
+                None => not_run(step),
             },
         };
         steps.push(result);

@@ -83,7 +83,7 @@ pub use solution::{
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;
-pub use tets::forecast::forecast_mesh;
+pub use tets::forecast::{forecast_mesh, forecast_without_mesh};
 pub use tets::potentials::{NotReached, PotentialError, PotentialProblem, PotentialSettings, Potentials};
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.

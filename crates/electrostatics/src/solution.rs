@@ -54,6 +54,8 @@ pub struct Forecast {
     pub turned: bool,
     /// Independent right-hand sides.
     pub right_hand_sides: usize,
+    /// Whether nothing was solved for it, because that alone would take long: unknowns and time are rough then.
+    pub is_rough: bool,
 }
 
 impl Settings {

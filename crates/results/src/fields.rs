@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Instant;
 
 use elastocap_coupling::deform::Solution;
@@ -82,6 +82,8 @@ pub struct FieldWriter<'a> {
     sections: (Vec<usize>, String),
     files: Mutex<FieldFiles>,
     broken: Mutex<Option<OutputError>>,
+    /// Whether files are still taken: a run that was left behind goes on after its results are written.
+    is_open: RwLock<bool>,
 }
 
 impl<'a> FieldWriter<'a> {
@@ -95,6 +97,7 @@ impl<'a> FieldWriter<'a> {
             sections: Default::default(),
             files: Mutex::default(),
             broken: Mutex::default(),
+            is_open: RwLock::new(true),
         }
     }
 
@@ -118,15 +121,17 @@ impl<'a> FieldWriter<'a> {
         Self { resume, ..self }
     }
 
-    /// The files of a run that has ended, those of repeated steps among them.
+    /// The files of a run that has ended, those of repeated steps among them. From now on no more are staged: a thread that still solves
+    /// is stopped where it would stage one.
     ///
     /// # Errors
     /// When a file could not be written; the run was stopped then.
-    pub fn finish(self, outcome: &Outcome) -> Result<FieldFiles, OutputError> {
-        if let Some(error) = self.broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    pub fn finish(&self, outcome: &Outcome) -> Result<FieldFiles, OutputError> {
+        *self.is_open.write().unwrap_or_else(PoisonError::into_inner) = false;
+        if let Some(error) = self.broken.lock().unwrap_or_else(PoisonError::into_inner).take() {
             return Err(error);
         }
-        let mut files = self.files.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut files = std::mem::take(&mut *self.files());
         for step in &outcome.steps {
             let Some(original) = step.same_as.and_then(|first| files.steps.get(&first)).cloned() else {
                 continue;
@@ -146,31 +151,43 @@ impl<'a> FieldWriter<'a> {
         self.wanted.needs_sections() && self.sections.0.contains(&index)
     }
 
+    /// Stages a file, unless [`FieldWriter::finish`] has been called.
+    fn stage(&self, name: &str, bytes: &[u8]) -> ControlFlow<()> {
+        let is_open = self.is_open.read().unwrap_or_else(PoisonError::into_inner);
+        if !*is_open {
+            return ControlFlow::Break(());
+        }
+        match self.folder.stage(name, bytes) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                *self.broken.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn files(&self) -> MutexGuard<'_, FieldFiles> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Stages a picture where it is wanted as a file, and keeps it for the report.
-    fn keep_section(&self, index: usize, svg: String) -> Result<(), OutputError> {
+    fn keep_section(&self, index: usize, svg: String) -> ControlFlow<()> {
         if self.wanted.has(FileGroup::Sections) {
-            self.folder.stage(&section_file(index), svg.as_bytes())?;
+            self.stage(&section_file(index), svg.as_bytes())?;
         }
         if self.wanted.has(FileGroup::Report) {
-            self.files.lock().unwrap_or_else(PoisonError::into_inner).sections.insert(index, svg);
+            self.files().sections.insert(index, svg);
         }
-        Ok(())
+        ControlFlow::Continue(())
     }
 
     /// Stages the files of the layer.
     pub(crate) fn stage_layer(&self, layer: &LayerFiles) -> ControlFlow<()> {
         for (name, bytes) in &layer.files {
-            if let Err(error) = self.folder.stage(name, bytes) {
-                return self.stopped_by(error);
-            }
+            self.stage(name, bytes)?;
         }
-        self.files.lock().unwrap_or_else(PoisonError::into_inner).layer_warnings = layer.warnings.clone();
+        self.files().layer_warnings = layer.warnings.clone();
         ControlFlow::Continue(())
-    }
-
-    fn stopped_by(&self, error: OutputError) -> ControlFlow<()> {
-        *self.broken.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-        ControlFlow::Break(())
     }
 }
 
@@ -198,11 +215,13 @@ impl Observer for FieldWriter<'_> {
         }
         if let Some(field) = field {
             let name = field_file(index);
+            // A field that cannot be copied is solved again.
+            let _open = self.is_open.read().ok().filter(|is_open| **is_open)?;
             self.folder.stage_from(&field, &name).ok()?;
-            self.files.lock().unwrap_or_else(PoisonError::into_inner).set_name(index, name);
+            self.files().set_name(index, name);
         }
         if let Some(section) = section {
-            self.keep_section(index, section).ok()?;
+            self.keep_section(index, section).continue_value()?;
         }
         Some(step)
     }
@@ -232,25 +251,21 @@ impl Observer for FieldWriter<'_> {
                 (written.then(|| body_vtu(&mesh)), drawn.then(|| of_tetrahedra(step, &title(), &mesh)))
             }
         };
-        if let Some(section) = section.flatten()
-            && let Err(error) = self.keep_section(step.index, section.to_svg())
-        {
-            return self.stopped_by(error);
+        if let Some(section) = section.flatten() {
+            self.keep_section(step.index, section.to_svg())?;
         }
         let mut file = FieldFile::default();
         match bytes {
             Some(Ok(bytes)) => {
                 let name = field_file(step.index);
-                if let Err(error) = self.folder.stage(&name, &bytes) {
-                    return self.stopped_by(error);
-                }
+                self.stage(&name, &bytes)?;
                 file.name = Some(name);
             }
             Some(Err(error)) => file.warning = Some(format!("the field is not written: {error}")),
             None => {}
         }
         file.seconds = start.elapsed().as_secs_f64();
-        self.files.lock().unwrap_or_else(PoisonError::into_inner).steps.insert(step.index, file);
+        self.files().steps.insert(step.index, file);
         ControlFlow::Continue(())
     }
 

@@ -110,7 +110,7 @@ pub fn save_kept(
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;
-    save(case, outcome, options, &request, folder, &files, started, planning)
+    save(case, outcome, options, &request, &folder, &files, started, planning)
 }
 
 fn stage(writer: &FieldWriter<'_>, outcome: &Outcome, fields: &StepFields) -> ControlFlow<()> {

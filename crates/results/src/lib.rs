@@ -125,7 +125,7 @@ pub fn save(
     outcome: &Outcome,
     options: &Options,
     request: &Request<'_>,
-    folder: OutputFolder,
+    folder: &OutputFolder,
     fields: &FieldFiles,
     started: Instant,
     planning: Duration,
@@ -162,9 +162,9 @@ pub fn save(
         false => Shown::Boxes(Vec::new(), Vec::new()),
     };
     if wanted.has(FileGroup::Scene) {
-        warnings.extend(stage_scene(&folder, &shown)?);
+        warnings.extend(stage_scene(folder, &shown)?);
     }
-    warnings.extend(stage_series(&folder, &outcome.steps, fields)?);
+    warnings.extend(stage_series(folder, &outcome.steps, fields)?);
     if outcome.stopped {
         let text = resume::document(case, options, wanted, &outcome.steps, fields);
         let text = text.map_err(|error| OutputError::File {

@@ -189,7 +189,7 @@ impl Sweep {
         let at_once = at_once.max(1) as u64;
         plan.memory_limit /= at_once;
         plan.layer_memory_limit /= at_once;
-        let outcome = run_sharing(&case, &plan, &options, cancel, &(), Some(&self.shared));
+        let outcome = run_sharing(&case, &plan, &options, cancel, &(), &self.shared);
         let seconds = start.elapsed().as_secs_f64();
         (!outcome.stopped).then(|| CaseRecord::of_outcome(index, values.clone(), &outcome, seconds))
     }

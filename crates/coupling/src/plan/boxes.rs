@@ -13,8 +13,9 @@ use crate::route::Route;
 use crate::scene::neutral::indenter_in_field;
 use crate::settings::FieldSettings;
 
-/// Steps that are looked at, at most: of more, as many that lie evenly among them.
+/// Steps that are looked at, at most, and these times the bodies of the scene: of more, as many that lie evenly among them.
 const MAX_STEPS: usize = 64;
+const MAX_BODIES: usize = 12_800;
 
 /// What a map takes over boxes without one, at most of what was observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +80,8 @@ impl Plan {
     ) -> Result<Option<Forecast>, SolveError> {
         let by_boxes = |step: &&PlannedStep| step.route.is_some_and(is_by_boxes);
         let all: Vec<&PlannedStep> = self.solvable_steps().filter(by_boxes).collect();
-        let stride = all.len().div_ceil(MAX_STEPS).max(1);
+        let most = (MAX_BODIES / case.bodies.len().max(1)).clamp(2, MAX_STEPS);
+        let stride = all.len().div_ceil(most).max(1);
         let mut groups: Vec<Group> = Vec::new();
         // From the last one, so that the last step of each group is the one that is kept.
         for step in all.iter().rev().step_by(stride) {
@@ -96,12 +98,13 @@ impl Plan {
             }
         }
         let mut largest: Option<Forecast> = None;
-        let (mut seconds, mut unmirrored, mut memory) = (0.0, 0.0, 0);
+        let (mut seconds, mut unmirrored, mut memory, mut is_rough) = (0.0, 0.0, 0, false);
         for group in &groups {
             let own = group.map.times(without(forecast(&group.scene, &settings.boxes())?, group.lost));
             seconds += own.seconds * group.steps as f64;
             unmirrored += own.unmirrored.1 * group.steps as f64;
             memory = own.memory_bytes.max(memory);
+            is_rough |= own.is_rough;
             if largest.as_ref().is_none_or(|most| most.unknowns < own.unknowns) {
                 largest = Some(own);
             }
@@ -111,6 +114,7 @@ impl Plan {
             seconds: seconds / steps,
             unmirrored: (largest.unmirrored.0, unmirrored / steps),
             memory_bytes: memory,
+            is_rough,
             ..largest
         }))
     }

@@ -21,6 +21,9 @@ pub const MEASURED: &str = "measured";
 /// Field problems at the same time, whatever the machine.
 const MAX_AT_ONCE: usize = 8;
 
+/// What the process takes besides its solves, bytes: the program itself, stacks of threads, and files while they are made.
+pub(super) const PROGRAM: u64 = 20 << 20;
+
 /// Share of the tolerance that the facets of an imported mesh may take without a warning.
 const FACETS: f64 = 0.1;
 
@@ -148,6 +151,7 @@ impl Plan {
         match &expected {
             Ok(Some(own)) => {
                 self.unknowns = own.unknowns;
+                self.is_rough = own.is_rough;
                 self.mirrored = own.mirrored;
                 self.seconds = own.seconds * solves as f64;
                 memory = own.memory_bytes;
@@ -200,7 +204,7 @@ impl Plan {
                 self.at_once = wanted.min(rayon::current_num_threads());
             }
         }
-        self.memory_bytes = each.saturating_mul(self.at_once as u64);
+        self.memory_bytes = each.saturating_mul(self.at_once as u64).saturating_add(PROGRAM);
     }
 
     /// Plans how electrodes that the load bends are solved.

@@ -3,6 +3,7 @@
 use elastocap_case::Case;
 use elastocap_electrostatics::forecast_extruded;
 
+use super::electrostatics::PROGRAM;
 use super::{Options, Plan};
 use crate::failure::StepFailure;
 use crate::memory::max_memory;
@@ -16,6 +17,8 @@ use elastocap_linalg::memory::bytes_in_words;
 const BENT: f64 = 2.5;
 /// The same for outlines, whose plans follow every bend: as observed, up to six times as many unknowns.
 const BENT_OUTLINES: f64 = 6.0;
+/// What a solve of outlines takes beyond what is counted of it, mostly freed memory that the allocator keeps, bytes.
+const OF_OUTLINES: u64 = 20 << 20;
 const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;
 const MIN_SECONDS: f64 = 0.8;
@@ -50,6 +53,7 @@ impl Plan {
             Err(_) if bends => return,
             Err(error) => return self.fails(index, &error.into()),
         };
+        self.is_rough |= own.is_rough;
         if bends {
             self.unknowns = ((BENT * own.unknowns as f64) as usize).max(MIN_UNKNOWNS);
             self.memory_bytes = ((BENT * own.memory_bytes as f64) as u64).max(MIN_BYTES);
@@ -70,10 +74,12 @@ impl Plan {
         let solves = self.count(may_be) as f64;
         // What it fails on goes to tetrahedra, which is not known before.
         let Ok(own) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else { return };
+        self.is_rough |= own.is_rough;
         let bends = self.count(|route| route == Route::Extruded) == 0;
         let [larger, longer] = if bends { [BENT_OUTLINES, BENT] } else { [1.0, 1.0] };
         self.unknowns = self.unknowns.max((larger * own.unknowns as f64) as usize);
-        self.memory_bytes = self.memory_bytes.max((larger * own.memory_bytes as f64) as u64);
+        let memory = (larger * own.memory_bytes as f64) as u64;
+        self.memory_bytes = self.memory_bytes.max(memory.saturating_add(PROGRAM + OF_OUTLINES));
         self.seconds += longer * own.seconds * solves;
         self.mirrored = own.mirrored;
     }
@@ -92,8 +98,13 @@ impl Plan {
         }
     }
 
-    /// Warns where memory or time are beyond this machine.
+    /// Warns where the forecast is rough, and where memory or time are beyond this machine.
     fn warn_of_cost(&mut self) {
+        if self.is_rough {
+            self.warnings.push(
+                "unknowns, memory and time of the fields are rough counts: finer ones would take longer than a plan may".to_owned(),
+            );
+        }
         let layer = self.layer.as_ref();
         let memory = self.memory_bytes.max(layer.map_or(0, |layer| layer.memory_bytes));
         let free = max_memory();

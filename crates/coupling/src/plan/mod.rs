@@ -78,6 +78,9 @@ pub struct Plan {
     pub force_limit: Option<ForceLimit>,
     /// Whether what the scene does not need is left out.
     pub pruned: bool,
+    /// Whether the forecast of a field is a rough one.
+    #[serde(skip)]
+    pub is_rough: bool,
 }
 
 /// What a case asks for.
@@ -127,6 +130,7 @@ impl Plan {
             layer_memory_limit: max_memory(),
             force_limit: None,
             pruned: options.prune,
+            is_rough: false,
         };
         plan.mechanics(case);
         plan.electrostatics(case, options);

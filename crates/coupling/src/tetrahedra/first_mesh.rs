@@ -29,10 +29,51 @@ const STRIPS: f64 = 300.0;
 const THIN_GROWTH: f64 = 0.3;
 
 /// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
-pub(super) const MAX_EDGE_POINTS: f64 = 8_000.0;
+const MAX_EDGE_POINTS: f64 = 8_000.0;
 
 /// The same for a mesh that is to say no more than what the solve will take.
 pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
+
+/// How often the mesher may try a point for such a mesh: about a second's work.
+const FORECAST_INSERTIONS: usize = 60_000;
+
+/// The most corners of outlines in such a mesh.
+const FORECAST_CORNERS: usize = 5_000;
+
+/// What a first mesh is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To be solved.
+    Solve,
+    /// To say what a solve will take.
+    Forecast,
+}
+
+impl Purpose {
+    /// Largest number of points along the edges of thin conductors.
+    fn edge_points(self) -> f64 {
+        match self {
+            Self::Solve => MAX_EDGE_POINTS,
+            Self::Forecast => FORECAST_EDGE_POINTS,
+        }
+    }
+
+    /// Largest number of corners of all outlines that are meshed.
+    fn most_corners(self) -> usize {
+        match self {
+            Self::Solve => usize::MAX,
+            Self::Forecast => FORECAST_CORNERS,
+        }
+    }
+
+    /// See [`Sizing::most_insertions`].
+    fn most_insertions(self) -> usize {
+        match self {
+            Self::Solve => usize::MAX,
+            Self::Forecast => FORECAST_INSERTIONS,
+        }
+    }
+}
 
 /// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
 const MAX_THIN_EDGE: f64 = 0.1;
@@ -61,13 +102,13 @@ pub(super) struct First {
     pub(super) gap: f64,
 }
 
-/// Makes it, with faces smaller by a factor, and no more points along the edges of thin conductors than these.
+/// Makes it, with faces smaller by a factor. One for a forecast that takes too much work is given up, as if the caller had asked to stop.
 pub(super) fn first(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &FieldSettings,
     smaller: f64,
-    edge_points: f64,
+    purpose: Purpose,
 ) -> Result<First, TetrahedraError> {
     // Between balls that are close together, faces must be small compared with the gap too.
     let gap = ball_gap(scene)?;
@@ -80,7 +121,7 @@ pub(super) fn first(
         None => {
             let planes = if settings.symmetry { mirror::planes(scene) } else { Planes::default() };
             let cancel = settings.cancel.as_ref();
-            let fineness = Fineness { size, tolerance: settings.relative_tolerance, edge_points, cancel };
+            let fineness = Fineness { size, tolerance: settings.relative_tolerance, purpose, cancel };
             mesh_of(scene, fineness, planes)?
         }
     };
@@ -94,8 +135,7 @@ struct Fineness<'a> {
     size: f64,
     /// Of the solve that it is for.
     tolerance: f64,
-    /// Largest number of points along the edges of thin conductors.
-    edge_points: f64,
+    purpose: Purpose,
     /// Set from outside to stop.
     cancel: Option<&'a Arc<AtomicBool>>,
 }
@@ -128,6 +168,19 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
             Ok(_) | Err(_) => {}
         }
     }
+    let corners = |shape: &Shape| match shape {
+        Shape::Extrusion { outline, .. } => outline.len(),
+        Shape::Cylinder { .. } | Shape::Tube { .. } => (std::f64::consts::TAU / size) as usize,
+        Shape::Box(_)
+        | Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Capsule { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => 4,
+    };
+    if scene.shapes().map(corners).sum::<usize>() > fineness.purpose.most_corners() {
+        return Err(MeshError::Cancelled.into());
+    }
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
         // A polygon with an even number of sides is its own mirror image as the circle is.
         let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
@@ -137,7 +190,8 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
         }
     }
     // Where rounding leaves a flat tetrahedron behind, another size may not.
-    let mut sizing = Sizing { facet: size, far: 2.0 * reach, ..Sizing::default() };
+    let most_insertions = fineness.purpose.most_insertions();
+    let mut sizing = Sizing { facet: size, far: 2.0 * reach, most_insertions, ..Sizing::default() };
     let mut flattest: Option<(f64, TetMesh)> = None;
     let mut tries = TRIES;
     loop {
@@ -190,13 +244,14 @@ fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizin
         thin_edge,
         growth: THIN_GROWTH,
         far: 2.0 * reach,
+        most_insertions: fineness.purpose.most_insertions(),
         ..Sizing::default()
     };
     let wanted = THIN_EDGE * fineness.tolerance;
     let points = sizing(wanted).points_along_thin_edges(scene)?;
     let with = |most: f64| wanted * (points / most).max(1.0);
     let (finest, coarsest) = (with(MAX_EDGE_POINTS), wanted.max(MAX_THIN_EDGE));
-    (finest <= coarsest).then(|| sizing(with(fineness.edge_points).clamp(finest, coarsest)))
+    (finest <= coarsest).then(|| sizing(with(fineness.purpose.edge_points()).clamp(finest, coarsest)))
 }
 
 /// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on

@@ -9,13 +9,15 @@ use crate::faceting_error::curvature_error;
 use crate::failure::{Stop, TetrahedraError};
 use crate::settings::FieldSettings;
 use elastocap_case::ImportedMesh;
-use elastocap_electrostatics::{Forecast, MeshScene, MeshSolution, SolveError, forecast_mesh, solve_mesh};
+use elastocap_electrostatics::{
+    Forecast, MeshScene, MeshSolution, SolveError, forecast_mesh, forecast_without_mesh, solve_mesh,
+};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use elastocap_geometry::meshing::tets::{FaceRole, MeshError, Sizing, TetMesh};
-use elastocap_geometry::scene::{MirrorPlane, Scene};
+use elastocap_geometry::scene::{MirrorPlane, Potential, Scene};
 use elastocap_geometry::shapes::Shape;
 use elastocap_geometry::turn::Turn;
-use first_mesh::{FORECAST_EDGE_POINTS, First, MAX_EDGE_POINTS, THIN_EDGE, first};
+use first_mesh::{FORECAST_EDGE_POINTS, First, Purpose, THIN_EDGE, first};
 use shown::surfaces_of;
 
 /// The relative error of a capacitance, over the square of the faces' size over the radius: of balls and cylinders with
@@ -85,7 +87,7 @@ fn solve_at(
         error => Unsolved::Stop(error.into()),
     };
     let First { mesh, planes, size, gap } =
-        first(scene, imported, settings, smaller, MAX_EDGE_POINTS).map_err(failed)?;
+        first(scene, imported, settings, smaller, Purpose::Solve).map_err(failed)?;
     if let Some(conductor) = without_surface(scene, &mesh, &planes) {
         return Err(failed(TetrahedraError::NoSurface { conductor }));
     }
@@ -121,7 +123,7 @@ fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
     round.max(curvature_error(mesh, faceted))
 }
 
-/// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate.
+/// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate, which is rough where that would take long.
 ///
 /// # Errors
 /// Why the scene cannot be meshed or solved.
@@ -130,7 +132,14 @@ pub(crate) fn forecast(
     imported: Option<&ImportedMesh>,
     settings: &FieldSettings,
 ) -> Result<Forecast, TetrahedraError> {
-    let First { mesh, planes, .. } = first(scene, imported, settings, 1.0, FORECAST_EDGE_POINTS)?;
+    let First { mesh, planes, .. } = match first(scene, imported, settings, 1.0, Purpose::Forecast) {
+        Ok(first) => first,
+        Err(TetrahedraError::Mesh(MeshError::Cancelled)) => {
+            let sides = scene.conductors().filter(|own| own.potential != Potential::Grounded).count();
+            return Ok(forecast_without_mesh(sides, &settings.tetrahedra()));
+        }
+        Err(error) => return Err(error),
+    };
     let permittivity = scene.permittivities();
     let potentials = scene.potentials();
     let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &planes };

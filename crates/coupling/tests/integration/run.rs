@@ -1,13 +1,13 @@
 //! Plans and runs, without the command line.
 
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use elastocap_case::{Case, Load};
 use elastocap_coupling::outcome::{Missed, Outcome, Status, StepResult};
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
-use elastocap_coupling::run::{Observer, run};
+use elastocap_coupling::run::{Observer, Run, run};
 
 const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
 
@@ -66,6 +66,34 @@ fn a_cancelled_run_keeps_what_was_done() {
     let whole = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
     assert_eq!(last.force_n, whole.steps[5].row.force_n);
     assert!(last.force_n.is_some_and(|force| force > 0.0));
+}
+
+#[test]
+fn what_is_found_can_be_taken_from_a_run_that_goes_on() {
+    let case = quick(&[0.0, 0.2]);
+    let plan = Plan::new(&case, &NUMBERS_ONLY);
+    let never = Arc::new(AtomicBool::new(false));
+    let whole = run(&case, &plan, &NUMBERS_ONLY, &never, &());
+    struct Taker<'a>(&'a Run<'a>, Mutex<Vec<Outcome>>);
+    impl Observer for Taker<'_> {
+        fn step_begun(&self, index: usize) {
+            if index == 1 {
+                self.1.lock().unwrap().push(self.0.outcome());
+            }
+        }
+    }
+    let one_by_one = Plan { at_once: 1, ..plan };
+    let own = Run::new(&case, &one_by_one, &NUMBERS_ONLY, &never);
+    let taker = Taker(&own, Mutex::default());
+    own.solve(&taker, None);
+    let taken = taker.1.into_inner().unwrap();
+    let [found] = taken.as_slice() else { panic!("{}", taken.len()) };
+    assert!(found.stopped && found.steps.len() == 2);
+    let capacitance = |outcome: &Outcome| outcome.steps[0].row.two_terminal_capacitance_f;
+    assert_eq!(capacitance(found), capacitance(&whole));
+    assert_eq!(found.steps[1].row.status, Status::NotRun);
+    // The force needs no field.
+    assert_eq!(found.steps[1].row.force_n, whole.steps[1].row.force_n);
 }
 
 #[test]

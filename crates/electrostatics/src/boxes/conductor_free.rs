@@ -46,7 +46,27 @@ const ENUMERATION_LIMIT: usize = 20_000;
 /// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the conductors is interior to
 /// some box.
 pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
-    thin(domain, maximal(domain))
+    free_boxes_within(domain, &mut Work { left: u64::MAX }).unwrap_or_default()
+}
+
+/// The same if it takes no more than so much work, by which `work` becomes less.
+pub(crate) fn free_boxes_within(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
+    let maximal = maximal(domain, work)?;
+    thin(domain, maximal, work)
+}
+
+/// Comparisons of boxes, and features looked at, that may still be made: some nanoseconds for each.
+#[derive(Debug)]
+pub(crate) struct Work {
+    pub(crate) left: u64,
+}
+
+impl Work {
+    /// Counts some of it; `None` where no more is left.
+    fn count(&mut self, more: usize) -> Option<()> {
+        self.left = self.left.checked_sub(more as u64)?;
+        Some(())
+    }
 }
 
 fn volume(b: &FreeBox) -> usize {
@@ -54,10 +74,11 @@ fn volume(b: &FreeBox) -> usize {
 }
 
 /// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another one.
-fn maximal(domain: &Domain) -> Vec<FreeBox> {
+fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let cells = domain.cells();
     let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
     for conductor in &domain.conductors {
+        work.count(boxes.len())?;
         let (hit, clear): (Vec<_>, Vec<_>) = boxes.into_iter().partition(|b| b.meets(conductor, cells));
         let mut pieces = BTreeSet::new();
         for b in hit {
@@ -86,6 +107,7 @@ fn maximal(domain: &Domain) -> Vec<FreeBox> {
         let mut kept = clear;
         let candidates: Vec<FreeBox> = pieces.into_iter().collect();
         for p in &candidates {
+            work.count(kept.len() + candidates.len())?;
             if !kept.iter().any(|q| q == p || p.inside(q)) && !candidates.iter().any(|q| p.inside(q)) {
                 kept.push(*p);
             }
@@ -97,15 +119,15 @@ fn maximal(domain: &Domain) -> Vec<FreeBox> {
         boxes = kept;
     }
     boxes.sort_by_key(|b| (std::cmp::Reverse(volume(b)), *b));
-    boxes
+    Some(boxes)
 }
 
 /// Greedy cover of the *features* of the coarse grid of planes: every vertex, edge, face and cell outside the
 /// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better preconditioner.
-fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
+fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<FreeBox>> {
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
-        return boxes;
+        return Some(boxes);
     }
     // Feature 2 m is plane m, feature 2 m + 1 interval m; a box lo..hi holds the features 2 lo + 1 .. 2 hi - 1, and the
     // outer planes where it reaches the scene's end.
@@ -129,12 +151,15 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
     let mut rest: Vec<(usize, FreeBox)> = boxes.into_iter().map(|b| (usize::MAX, b)).collect();
     loop {
         // Lazy greedy: gains only fall, so the first candidate whose fresh gain still leads is the best.
+        work.count(rest.len())?;
         rest.sort_by_key(|(gain, b)| (std::cmp::Reverse(*gain), *b));
         let mut best: Option<(usize, usize)> = None;
         for (index, entry) in rest.iter_mut().enumerate() {
             if best.is_some_and(|(gain, _)| gain >= entry.0) {
                 break;
             }
+            // A box of intervals has about eight features for each cell.
+            work.count(8 * volume(&entry.1))?;
             entry.0 = features(&entry.1).filter(|&f| !covered[f]).count();
             if best.is_none_or(|(gain, _)| entry.0 > gain) {
                 best = Some((entry.0, index));
@@ -169,5 +194,5 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>) -> Vec<FreeBox> {
             chosen.push(around);
         }
     }
-    chosen
+    Some(chosen)
 }

@@ -1,23 +1,47 @@
 //! Forecasts unknowns, memory and time of the box solver: solves the first small grids and plans the refinement from there to the
-//! tolerance without carrying it out.
+//! tolerance without carrying it out. How much work that is is counted beforehand, and where it is too much the forecast is a rough one:
+//! so a forecast takes seconds whatever the scene, and does not depend on what else the machine does.
 
 use crate::SolveError;
+use crate::boxes::conductor_free::{Work, free_boxes_within};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{STEP, goal};
-use crate::boxes::layout::Layout;
+use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::one_grid::{Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
-use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, first, graded};
+use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, USUAL_OVERLAP, first, graded};
 use crate::boxes::two_states;
 use crate::solution::{Forecast, Settings};
-use elastocap_geometry::scene::Scene;
+use elastocap_geometry::scene::{Potential, Scene};
+use std::collections::BTreeSet;
 
 /// Largest number of unknowns of a grid that is solved for a forecast.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Largest number of unknowns times right-hand sides of a grid that is solved for a forecast: some two seconds.
-const MAX_SMALL_WORK: usize = 20_000_000;
+/// Memory of the cells of a layout that grids are made of for a forecast, bytes.
+const MAX_LAYOUT: u64 = 40 << 20;
+
+/// Work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about a second.
+const MAX_ENUMERATION: u64 = 200_000_000;
+
+/// Seconds of a processor that one small grid may take, by count, and the bytes that its preconditioner may have.
+const MAX_SECONDS: f64 = 1.5;
+const MAX_PRECONDITIONER: f64 = 100e6;
+
+/// Seconds of a processor for each entry of a conductor-free box, iteration and function of an axis, and for the modes of an interval
+/// with n functions, over n^3.
+const OF_BOXES: f64 = 1.5e-10;
+const OF_MODES: f64 = 2e-8;
+
+/// Iterations on a small grid.
+const FEW_ITERATIONS: f64 = 15.0;
+
+/// Grids that are solved for a forecast, about: each lists the conductor-free boxes of every part again.
+const GRIDS: u64 = 4;
+
+/// Entries of all conductor-free boxes over those of the array, where they are too many to be listed.
+const ROUGH_OVERLAP: f64 = 30.0;
 
 /// Iterations on a grid that was not solved, and how many times as many functions per axis the last grid has as the first: upper
 /// estimates, as observed on scenes of some hundred bodies.
@@ -30,14 +54,30 @@ const MARGIN: f64 = 1.12;
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
 
-/// The axes across which the box solver will mirror a scene with such settings, and whether it will use a half turn.
+/// The axes across which the box solver will mirror a scene with such settings, and whether it will use a half turn; of a scene with too
+/// many cells to look at, none.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; more cells than fit into the memory.
 pub fn symmetries(scene: &Scene, settings: &Settings) -> Result<([bool; 3], bool), SolveError> {
-    let layout = Layout::new(scene, settings.memory_limit)?;
+    let Some(layout) = small_layout(scene, settings)? else { return Ok(([false; 3], false)) };
     let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
     Ok((mirrored, layout.turn.is_some() && settings.symmetry))
+}
+
+/// The layout of a scene; `None` if it has too many cells to be laid out for a forecast.
+///
+/// # Errors
+/// As [`symmetries`].
+fn small_layout(scene: &Scene, settings: &Settings) -> Result<Option<Layout>, SolveError> {
+    match Layout::new(scene, MAX_LAYOUT.min(settings.memory_limit)) {
+        Ok(layout) => Ok(Some(layout)),
+        Err(SolveError::TooLarge { bytes, .. }) if bytes <= settings.memory_limit => Ok(None),
+        Err(SolveError::TooLarge { bytes, .. }) => {
+            Err(SolveError::TooLarge { bytes, limit: settings.memory_limit })
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// Forecasts unknowns, memory and time of [`crate::solve()`].
@@ -45,14 +85,23 @@ pub fn symmetries(scene: &Scene, settings: &Settings) -> Result<([bool; 3], bool
 /// # Errors
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
 pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
+    if small_layout(scene, settings)?.is_none() {
+        return Ok(of_largest_grid(scene, settings));
+    }
     let explore = Settings { field: false, ..settings.clone() };
     let problem = GridProblem::new(scene, None, None, &explore)?;
-    if let (None, Some(plan)) = (settings.resolution, two_states::plan(scene, &problem)?) {
+    let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
+    let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
+    let preconditioner = Preconditioner::of(&problem, &first(&problem.core, distance));
+    let overlap = preconditioner.as_ref().map_or(ROUGH_OVERLAP, |own| own.overlap);
+    let is_small = |grid: &Grid| preconditioner.as_ref().is_some_and(|own| own.is_small(&problem, grid));
+    if settings.resolution.is_none()
+        && is_small(&first(&problem.core, distance))
+        && let Some(plan) = two_states::plan(scene, &problem)?
+    {
         let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings));
         return Ok(both(first?, second?));
     }
-    let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
-    let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
     let (dims, seconds) = if let Some(level) = settings.resolution {
@@ -61,10 +110,12 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     } else {
         let mut grid = first(&problem.core, distance);
         problem.check_memory(&grid)?;
-        if problem.unknowns(&grid).saturating_mul(solves) > MAX_SMALL_WORK {
+        if !is_small(&grid) {
             let dims = problem.core.domain(&grid).0.primal_dims().map(|n| USUAL_GROWTH * n);
-            let seconds = PACE * USUAL_ITERATIONS * solves as f64 * work(dims);
-            return Ok(problem.forecast_of(dims, seconds, solves));
+            let pace = PACE * (overlap / USUAL_OVERLAP).max(1.0);
+            let seconds = pace * USUAL_ITERATIONS * solves as f64 * work(dims);
+            let found = problem.forecast_of(dims, seconds, solves, overlap);
+            return Ok(Forecast { is_rough: true, ..found });
         }
         let mut dims;
         let mut iterations;
@@ -80,14 +131,14 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
             let mut next = grid.clone();
             refine(&mut next, &indicator, (STEP * lacking).max(goal));
-            if lacking <= goal || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS {
+            if lacking <= goal || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS || !is_small(&next) {
                 break;
             }
             grid = next;
         }
         (dims, PACE * iterations * work(dims))
     };
-    Ok(problem.forecast_of(dims, seconds, solves))
+    Ok(problem.forecast_of(dims, seconds, solves, overlap))
 }
 
 /// The forecast for two solves, one after the other.
@@ -101,13 +152,82 @@ fn both(a: Forecast, b: Forecast) -> Forecast {
         mirrored: a.mirrored,
         turned: a.turned,
         right_hand_sides: a.right_hand_sides + b.right_hand_sides,
+        is_rough: a.is_rough || b.is_rough,
+    }
+}
+
+/// What a solve on the largest grid that there may be takes, for a scene with too many cells to be laid out.
+fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
+    let sides = scene.conductors().filter(|own| own.potential != Potential::Grounded).count().max(1);
+    let axis = (MAX_UNKNOWNS as f64 / 2.0).cbrt();
+    let seconds = 2.0 * PACE * ROUGH_OVERLAP * USUAL_ITERATIONS * sides as f64 * 3.0 * axis.powi(4);
+    Forecast {
+        unknowns: MAX_UNKNOWNS,
+        // No grid is solved that would not fit.
+        memory_bytes: settings.memory_limit,
+        seconds,
+        unmirrored: (MAX_UNKNOWNS, seconds),
+        mirrored: [false; 3],
+        turned: false,
+        right_hand_sides: sides,
+        is_rough: true,
+    }
+}
+
+/// What the preconditioner of a problem takes on its first grid.
+struct Preconditioner {
+    /// Entries of all conductor-free boxes over those of the array.
+    overlap: f64,
+    /// Unknowns of the grid.
+    unknowns: f64,
+    /// Seconds of a processor that a solve for all right-hand sides takes.
+    seconds: f64,
+    /// Of the boxes, bytes.
+    bytes: f64,
+}
+
+impl Preconditioner {
+    /// `None` if there are too many boxes to be listed.
+    fn of(problem: &GridProblem<'_>, grid: &Grid) -> Option<Self> {
+        let parts = || problem.parts.iter().filter(|part| !part.potentials.is_empty());
+        let mut work = Work { left: MAX_ENUMERATION / (GRIDS * parts().count() as u64 + 1) };
+        let (domain, _) = problem.core.domain(grid);
+        let boxes = free_boxes_within(&domain, &mut work)?;
+        let dims = domain.primal_dims();
+        let array = dims.iter().product::<usize>().max(1) as f64;
+        let (mut entries, mut products) = (0.0, 0.0);
+        let mut intervals = BTreeSet::new();
+        for own in &boxes {
+            let shape =
+                [0, 1, 2].map(|a| domain.axes[a].open(own.block.lo[a], own.block.hi[a], own.held[a]).len());
+            let volume = shape.iter().map(|n| *n as f64).product::<f64>();
+            entries += volume;
+            products += volume * shape.iter().sum::<usize>() as f64;
+            intervals.extend((0..3).map(|a| (a, own.block.lo[a], own.block.hi[a], own.held[a], shape[a])));
+        }
+        let functions = || intervals.iter().map(|(.., n)| *n as f64);
+        let modes = OF_MODES * functions().map(|n| n.powi(3)).sum::<f64>();
+        let sides = parts().map(|part| part.potentials.len()).sum::<usize>() as f64;
+        Some(Self {
+            overlap: entries / array,
+            unknowns: problem.unknowns(grid) as f64,
+            seconds: parts().count() as f64 * modes + OF_BOXES * FEW_ITERATIONS * sides * products,
+            bytes: 8.0 * (entries + functions().map(|n| n * n).sum::<f64>()),
+        })
+    }
+
+    /// Whether a grid of the same scene is solved for a forecast.
+    fn is_small(&self, problem: &GridProblem<'_>, grid: &Grid) -> bool {
+        let larger = (problem.unknowns(grid) as f64 / self.unknowns).max(1.0);
+        let bytes = larger * self.bytes + problem.memory(grid) as f64 / 2.0;
+        larger.powf(4.0 / 3.0) * self.seconds <= MAX_SECONDS && bytes <= MAX_PRECONDITIONER
     }
 }
 
 impl GridProblem<'_> {
     /// The forecast for a last grid with `dims` functions on the axes, whose problems for `solves` right-hand sides take so many
-    /// seconds one after the other, those of one bound.
-    fn forecast_of(&self, dims: [usize; 3], seconds: f64, solves: usize) -> Forecast {
+    /// seconds one after the other, those of one bound. The conductor-free boxes together have `overlap` times the entries of the array.
+    fn forecast_of(&self, dims: [usize; 3], seconds: f64, solves: usize, overlap: f64) -> Forecast {
         let bounds = if self.settings.bounds { 2 } else { 1 };
         // The grid is that of a quarter where a half turn leaves a half of the scene.
         let halves = if self.layout.turn.is_some() { 2 } else { 1 };
@@ -127,14 +247,19 @@ impl GridProblem<'_> {
         let unmirrored = (bounds as usize * n * copies, longer(seconds, copies));
         let (unknowns, seconds) =
             if self.settings.symmetry { (bounds as usize * n, seconds) } else { unmirrored };
+        let larger = dims.map(|n| (MARGIN * n as f64).ceil() as usize);
+        // Two buffers in single precision for each box, of which the memory of a grid has the usual number.
+        let entries = larger.iter().map(|n| *n as f64).product::<f64>();
+        let boxes = 8.0 * f64::from(bounds) * (overlap - USUAL_OVERLAP).max(0.0) * entries;
         Forecast {
             unknowns,
-            memory_bytes: self.memory_of(dims.map(|n| (MARGIN * n as f64).ceil() as usize)),
+            memory_bytes: self.memory_of(larger) + boxes as u64,
             seconds,
             unmirrored,
             mirrored: mirrored.map(|m| m && self.settings.symmetry),
             turned: self.layout.turn.is_some() && self.settings.symmetry,
             right_hand_sides: solves,
+            is_rough: false,
         }
     }
 }

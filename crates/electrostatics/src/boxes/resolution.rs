@@ -48,12 +48,15 @@ pub(crate) fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 2e-5)
 }
 
+/// Entries of all conductor-free boxes over those of the array, on scenes of some bodies.
+pub(crate) const USUAL_OVERLAP: f64 = 2.0;
+
 /// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the preconditioner, line
 /// matrices, solutions of all parts.
 pub(crate) fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
     // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
-    // (about twice the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side: a solution, the
+    // ([`USUAL_OVERLAP`] times the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side: a solution, the
     // potential that it starts from, and what the repair needs.
     let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 3 * 8 * right_hand_sides as u64);
     let lines: u64 = dims.iter().map(|d| (d * d * 8 * 24) as u64).sum();

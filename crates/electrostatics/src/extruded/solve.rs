@@ -1,5 +1,6 @@
 //! The solver for extruded scenes: which scenes these are, what they will take, and from a scene to its Maxwell matrix.
 
+use super::family::Level;
 use super::layout::Layout;
 use super::search::{ExtrudedSolution, Search};
 use super::size::Size;
@@ -8,12 +9,21 @@ use crate::parity::Parity;
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::Scene;
+use elastocap_geometry::shapes::Shape;
 use elastocap_geometry::turn::{Turn, to_mirror_planes};
 use std::borrow::Cow;
 use std::time::Instant;
 
 /// Seconds per unknown and right-hand side on two cores.
 const SECONDS: f64 = 1.0e-6;
+
+/// Unknowns times right-hand sides of the first meshes together that are solved for a forecast, some seconds, and the bytes that they
+/// may take.
+const MAX_EXPLORED: f64 = 3e6;
+const MAX_EXPLORED_BYTES: u64 = 400 << 20;
+
+/// How many times as many unknowns as the finest of its first meshes a solve takes in the end, about.
+const USUAL_GROWTH: f64 = 8.0;
 
 /// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
 /// the one along which the fewest conductors begin or end, and of several the one along which they reach farthest. `None` if there is
@@ -36,11 +46,31 @@ pub fn is_extruded(scene: &Scene, axis: usize) -> bool {
 /// Whether a scene that [`is_extruded()`] is solved faster so than on tetrahedra: its outlines have few sides along which conductors
 /// end, each of which takes strips of triangles.
 pub fn has_few_edges(scene: &Scene) -> bool {
+    // Mirror planes leave no more than a quarter of the sides to be meshed, to which others may add more.
+    if corners(scene) / 8 > MOST_EDGES {
+        return false;
+    }
     let Some(axis) = extrusion_axis(scene) else { return false };
     let (_, scene) = turned(scene, axis, true);
     let part = mirror::part(&scene, &mirror::planes(&scene));
     let Some(layout) = Layout::new(&part, axis) else { return false };
     layout.plan(2.0 * layout.reach).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
+}
+
+/// Corners of the outlines of all conductors.
+fn corners(scene: &Scene) -> usize {
+    let of = |shape: &Shape| match shape {
+        Shape::Extrusion { outline, .. } => outline.len(),
+        Shape::Box(_)
+        | Shape::Sphere { .. }
+        | Shape::Shell { .. }
+        | Shape::Capsule { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Tube { .. }
+        | Shape::Surface(_)
+        | Shape::Physical(_) => 0,
+    };
+    scene.conductor_parts().map(|(_, shape)| of(shape)).sum()
 }
 
 /// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
@@ -56,22 +86,34 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     let explore = Settings { field: false, ..settings.clone() };
     let (turn, scene) = turned(scene, axis, settings.symmetry);
     let mut search = Search::new(&scene, axis, turn, &explore)?;
-    let expected = search.explore()?;
-    let (level, _) = search.first(&expected);
-    let mesh = search.mesh(level);
-    let size = Size::of(&mesh, &search.axis(level), level.degree);
     let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
-    let seconds = SECONDS * size.unknowns as f64 * right_hand_sides as f64;
+    let size_on =
+        |search: &Search<'_>, level: Level| Size::of(&search.mesh(level), &search.axis(level), level.degree);
+    let first: Vec<Size> = search.explored().map(|level| size_on(&search, level)).collect();
+    let work = first.iter().map(|size| size.unknowns as f64).sum::<f64>() * right_hand_sides as f64;
+    let bytes = first.iter().map(|size| size.memory(right_hand_sides)).max().unwrap_or(0);
+    let is_rough = work > MAX_EXPLORED || bytes > MAX_EXPLORED_BYTES;
+    let (unknowns, memory_bytes) = if is_rough {
+        let unknowns = first.iter().map(|size| size.unknowns).max().unwrap_or(0);
+        ((USUAL_GROWTH * unknowns as f64) as usize, (USUAL_GROWTH * bytes as f64) as u64)
+    } else {
+        let expected = search.explore()?;
+        let size = size_on(&search, search.first(&expected).0);
+        (size.unknowns, size.memory(right_hand_sides))
+    };
+    let seconds = SECONDS * unknowns as f64 * right_hand_sides as f64;
     let mirrored = search.planes.each_ref().map(Option::is_some);
     let parts = 1_usize << mirrored.iter().filter(|m| **m).count();
     Ok(Forecast {
-        unknowns: size.unknowns,
-        memory_bytes: size.memory(right_hand_sides),
-        seconds: seconds + search.seconds.choosing,
-        unmirrored: (parts * size.unknowns, parts as f64 * seconds),
+        unknowns,
+        // No mesh is solved that would not fit.
+        memory_bytes: memory_bytes.min(settings.memory_limit),
+        seconds: seconds + SECONDS * work,
+        unmirrored: (parts * unknowns, parts as f64 * seconds),
         turned: false,
         mirrored,
         right_hand_sides,
+        is_rough,
     })
 }
 

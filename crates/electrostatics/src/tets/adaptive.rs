@@ -34,7 +34,7 @@ use std::time::Instant;
 const ITERATION: f64 = 1e-5;
 
 /// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
-const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
+pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
 /// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be solved.
 const MAX_USEFUL_SPREAD: f64 = 0.3;

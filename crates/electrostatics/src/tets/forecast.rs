@@ -3,13 +3,24 @@
 use crate::SolveError;
 use crate::parity::Parity;
 use crate::solution::Forecast;
-use crate::tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, memory_of, solve_mesh};
+use crate::tets::adaptive::{BYTES, MeshScene, MeshSolution, TetrahedraSettings, memory_of, solve_mesh};
 use crate::tets::parity::parities;
 use crate::tets::spread::spread;
 use elastocap_geometry::meshing::tets::TetMesh;
 
 /// Largest number of tetrahedra of a mesh that is solved for a forecast, unless the initial mesh has more.
 const MAX_FORECAST_TETRAHEDRA: usize = 20_000;
+
+/// Seconds of a processor that solving the initial mesh may take, by count, and the bytes that it may take.
+const MAX_SECONDS: f64 = 3.0;
+const MAX_BYTES: u64 = 120 << 20;
+
+/// The spread on an initial mesh that is not solved, about, and unknowns per tetrahedron for each order.
+const ROUGH_SPREAD: f64 = 0.4;
+const UNKNOWNS: [f64; 3] = [0.2, 1.4, 4.7];
+
+/// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast.
+const ROUGH_TETRAHEDRA: usize = 200_000;
 
 /// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the last one.
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
@@ -47,15 +58,23 @@ pub fn forecast_mesh(
         .filter(|parity| !parity.is_constant())
         .collect();
     let sides: usize = parities.iter().map(Parity::sides).sum();
+    let order = settings.order.clamp(1, 3) - 1;
+    let expected = UNKNOWNS[order] * mesh.tets.len() as f64;
+    let bytes = memory_of(mesh.tets.len(), &parities, settings);
+    if 2.0 * seconds_for(expected, order, parities.len(), sides) > MAX_SECONDS || bytes > MAX_BYTES {
+        return Ok(rough(expected, bytes, [parities.len(), sides], scene.mirrored(), settings));
+    }
     let small = TetrahedraSettings {
-        memory_limit: settings.memory_limit.min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings)),
+        memory_limit: settings
+            .memory_limit
+            .min(memory_of(MAX_FORECAST_TETRAHEDRA, &parities, settings))
+            .min(MAX_BYTES),
         ..settings.clone()
     };
     let MeshSolution { mesh, solution, .. } = solve_mesh(mesh, scene, &small)?;
     let alone = vec![0.0; n];
     let pair = solution.two_terminal.as_ref();
     let error = spread(&solution.maxwell, pair, solution.measured.as_ref(), &alone, settings).error;
-    let order = settings.order.clamp(1, 3) - 1;
     let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
     let memory = |growth: f64| memory_of((mesh.tets.len() as f64 * growth) as usize, &parities, settings);
     // The solver makes no mesh that would not fit into memory.
@@ -64,11 +83,7 @@ pub fn forecast_mesh(
     let growth = (unresolved * far.powf(1.0 / RATE[order])).min(max_growth);
     let unknowns = (solution.unknowns as f64 * growth) as usize;
     // Each parity has a matrix of its own, and the whole would have one.
-    let time = |matrices: usize, sides: usize| {
-        PACE[order]
-            * unknowns as f64
-            * (matrices as f64 + FURTHER_SIDE * sides.saturating_sub(matrices) as f64)
-    };
+    let time = |matrices: usize, sides: usize| seconds_for(unknowns as f64, order, matrices, sides);
     let seconds = time(parities.len(), sides);
     let copies = scene.copies();
     Ok(Forecast {
@@ -79,5 +94,49 @@ pub fn forecast_mesh(
         mirrored: scene.mirrored(),
         turned: false,
         right_hand_sides: sides,
+        is_rough: false,
     })
+}
+
+/// Seconds for matrices of so many unknowns and the right-hand sides of all of them together.
+fn seconds_for(unknowns: f64, order: usize, matrices: usize, sides: usize) -> f64 {
+    PACE[order] * unknowns * (matrices as f64 + FURTHER_SIDE * sides.saturating_sub(matrices) as f64)
+}
+
+/// The forecast from the size of an initial mesh that is not solved.
+fn rough(
+    unknowns: f64,
+    bytes: u64,
+    [matrices, sides]: [usize; 2],
+    mirrored: [bool; 3],
+    settings: &TetrahedraSettings,
+) -> Forecast {
+    let order = settings.order.clamp(1, 3) - 1;
+    let growth = (ROUGH_SPREAD / settings.relative_tolerance).max(1.0).powf(1.0 / RATE[order]);
+    // The solver makes no mesh that would not fit into memory.
+    let growth = growth.min((settings.memory_limit as f64 / bytes.max(1) as f64).max(1.0));
+    let unknowns = growth * unknowns;
+    let seconds = seconds_for(unknowns, order, matrices, sides);
+    let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
+    Forecast {
+        unknowns: unknowns as usize,
+        memory_bytes: PROGRAM + (SPARE * growth * bytes as f64) as u64,
+        seconds,
+        unmirrored: (copies * unknowns as usize, copies as f64 * seconds),
+        mirrored,
+        turned: false,
+        right_hand_sides: sides,
+        is_rough: true,
+    }
+}
+
+/// A rough forecast for a scene with so many driven or floating conductors that takes too long to be meshed for one.
+pub fn forecast_without_mesh(sides: usize, settings: &TetrahedraSettings) -> Forecast {
+    let order = settings.order.clamp(1, 3) - 1;
+    let (each, per_side) = BYTES[order];
+    let bytes = ROUGH_TETRAHEDRA as u64 * (each + sides as u64 * per_side);
+    let unknowns = UNKNOWNS[order] * ROUGH_TETRAHEDRA as f64;
+    let found = rough(unknowns, bytes, [1, sides.max(1)], [false; 3], settings);
+    // How large the mesh is that the solver begins with is not known: no mesh is made that would not fit into this.
+    Forecast { memory_bytes: settings.memory_limit, ..found }
 }

@@ -228,7 +228,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError`]; then the files before are there, all of them.
-    pub fn commit(self) -> Result<Placed, OutputError> {
+    pub fn commit(&self) -> Result<Placed, OutputError> {
         let place = self.place.clone();
         self.put(&place, Keep::Foreign)
     }
@@ -237,7 +237,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError`]; then the files before are there, all of them.
-    pub fn commit_beside(self) -> Result<Placed, OutputError> {
+    pub fn commit_beside(&self) -> Result<Placed, OutputError> {
         let place = self.place.clone();
         self.put(&place, Keep::Others)
     }
@@ -247,7 +247,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError`]; then the files before are there, all of them.
-    pub fn commit_run(self, finish: Finish) -> Result<Placed, OutputError> {
+    pub fn commit_run(&self, finish: Finish) -> Result<Placed, OutputError> {
         let partial = self.partial();
         let complete_before = self.known(&self.place)?.complete;
         let aside = match finish {
@@ -298,7 +298,7 @@ impl OutputFolder {
         }
     }
 
-    fn put(mut self, target: &Path, keep: Keep) -> Result<Placed, OutputError> {
+    fn put(&self, target: &Path, keep: Keep) -> Result<Placed, OutputError> {
         let shown = self.shown(target);
         let coming: BTreeSet<String> = self.staged().into_iter().collect();
         let files: Vec<PathBuf> = coming.iter().map(|name| self.staging.path.join(name)).collect();
@@ -307,9 +307,8 @@ impl OutputFolder {
             OutputError::File { file, source }
         })?;
         let notes = self.move_to(target, &shown, keep, &coming)?;
-        self.created.clear();
         let files = coming.iter().map(|name| shown.join(name)).collect();
-        let warnings = [std::mem::take(&mut self.warnings), notes].concat();
+        let warnings = [self.warnings.as_slice(), &notes].concat();
         Ok(Placed { folder: shown, files, warnings })
     }
 

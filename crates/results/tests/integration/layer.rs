@@ -34,7 +34,7 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
         &outcome,
         &options,
         &Request::of(&options),
-        folder,
+        &folder,
         &fields,
         std::time::Instant::now(),
         std::time::Duration::ZERO,

@@ -45,6 +45,8 @@ pub(super) struct MeshInProgress {
     pub(super) least_roundness: f64,
     /// Set from outside to stop.
     cancel: Option<Arc<AtomicBool>>,
+    /// See [`Sizing::most_insertions`].
+    most_insertions: usize,
 }
 
 /// The place of a point on a space-filling curve: points with near places are near in space (Morton order).
@@ -64,6 +66,7 @@ impl MeshInProgress {
         min: Point,
         max: Point,
         cancel: Option<Arc<AtomicBool>>,
+        most_insertions: usize,
     ) -> Result<Self, MeshError> {
         let mesh = Delaunay::new(min, max);
         let mut out = Self {
@@ -78,6 +81,7 @@ impl MeshInProgress {
             last_tet: 0,
             least_roundness: f64::NEG_INFINITY,
             cancel,
+            most_insertions,
             complex,
         };
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
@@ -117,9 +121,10 @@ impl MeshInProgress {
         Ok(out)
     }
 
-    /// Whether the caller has asked the mesher to stop.
+    /// Whether the caller has asked the mesher to stop, or it has worked for as long as it may.
     pub(super) fn cancelled(&self) -> bool {
-        self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+        self.mesh.insertions > self.most_insertions
+            || self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 
     /// The same, to be passed on.

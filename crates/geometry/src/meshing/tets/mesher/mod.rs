@@ -83,6 +83,9 @@ pub struct Sizing {
     pub far: f64,
     /// Limit on the number of points.
     pub max_points: usize,
+    /// Limit on the number of times that a point is tried. A mesh that takes more is given up as if the caller had asked to stop: how
+    /// long the mesher works does then not depend on the machine.
+    pub most_insertions: usize,
 }
 
 impl Default for Sizing {
@@ -94,6 +97,7 @@ impl Default for Sizing {
             radius_to_edge: 2.0,
             far: 20.0,
             max_points: 500_000,
+            most_insertions: usize::MAX,
         }
     }
 }
@@ -136,7 +140,7 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
 ///
 /// # Errors
 ///
-/// As [`mesh()`], and [`MeshError::Cancelled`].
+/// As [`mesh()`], and [`MeshError::Cancelled`], also beyond [`Sizing::most_insertions`].
 pub fn mesh_unless(
     scene: &Scene,
     sizing: &Sizing,
@@ -154,7 +158,8 @@ pub fn mesh_unless(
     }
     let thin = thin_edges(scene, sizing);
     complex.divide_edges(&thin);
-    let mut work = MeshInProgress::new(complex, domain.min, domain.max, cancel.cloned())?;
+    let most = sizing.most_insertions;
+    let mut work = MeshInProgress::new(complex, domain.min, domain.max, cancel.cloned(), most)?;
     work.recover_boundaries(sizing)?;
     assign_regions(&mut work.mesh, &filling)?;
     if thin.is_empty() {

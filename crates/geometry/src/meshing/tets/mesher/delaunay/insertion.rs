@@ -124,6 +124,7 @@ impl Delaunay {
     /// # Errors
     /// Why it cannot be taken. The triangulation then is as before.
     pub(crate) fn insert_instead_of(&mut self, tets: &[u32], point: &Insertion) -> Result<u32, Refusal> {
+        self.insertions += 1;
         let start = self.locate(point)?;
         let same = |&&q: &&u32| squared_distance(self.points[q as usize], point.at) <= point.apart.powi(2);
         if let Some(&known) = self.tets[start as usize].iter().find(same) {

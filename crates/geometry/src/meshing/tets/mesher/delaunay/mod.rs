@@ -58,6 +58,8 @@ pub(super) struct Delaunay {
     pub(super) measure: Measure,
     /// The tetrahedron that the next insertion must remove, or else it is refused.
     pub(super) must_remove: Option<u32>,
+    /// How often a point was tried.
+    pub(super) insertions: usize,
     alive: Vec<bool>,
     /// Some tetrahedron at each point.
     tet_of_point: Vec<u32>,
