@@ -8,7 +8,7 @@ use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
 use elastocap_mechanics::solid::press::{PlaneLayer, Pressed, Pressing, Refinement, deepest};
 
-use super::curves::{DeformedCurves, through};
+use super::curves::{DeformedCurves, range, through};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
@@ -126,7 +126,8 @@ fn bodies(
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
     let surface = curve(&line(1, problem.thickness, everywhere));
     let half = mesh.nodes.iter().all(|x| x[0] > -tiny);
-    (boxes, DeformedCurves { electrodes, surface, half })
+    let heights = range(surface.iter().map(|p| p[1]));
+    (boxes, DeformedCurves { electrodes, surface, half, heights })
 }
 
 /// Points, all at one `x3`, with the weights of the trapezoidal rule over the reference length.

@@ -31,10 +31,12 @@ pub(super) enum Fields {
         found: Box<Solution>,
         /// The estimated relative error that the map leaves.
         deviation: f64,
+        /// The same for a surface that is level where the map ends.
+        beyond: f64,
         /// The bent bodies for a viewer.
         surfaces: Vec<SurfaceBody>,
     },
-    /// Solved as boxes inside and around bent electrodes, for want of a map.
+    /// Solved as boxes inside and around bent electrodes.
     Enclosed(Box<Solution>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
@@ -59,12 +61,13 @@ impl Solver<'_> {
                 Ok(Fields::Boxes(Box::new(found)))
             }
             Route::EnclosingBoxes => {
-                Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
+                Ok(Fields::Enclosed(Box::new(found)))
             }
             Route::MappedBoxes => self.under_map(step, deformed, state),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
-                let found = between(deformed, enclosing(deformed)?, &settings)?;
+                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
                 if found.reached {
                     Ok(Fields::Boxes(Box::new(found)))
                 } else {
@@ -138,12 +141,16 @@ impl Solver<'_> {
                 map: Arc::clone(map),
                 deviation: 0.0,
                 film_error: 0.0,
+                beyond: 0.0,
             };
             let found = Box::new(mapped(&bent, &settings)?);
             let surfaces = bent.surfaces(&window(&[deformed]));
-            return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
+            return Ok(Fields::Mapped { found, deviation: 0.0, beyond: 0.0, surfaces });
         }
-        let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
+        let enclosed = || {
+            let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
+            Ok(Fields::Enclosed(Box::new(found)))
+        };
         // Boxes inside and around a pair know nothing of what else is bent.
         let is_pressed_in_field = indenter_in_field(self.case).is_some();
         let is_in_layer = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
@@ -178,7 +185,8 @@ impl Solver<'_> {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
                     let found = Box::new(found);
-                    return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
+                    let BentScene { deviation, beyond, .. } = bent;
+                    return Ok(Fields::Mapped { found, deviation, beyond, surfaces });
                 }
                 // Only the film of an indenter can be chosen.
                 Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => films.make_thicker(),
@@ -197,11 +205,22 @@ impl Solver<'_> {
     ) -> Result<LayerScene, Stop> {
         match state {
             Some(Deformation::FiniteElement(layer)) => {
-                Ok(outlined(deformed, &layer.curves, self.settings.relative_tolerance, sides)?)
+                let covers_all = self.case.mechanics.is_some_and(|mechanics| mechanics.covers_all());
+                let at_rest = self.case.layer.as_ref().filter(|_| !covers_all).map(|own| own.thickness);
+                let flat = at_rest.unwrap_or(layer.deformed_thickness);
+                Ok(outlined(deformed, &layer.curves, flat, self.settings.relative_tolerance, sides)?)
             }
             // Nothing but finite elements bends anything.
             Some(Deformation::ClosedForm(_)) | None => Ok(LayerScene::of_boxes(deformed)),
         }
+    }
+}
+
+/// The heights between which the surface of a layer lies, m; `None` where it is flat.
+fn bent_between(state: Option<&Deformation<'_>>) -> Option<[f64; 2]> {
+    match state {
+        Some(Deformation::FiniteElement(layer)) => layer.curves.bent_between(),
+        Some(Deformation::ClosedForm(_)) | None => None,
     }
 }
 

@@ -17,7 +17,7 @@ use crate::common_base::{CommonBase, Known, Purposes};
 use crate::deform::{DeformError, Deformation, Prepared};
 use crate::failure::{StepFailure, Stop};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::{LayerScene, Sides};
+use crate::layer_outlines::{LayerScene, Sides, under_wall};
 use crate::outcome::{EntryStatus, Missed, Row, StepResult};
 use crate::plan::PlannedStep;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
@@ -44,11 +44,16 @@ struct Shaped<'a> {
     facets: f64,
     /// Whether outlines have curves in it.
     is_curved: bool,
+    /// See [`LayerScene::ends`].
+    ends: f64,
+    /// See [`LayerScene::under_wall`].
+    under_wall: f64,
 }
 
 impl<'a> From<&'a LayerScene> for Shaped<'a> {
     fn from(layer: &'a LayerScene) -> Self {
-        Self { scene: &layer.scene, facets: layer.facets, is_curved: layer.is_curved }
+        let LayerScene { scene, facets, is_curved, ends, under_wall } = layer;
+        Self { scene, facets: *facets, is_curved: *is_curved, ends: *ends, under_wall: *under_wall }
     }
 }
 
@@ -248,13 +253,18 @@ impl Solver<'_> {
         result.route = Some(taken);
         let mut solution = match self.fields(taken, step, deformed, state.as_ref())? {
             Fields::Boxes(found) => *found,
-            Fields::Mapped { found, deviation, surfaces } => {
+            Fields::Mapped { found, deviation, beyond, surfaces } => {
                 result.surfaces = surfaces;
-                self.note_deviation(&mut result.row, deviation, &mut shortfalls);
+                self.note_deviation(&mut result.row, deviation, beyond, &mut shortfalls);
                 *found
             }
             Fields::Enclosed(found) => {
                 result.route = Some(Route::EnclosingBoxes);
+                if let Some(Deformation::FiniteElement(layer)) = &state {
+                    let error = under_wall(&deformed.scene, &layer.curves);
+                    result.row.geometry_error_estimate = Some(error);
+                    self.note_under_wall(error, &mut shortfalls);
+                }
                 *found
             }
             Fields::Shapes(mut layer) => {
@@ -333,12 +343,13 @@ impl Solver<'_> {
     ) -> Result<(), Stop> {
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
-        let shaped = Shaped { scene: &deformed.scene, facets: 0.0, is_curved: false };
+        let layer = LayerScene::of_boxes(&deformed);
+        let shaped = Shaped::from(&layer);
         match taken {
             Route::Tetrahedra => {}
             Route::Extruded => {
                 if let Some(found) = self.by_outlines(shaped.scene)? {
-                    result.surfaces = LayerScene::of_boxes(&deformed).surfaces(&window(&[&deformed]), &[]);
+                    result.surfaces = layer.surfaces(&window(&[&deformed]), &[]);
                     return self.note_shapes(step, &shaped, found, result, field, Shortfalls::default());
                 }
                 result.route = Some(on_tetrahedra_instead(taken));

@@ -238,14 +238,41 @@ impl Solver<'_> {
         Some(error_on_finest(&values)? / capacitance.abs())
     }
 
-    /// Notes how far the bodies of a field are from those of the layer's finite elements.
-    pub(super) fn note_deviation(&self, row: &mut Row, deviation: f64, shortfalls: &mut Shortfalls) {
-        row.geometry_error_estimate = Some(deviation);
+    /// Notes how far the bodies of a field are from those of the layer's finite elements, within the map and `beyond` it.
+    pub(super) fn note_deviation(
+        &self,
+        row: &mut Row,
+        deviation: f64,
+        beyond: f64,
+        shortfalls: &mut Shortfalls,
+    ) {
+        row.geometry_error_estimate = Some(deviation + beyond);
         let asked = self.settings.relative_tolerance;
         if deviation > asked {
             let reason = format!(
                 "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
                  {asked:.0e} was asked for"
+            );
+            shortfalls.add(Missed::Geometry, reason);
+        }
+        if beyond > asked {
+            let reason = format!(
+                "the field follows the surface of the layer beside the electrodes and takes it as level farther out, in open space, which \
+                 leaves a relative error of about {beyond:.0e} (an estimate), where {asked:.0e} was asked for; end the scene by walls, with \
+                 `boundary` and `side_margin`"
+            );
+            shortfalls.add(Missed::Geometry, reason);
+        }
+    }
+
+    /// Notes the relative error of a capacitance for a bent surface on which a wall lies.
+    pub(super) fn note_under_wall(&self, error: f64, shortfalls: &mut Shortfalls) {
+        let asked = self.settings.relative_tolerance;
+        if error > asked {
+            let reason = format!(
+                "the layer's surface is bent, and the wall that lies on it is taken as flat, at the height under the indenter, which leaves a \
+                 relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; put a medium on the layer, with \
+                 `above = {{ relative_permittivity = 1.0, thickness = .. }}`"
             );
             shortfalls.add(Missed::Geometry, reason);
         }
@@ -255,7 +282,7 @@ impl Solver<'_> {
     pub(super) fn note_shapes(
         &self,
         step: &PlannedStep,
-        &Shaped { scene, facets: polygons, is_curved }: &Shaped<'_>,
+        &Shaped { scene, facets: polygons, is_curved, ends, under_wall }: &Shaped<'_>,
         solved: Solved,
         result: &mut StepResult,
         field: &mut Option<StepField>,
@@ -266,7 +293,7 @@ impl Solver<'_> {
         }
         let Solved { mut general, turn, facets, .. } = solved;
         let facets = facets + polygons;
-        result.row.geometry_error_estimate = Some(facets);
+        result.row.geometry_error_estimate = Some(facets + ends + under_wall);
         let instead = if is_curved {
             "outlines that follow what is bent"
         } else {
@@ -290,6 +317,15 @@ impl Solver<'_> {
             );
             shortfalls.add(Missed::Geometry, reason);
         }
+        if ends > asked {
+            let reason = format!(
+                "the layer's surface has not come back to its height where its finite elements end, at `half_length`, and goes on level from \
+                 there, which leaves a relative error of about {ends:.0e} (an estimate), where {asked:.0e} was asked for; make `half_length` \
+                 larger"
+            );
+            shortfalls.add(Missed::Geometry, reason);
+        }
+        self.note_under_wall(under_wall, &mut shortfalls);
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         self.note_solution(step, result, general.solution, shortfalls, asked)?;
         if let Some(report) = &mut result.solver {
