@@ -36,7 +36,7 @@ fn everything(folder: &std::path::Path) -> common::Result<usize> {
     let outcome = run(&case, &plan, &options, &cancel, &writer);
     let fields = writer.finish(&outcome)?;
     let request = Request::of(&options);
-    Ok(save(&case, &outcome, &options, &request, folder, &fields, started, planning)?.files.len())
+    Ok(save(&case, &outcome, &options, &request, &folder, &fields, started, planning)?.files.len())
 }
 
 fn main() -> common::Result<()> {

@@ -36,7 +36,6 @@ impl Exit {
         };
         if badness(other) > badness(self) { other } else { self }
     }
-}
 
     /// The exit status of the process.
     fn status(self) -> u8 {

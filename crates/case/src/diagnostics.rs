@@ -9,6 +9,11 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 /// At most this many problems are kept; the rest are counted.
 pub(super) const KEPT: usize = 10;
 
+/// Bytes of a line before or after a problem, from which on it is shown in part.
+const LONG_LINE: usize = 4_000;
+/// How many are then shown.
+const SHOWN_OF_LINE: usize = 80;
+
 /// One problem in a case file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -152,6 +157,9 @@ impl CaseError {
         let last = spans().map(|s| s.end).max().unwrap_or(0);
         let from = text[..first].rfind('\n').map_or(0, |k| k + 1);
         let to = text[last..].find('\n').map_or(text.len(), |k| last + k);
+        // Of a line without end its neighbourhood says enough, and is laid out in no time.
+        let from = if first - from > LONG_LINE { boundary(text, first - SHOWN_OF_LINE) } else { from };
+        let to = if to - last > LONG_LINE { boundary(text, last + SHOWN_OF_LINE) } else { to };
         let local = |span: &Range<usize>| {
             let span = clamp(span);
             span.start - from..span.end - from

@@ -1,8 +1,8 @@
 //! Carries out a plan: its steps side by side, each on its own, the result the same at any number of threads.
 
 use std::ops::ControlFlow;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 use elastocap_case::Case;

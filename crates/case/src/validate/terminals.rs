@@ -134,7 +134,10 @@ fn terminal<'a>(
         let is_again = !listed.insert(member);
         let conductor = conductors.iter().find(|c| c.name == *member);
         let elsewhere = before.iter().find(|(terminal, _)| terminal.holds(member));
-        if conductor.is_none() {
+        if conductor.is_none() && log.is_full() {
+            // It is counted; looking for the name that was meant takes long.
+            log.push(Diagnostic::at(&entry.span, "there is no such conductor"));
+        } else if conductor.is_none() {
             log.push(unknown("conductor", member, &entry.span, conductors.iter().map(|c| c.name)));
         } else if let Some((other, first)) = elsewhere {
             log.push(

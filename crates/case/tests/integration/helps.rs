@@ -41,7 +41,7 @@ fn no_key_is_proposed_that_is_refused_there() {
     assert_eq!(said(&pressed(&sheet("0.5 mm", "attached = \"layer\""), CLOSED_FORM)), "");
     let moved = CLOSED_FORM
         .replace("compression = [0.1]", "steps = [{ compression = 0.1, shift = [\"1 um\", \"0 um\"] }]");
-    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached"));
+    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached = \"layer\"`"));
     // On a top that does not stay flat.
     let on_top = said(&pressed(&sheet("1 mm", ""), UNDER_BALL));
     assert!(
@@ -93,16 +93,17 @@ fn one_mistake_in_a_form_gives_one_message() {
 }
 
 #[test]
-fn a_terminal_of_many_names_is_looked_at_in_no_time() {
+fn of_a_line_of_many_names_what_is_near_a_problem_is_shown() {
     let names: Vec<String> = (0..50_000).map(|k| format!("\"name {k}\"")).collect();
     let terminal = format!("[[terminal]]\nname = \"all\"\nconductors = [{}]\n", names.join(", "));
     let text = format!(
         "format = 1\n{}{terminal}[surroundings]\nboundary = \"open\"\n",
         conductor("box = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }")
     );
-    let begin = std::time::Instant::now();
-    assert!(said(&text).contains("there is no conductor"));
-    assert!(begin.elapsed().as_secs() < 10);
+    let said = said(&text);
+    assert!(said.contains("there is no conductor") && said.contains("and 49990 more problems"), "{said}");
+    // What is shown of a line costs what it is long.
+    assert!(said.lines().all(|line| line.len() < 500), "{said}");
 }
 
 #[test]

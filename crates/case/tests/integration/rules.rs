@@ -132,8 +132,8 @@ fn an_absolute_tolerance_is_a_capacitance_above_zero() {
 fn a_quantity_says_what_is_wrong_with_it() {
     let at = "thickness = \"450 um\"";
     for (value, words) in [
-        ("0.45", &["needs a unit", "`thickness = \"0.45 um\"`"][..]),
-        ("\"450\"", &["needs a unit", "`thickness = \"450 um\"`"]),
+        ("0.45", &["needs a unit", "\"0.45 um\" (450 nm), \"0.45 mm\" (450 um) or \"0.45 m\" (450 mm)"][..]),
+        ("\"450\"", &["needs a unit", "\"450 um\" or \"450 mm\""]),
         ("\"450 microns\"", &["unknown unit `microns`", "`thickness = \"450 um\"`"]),
         ("\"450 UM\"", &["unknown unit `UM`", "`thickness = \"450 um\"`"]),
         ("\"450 parsec\"", &["unknown unit `parsec`", "in m with an SI prefix"]),

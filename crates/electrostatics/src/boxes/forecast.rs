@@ -198,7 +198,8 @@ impl Preconditioner {
         let (mut entries, mut products) = (0.0, 0.0);
         let mut intervals = BTreeSet::new();
         for own in &boxes {
-            let shape = [0, 1, 2].map(|a| domain.axes[a].open(own.block.lo[a], own.block.hi[a], own.held[a]).len());
+            let shape =
+                [0, 1, 2].map(|a| domain.axes[a].open(own.block.lo[a], own.block.hi[a], own.held[a]).len());
             let volume = shape.iter().map(|n| *n as f64).product::<f64>();
             entries += volume;
             products += volume * shape.iter().sum::<usize>() as f64;

@@ -408,6 +408,16 @@ impl<'a> Search<'a> {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
+    /// Those of [`Level::EXPLORED`] that are solved.
+    pub(super) fn explored(&self) -> impl Iterator<Item = Level> {
+        let count = match (self.plan.marks.edges.is_empty(), self.layout.has_sheets()) {
+            (true, _) => 2,
+            (false, false) => 3,
+            (false, true) => 4,
+        };
+        Level::EXPLORED.into_iter().take(count)
+    }
+
     /// Solves the first meshes for the upper bound, from which follows what is to be expected of finer ones.
     pub(super) fn explore(&mut self) -> Result<Expectation, SolveError> {
         let exploring = Instant::now();

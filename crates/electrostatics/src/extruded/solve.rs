@@ -19,8 +19,8 @@ const SECONDS: f64 = 1.0e-6;
 
 /// Unknowns times right-hand sides of the first meshes together that are solved for a forecast, some seconds, and the bytes that they
 /// may take.
-const MAX_EXPLORED: f64 = 2e6;
-const MAX_EXPLORED_BYTES: u64 = 120 << 20;
+const MAX_EXPLORED: f64 = 3e6;
+const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 
 /// How many times as many unknowns as the finest of its first meshes a solve takes in the end, about.
 const USUAL_GROWTH: f64 = 8.0;
@@ -87,10 +87,9 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     let (turn, scene) = turned(scene, axis, settings.symmetry);
     let mut search = Search::new(&scene, axis, turn, &explore)?;
     let right_hand_sides = search.parities.iter().map(Parity::sides).sum::<usize>().max(1);
-    let size_on = |search: &Search<'_>, level: Level| {
-        Size::of(&search.mesh(level), &search.axis(level), level.degree)
-    };
-    let first = Level::EXPLORED.map(|level| size_on(&search, level));
+    let size_on =
+        |search: &Search<'_>, level: Level| Size::of(&search.mesh(level), &search.axis(level), level.degree);
+    let first: Vec<Size> = search.explored().map(|level| size_on(&search, level)).collect();
     let work = first.iter().map(|size| size.unknowns as f64).sum::<f64>() * right_hand_sides as f64;
     let bytes = first.iter().map(|size| size.memory(right_hand_sides)).max().unwrap_or(0);
     let is_rough = work > MAX_EXPLORED || bytes > MAX_EXPLORED_BYTES;

@@ -16,7 +16,7 @@ use std::ops::Range;
 const MAX_ORDER: usize = 3;
 
 /// Places in an interval at which limits are compared.
-const PLACES: usize = 64;
+const PLACES: usize = 32;
 
 /// Relative rounding of a sum of a few products, with room.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;

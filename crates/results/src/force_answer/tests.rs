@@ -51,7 +51,7 @@ fn the_true_force_lies_in_the_interval_for_random_values_of_three_formulas() {
         for (count, spread) in [(4, 1e-9), (7, 1e-9), (13, 1e-9), (7, 1e-3), (25, 1e-4)] {
             let curve = ForceCurve::new(steps(formula, count, spread, &mut random)).expect(name);
             let mut answered = 0;
-            for k in 0..400 {
+            for k in 0..100 {
                 let force = 3.0 * random();
                 let error = [0.0, 1e-4, 1e-2][k % 3];
                 let value = formula(force) + error * (2.0 * random() - 1.0);
@@ -69,7 +69,7 @@ fn the_true_force_lies_in_the_interval_for_random_values_of_three_formulas() {
                     assert!(part_low <= part_high, "{name}: {answer:?}");
                 }
             }
-            assert!(answered > 350, "{name}: {answered}");
+            assert!(answered > 85, "{name}: {answered}");
         }
     }
 }

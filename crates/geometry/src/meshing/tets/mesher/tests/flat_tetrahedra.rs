@@ -50,7 +50,9 @@ fn triangles_that_lie_in_one_plane_but_for_rounding_leave_no_flat_tetrahedra() {
 
 #[test]
 fn a_flip_removes_a_flat_tetrahedron_without_a_further_point() {
-    let mut work = MeshInProgress::new(PiecewiseLinearComplex::default(), [-1.0; 3], [1.0; 3], None, usize::MAX).unwrap();
+    let mut work =
+        MeshInProgress::new(PiecewiseLinearComplex::default(), [-1.0; 3], [1.0; 3], None, usize::MAX)
+            .unwrap();
     let flat = [[0.3, 0.0, 1e-4], [-0.3, 0.0, 1e-4], [0.0, 0.3, -1e-4], [0.0, -0.3, -1e-4]];
     for at in flat.into_iter().chain([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]]) {
         let hint = work.mesh.tet_at(work.mesh.points.len() as u32 - 1);
