@@ -582,6 +582,9 @@ pub enum Face {
 pub struct Electrostatics {
     /// (upper - lower)/value to reach, or the estimated relative error if `bounds` is false; in (0, 1).
     pub relative_tolerance: f64,
+    /// upper - lower that is enough however small the capacitance, F, or the estimated error; above zero. `None` where only the relative
+    /// tolerance counts.
+    pub absolute_tolerance: Option<f64>,
     /// (upper - lower)/value of the change against the first load step to reach, in (0, 1); only with bounds and at least two load
     /// steps. `None` where the change is not asked for by itself.
     pub change_tolerance: Option<f64>,

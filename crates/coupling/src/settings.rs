@@ -13,6 +13,8 @@ use crate::shared_fields::SharedFields;
 pub struct FieldSettings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
+    /// What the spread of smaller capacitances is compared with, F: see [`Settings::least_scale`].
+    pub least_scale: f64,
     /// What is taken as well, over the tolerance: see [`Settings::accepted`].
     pub accepted: f64,
     /// What the tolerance is about.
@@ -41,6 +43,7 @@ impl Default for FieldSettings {
     fn default() -> Self {
         let Settings {
             relative_tolerance,
+            least_scale,
             accepted,
             target,
             target_alone,
@@ -55,6 +58,7 @@ impl Default for FieldSettings {
         let tetrahedra_order = TetrahedraSettings::USUAL_ORDER;
         Self {
             relative_tolerance,
+            least_scale,
             accepted,
             target,
             target_alone,
@@ -75,6 +79,7 @@ impl FieldSettings {
     pub fn boxes(&self) -> Settings {
         Settings {
             relative_tolerance: self.relative_tolerance,
+            least_scale: self.least_scale,
             accepted: self.accepted,
             target: self.target,
             target_alone: self.target_alone,
@@ -92,6 +97,7 @@ impl FieldSettings {
     pub fn tetrahedra(&self) -> TetrahedraSettings {
         TetrahedraSettings {
             relative_tolerance: self.relative_tolerance,
+            least_scale: self.least_scale,
             target: self.target,
             order: self.tetrahedra_order,
             memory_limit: self.memory_limit,

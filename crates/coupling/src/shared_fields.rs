@@ -42,10 +42,10 @@ impl SharedFields {
             return solve(scene, settings);
         }
         // Debug writes every number so that it reads back as the same one.
-        let Settings { relative_tolerance, accepted, target, target_alone, .. } = settings;
+        let Settings { relative_tolerance, least_scale, accepted, target, target_alone, .. } = settings;
         let Settings { bounds, symmetry, resolution, foresight, .. } = settings;
         let key = format!(
-            "{scene:?} {relative_tolerance:?} {accepted} {target:?} {target_alone} {bounds} {symmetry} {resolution:?} {foresight:?}"
+            "{scene:?} {relative_tolerance:?} {least_scale:?} {accepted} {target:?} {target_alone} {bounds} {symmetry} {resolution:?} {foresight:?}"
         );
         {
             let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -83,7 +83,7 @@ impl Serialize for Status {
 /// see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EntryStatus {
-    /// The spread is at most the tolerance times the entry's own value.
+    /// The spread is at most the tolerance times the entry's own value, or at most the absolute tolerance.
     #[serde(rename = "ok")]
     Ok,
     /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
@@ -98,8 +98,13 @@ pub enum EntryStatus {
 }
 
 impl EntryStatus {
-    /// Of all entries of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative.
-    pub fn of(maxwell: &[Vec<Bounded>], allowed: f64, target: Target) -> Vec<Vec<Self>> {
+    /// Of all entries of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative to the value or to
+    /// `least_scale`, F, whichever is larger.
+    pub fn of(
+        maxwell: &[Vec<Bounded>],
+        (allowed, least_scale): (f64, f64),
+        target: Target,
+    ) -> Vec<Vec<Self>> {
         let is_asked = |i: usize, j: usize| match target {
             Target::Matrix => true,
             Target::Mutual(rows) => rows == [i, j] || rows == [j, i],
@@ -110,7 +115,7 @@ impl EntryStatus {
         let allowed = allowed * (1.0 + 1e-9);
         let diagonal = |i: usize| maxwell.get(i).and_then(|row| row.get(i)).map_or(0.0, |c| c.value.max(0.0));
         let entry = |(i, j): (usize, usize), c: &Bounded| {
-            if c.spread_over_value() <= allowed {
+            if c.spread_over_value() <= allowed || c.upper - c.lower <= allowed * least_scale {
                 Self::Ok
             } else if c.upper - c.lower <= allowed * SHARE_OF_DIAGONAL * (diagonal(i) * diagonal(j)).sqrt() {
                 Self::ToDiagonal
@@ -146,9 +151,12 @@ mod tests {
             vec![bounded(-0.1, 0.004), bounded(10.0, 0.06), bounded(0.0, 0.0)],
         ];
         use EntryStatus::{NotMeasured, NotReached, Ok, ToDiagonal};
-        let found = EntryStatus::of(&matrix, 1e-2, Target::Matrix);
+        let found = EntryStatus::of(&matrix, (1e-2, 0.0), Target::Matrix);
         assert_eq!(found, [[Ok, ToDiagonal, NotReached], [ToDiagonal, NotReached, Ok]]);
-        let own = EntryStatus::of(&matrix, 1e-2, Target::Own(1));
+        let own = EntryStatus::of(&matrix, (1e-2, 0.0), Target::Own(1));
         assert_eq!(own, [[Ok, ToDiagonal, NotMeasured], [ToDiagonal, NotReached, Ok]]);
+        // A spread of 0.1 at most is enough: that of all entries but one and two.
+        let absolute = EntryStatus::of(&matrix, (1e-2, 10.0), Target::Matrix);
+        assert_eq!(absolute, [[Ok, Ok, NotReached], [Ok, NotReached, Ok]]);
     }
 }

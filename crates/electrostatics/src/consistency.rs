@@ -9,6 +9,14 @@ use crate::solution::{Bounded, Solution};
 /// What rounding may add up to in a sum of limits, as a share of the diagonal.
 const ROUNDING: f64 = 1e-9;
 
+/// Error up to which bounds are given where the linear solver stopped short of its goal: those that are close may still improve.
+const CLOSE: f64 = 0.05;
+
+/// Whether bounds with this error of the target are to be given. Where the linear solver ended far from its goal they are not.
+pub(crate) fn is_usable(converged: bool, error: f64) -> bool {
+    converged || error < CLOSE
+}
+
 /// What contradicts itself in a solution, as the end of a sentence, if anything does. `all` are the bounds of all conductors, those
 /// that float among them.
 pub(crate) fn contradiction(solution: &Solution, all: &MatrixBounds, floating: &Floating) -> Option<String> {

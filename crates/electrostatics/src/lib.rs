@@ -17,7 +17,9 @@
 //! bounds the Maxwell matrix from above, by Thomson's principle that of the flux bounds it from below (as quadratic forms). Neither
 //! bound depends on the convergence of the linear solver, and open space is included without truncation: potential and flux continue
 //! to infinity along rays. The bounds of entries, of the two-terminal capacitance and of the potentials of floating conductors follow
-//! from these two matrices. Rounding is not enclosed by interval arithmetic; it is kept small and allowed for where sums could cross.
+//! from these two matrices. Rounding is not enclosed by interval arithmetic; it is estimated from above and counted, and bounds that
+//! cross nevertheless are [`SolveError::Contradiction`]. Where a linear solver ends far from its goal there are no bounds at all:
+//! [`SolveError::NotConverged`].
 //! With [`Settings::bounds`] switched off, the box solver skips the flux and the limits are estimates.
 //!
 //! # Units
@@ -62,6 +64,7 @@
 mod boxes;
 mod consistency;
 mod extruded;
+mod far;
 mod floating;
 mod matrix;
 mod parity;
@@ -142,6 +145,12 @@ pub enum SolveError {
         "an eigenvalue problem of the grid failed: its elements differ too much in size for double precision"
     )]
     Eigenvalues,
+    /// The linear solver ended far from its goal, so that no bounds are given.
+    #[error(
+        "the iteration does not converge: sizes or permittivities are too unequal; bring the largest and the smallest permittivity, or \
+         the largest and the smallest length, closer together"
+    )]
+    NotConverged,
     /// A scene was to be solved as a base and what a body changes there, and differs from the base by more.
     #[error("the scene differs from its base by more than a body and what is bent around it")]
     Superposition,

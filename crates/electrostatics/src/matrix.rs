@@ -24,8 +24,8 @@ pub(crate) fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
 }
 
-/// Bounds that cross by less than this share of the value are taken to have crossed by rounding.
-const CROSSING: f64 = 1e-6;
+/// Bounds that cross by less than this share of the value, beyond the rounding that is counted, are taken to have crossed by rounding.
+const CROSSING: f64 = 1e-9;
 
 /// What rounding may change of an energy, as a share of it and for each conductor, where the permittivity is uniform.
 ///
@@ -42,7 +42,7 @@ const ROUNDING_OF_FLUXES: f64 = 64.0;
 ///
 /// A difference of potentials is wrong by up to delta, the last digit of the potentials themselves. Where the permittivity eps is
 /// highest, this changes an energy E by up to 2 sqrt(E eps delta^2): a share of the order of delta times the root of the
-/// contrast. Rounding changes entry ij by such a share r of sqrt(E_ii E_jj), hence
+/// contrast ([`of_squares`]). Rounding changes entry ij by such a share r of sqrt(E_ii E_jj), hence
 /// c^T E c by at most r (sum_i |c_i| sqrt(E_ii))^2 <= n r sum_i c_i^2 E_ii.
 pub(crate) fn rounding_scale(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
     let n = energies.nrows();
@@ -63,6 +63,17 @@ pub(crate) fn contrast_of(permittivity: &[f64]) -> f64 {
     if least > 0.0 { (greatest / least).max(1.0) } else { 1.0 }
 }
 
+/// What multiplies the rounding of energies that are sums of squares of differences, where permittivities have this contrast.
+pub(crate) fn of_squares(contrast: f64) -> f64 {
+    contrast.sqrt()
+}
+
+/// The same for energies that are products of potentials u with A u, and for fluxes whose divergence is such a product: where the
+/// permittivity eps is highest, nearly all of u cancels, and the rest is wrong by delta eps u^2.
+pub(crate) fn of_products(contrast: f64) -> f64 {
+    ROUNDING_OF_FLUXES * contrast
+}
+
 /// Why a finer grid or mesh would not help, as a sentence for the user.
 pub(crate) fn rounding_alone(error: f64) -> String {
     format!(
@@ -73,28 +84,39 @@ pub(crate) fn rounding_alone(error: f64) -> String {
 
 impl MatrixBounds {
     /// Adds to the bounds what rounding may have changed of them. `scale` is the form that rounding is a share of, from
-    /// [`rounding_scale`], and `contrast` that of the permittivities of the scene.
-    pub(crate) fn count_rounding(&mut self, scale: &Mat<f64>, contrast: f64) {
+    /// [`rounding_scale`], and `factor` what the contrast of the permittivities multiplies it by, from [`of_squares`] or [`of_products`].
+    pub(crate) fn count_rounding(&mut self, scale: &Mat<f64>, factor: f64) {
         let n = self.upper.nrows();
         let share = ROUNDING * n as f64;
         for i in 0..n {
             let stored = share * self.upper[(i, i)].abs();
             for j in 0..n {
-                let r = share * contrast.sqrt() * scale[(i, j)] + if i == j { stored } else { 0.0 };
+                let r = share * factor * scale[(i, j)] + if i == j { stored } else { 0.0 };
                 self.upper[(i, j)] += r;
                 self.lower[(i, j)] -= ROUNDING_OF_FLUXES * r;
             }
         }
-        // Bounds that still cross have lost more than is counted here. What remains certain is that no energy is negative.
-        if (0..n).any(|i| self.lower[(i, i)] > self.upper[(i, i)] * (1.0 + CROSSING)) {
-            self.lower = Mat::zeros(n, n);
-        }
+    }
+
+    /// Moves the bounds apart by a share of every energy; `scale` is as for rounding.
+    pub(crate) fn widen(&mut self, scale: &Mat<f64>, share: f64) {
+        let by = scale * faer::Scale(share * self.upper.nrows() as f64);
+        self.upper += &by;
+        self.lower -= &by;
+    }
+
+    /// How the bounds contradict each other once rounding has been counted, as the end of a sentence, if they do.
+    pub(crate) fn crossing(&self) -> Option<String> {
+        let of = |i: usize| [self.lower[(i, i)], self.upper[(i, i)]];
+        let crossed = |i: &usize| of(*i)[0] > of(*i)[1] * (1.0 + CROSSING);
+        let [lower, upper] = of((0..self.upper.nrows()).find(crossed)?);
+        Some(format!("a capacitance is proved to be at least {lower:e} F and at most {upper:e} F"))
     }
 
     /// The bounds that there would be if the upper one were the truth but for rounding.
-    pub(crate) fn upper_with_rounding(&self, scale: &Mat<f64>, contrast: f64) -> Self {
+    pub(crate) fn upper_with_rounding(&self, scale: &Mat<f64>, factor: f64) -> Self {
         let mut exact = Self { lower: self.upper.clone(), upper: self.upper.clone() };
-        exact.count_rounding(scale, contrast);
+        exact.count_rounding(scale, factor);
         exact
     }
 
@@ -282,6 +304,20 @@ mod tests {
         let upper = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { -1.01 });
         let entries = MatrixBounds { lower: Mat::zeros(2, 2), upper }.entries();
         assert_eq!((entries[0][1].upper, entries[0][0].lower), (0.0, 0.0));
+    }
+
+    #[test]
+    fn bounds_that_cross_by_more_than_rounding_are_a_contradiction_and_others_are_moved_apart() {
+        let c = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { -0.5 });
+        let crossed = |by: f64| MatrixBounds { lower: &c * faer::Scale(1.0 + by), upper: c.clone() };
+        assert!(crossed(1e-8).crossing().unwrap().contains("at most 1e0 F"));
+        let mut little = crossed(1e-10);
+        assert_eq!(little.crossing(), None);
+        little.uncross();
+        assert!(little.lower[(0, 0)] < 1.0 && 1.0 < little.upper[(0, 0)]);
+        let mut rounded = crossed(1e-8);
+        rounded.count_rounding(&rounding_scale(&Mat::identity(2, 2), &c), of_squares(1e12));
+        assert_eq!(rounded.crossing(), None);
     }
 
     #[test]

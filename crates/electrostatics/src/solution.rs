@@ -13,6 +13,9 @@ pub(crate) const STOPPED: &str = "it was stopped on request";
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
+    /// What the spread is compared with where the value is smaller, F: an absolute tolerance over the relative one. Zero without an absolute
+    /// tolerance; then a capacitance that is zero never meets its tolerance.
+    pub least_scale: f64,
     /// So many times the tolerance, at least one, is taken as well where a grid happens to end there: by the search for one grid of boxes.
     pub accepted: f64,
     /// The quantity that the tolerance applies to.
@@ -68,6 +71,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             relative_tolerance: 1e-3,
+            least_scale: 0.0,
             accepted: 1.0,
             target: Target::Matrix,
             target_alone: false,

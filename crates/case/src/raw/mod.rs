@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::file_unit::FileUnit;
 use super::material::MaterialTable;
-use super::quantities::{Permittivity, Size, Tolerance, VolumeFraction};
+use super::quantities::{Capacitance, Permittivity, Size, Tolerance, VolumeFraction};
 use super::reader::{FromToml, Log, Node, Read, alternatives, nearest};
 use super::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, words};
 use super::values::{Flag, FormatNumber, PotentialOrder, Text};
@@ -145,6 +145,9 @@ table! {
     struct Electrostatics {
         /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
         relative_tolerance: Option<Read<Tolerance>>,
+        /// Spread of the proved bounds (or the estimated error) that is enough however small the capacitance is, which may be zero: of a
+        /// screened pair, for instance. Default: none, so that only `relative_tolerance` counts.
+        absolute_tolerance: Option<Read<Capacitance>>,
         /// Spread of the proved bounds of the change, C of a step less that of the first one, over the change, to reach. Steps whose
         /// change is known less well are solved again. Needs at least two load steps. Default: the change is as well known as it is.
         change_tolerance: Option<Read<Tolerance>>,

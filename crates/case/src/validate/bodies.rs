@@ -90,9 +90,6 @@ pub(super) fn bodies(
             Some((Extent::Everywhere, _)) | None => {}
         }
     }
-    if let Some(surroundings) = surroundings {
-        check_flux_has_an_end(&conductors, electrodes, raw, (surroundings, terminals), log);
-    }
     check_one_is_driven(&conductors, raw, log);
 
     let conductors = conductors.into_iter().zip(of_conductors);
@@ -443,52 +440,6 @@ fn is_apart_from_layer(
         Face::Medium { .. } => {}
     }
     true
-}
-
-/// One driven terminal alone among insulated walls, floating conductors or not: all its capacitances are zero, and no relative error can
-/// be reached.
-fn check_flux_has_an_end(
-    conductors: &[Option<PlacedBoxes<'_>>],
-    electrodes: Option<&Electrodes>,
-    raw: &Document,
-    (surroundings, terminals): (&Surroundings, &[Terminal]),
-    log: &mut Log<'_>,
-) {
-    let takes_flux = |face: Face| match face {
-        Face::Insulated => false,
-        Face::Grounded => true,
-        Face::Medium { then, .. } => then != Wall::Insulated,
-    };
-    let grounded_face = match surroundings.extent {
-        Extent::AroundLayer { below, above, .. } => takes_flux(below) || takes_flux(above),
-        Extent::Everywhere | Extent::Walls(_) => false,
-    };
-    let is_grounded = grounded_face || terminals.iter().any(|terminal| terminal.is_grounded);
-    if surroundings.boundary != Wall::Insulated || is_grounded || raw.pair().is_some() {
-        return;
-    }
-    // What could not be read may have been a second one.
-    let driven: Vec<_> =
-        conductors.iter().filter(|c| c.as_ref().is_none_or(|b| b.floating_charge.is_none())).collect();
-    let on_one_wire = |first: &PlacedBoxes<'_>| {
-        let joined = |other: &PlacedBoxes<'_>| Terminal::joins(terminals, first.name, other.name);
-        driven[1..].iter().all(|other| other.as_ref().is_some_and(joined))
-    };
-    if let ([Some(only), ..], None, true) = (driven.as_slice(), electrodes, any(&raw.conductor))
-        && on_one_wire(only)
-    {
-        log.push(
-            Diagnostic::at(
-                &only.span,
-                format!(
-                    "the conductor \"{}\" is alone inside insulated walls: its capacitance is zero",
-                    shown(only.name)
-                ),
-            )
-            .label("its flux can end nowhere")
-            .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
-        );
-    }
 }
 
 /// Potentials are counted from something: without a driven conductor there is no matrix.

@@ -3,6 +3,7 @@
 //! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
 //! there is `None`. Only the second is reported here as missing, so that one slip gives one message.
 
+mod alone;
 mod attached;
 mod bodies;
 mod forms;
@@ -141,7 +142,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     };
 
     raw.format.get()?;
-    Some(Case {
+    let case = Case {
         title: title(raw, origin)?,
         source: origin.to_owned(),
         layer: all_given(layer)?,
@@ -158,7 +159,9 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         surroundings,
         electrostatics: if wants_capacitance { Some(electrostatics(raw)?) } else { None },
         measured_points: all_given(measured_points)?,
-    })
+    };
+    alone::check_flux_has_an_end(&case, raw, log);
+    Some(case)
 }
 
 /// Turns "there, but unreadable" into a refusal of the whole.
@@ -256,11 +259,14 @@ fn check_order(raw: &Document, log: &mut Log<'_>) {
 
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
     let (mut relative_tolerance, mut bounds, mut solver, mut order) = (DEFAULT_TOLERANCE, true, None, None);
-    let mut change_tolerance = None;
+    let (mut absolute_tolerance, mut change_tolerance) = (None, None);
     if let Some(read) = &raw.electrostatics {
         let table = read.get()?;
         if let Some(read) = &table.relative_tolerance {
             relative_tolerance = read.get()?.value;
+        }
+        if let Some(read) = &table.absolute_tolerance {
+            absolute_tolerance = Some(read.get()?.si);
         }
         if let Some(read) = &table.change_tolerance {
             change_tolerance = Some(read.get()?.value);
@@ -279,5 +285,5 @@ fn electrostatics(raw: &Document) -> Option<Electrostatics> {
             order = Some(read.get()?.0);
         }
     }
-    Some(Electrostatics { relative_tolerance, change_tolerance, bounds, solver, order })
+    Some(Electrostatics { relative_tolerance, absolute_tolerance, change_tolerance, bounds, solver, order })
 }

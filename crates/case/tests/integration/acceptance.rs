@@ -64,6 +64,7 @@ fn in_plane_pair() -> Case {
         }),
         electrostatics: Some(Electrostatics {
             relative_tolerance: 1e-3,
+            absolute_tolerance: None,
             change_tolerance: None,
             bounds: true,
             solver: None,

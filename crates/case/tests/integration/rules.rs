@@ -111,6 +111,24 @@ fn only_tetrahedra_have_an_order_from_1_to_3() {
 }
 
 #[test]
+fn an_absolute_tolerance_is_a_capacitance_above_zero() {
+    let with = |value: &str| BOXES.to_owned() + "[electrostatics]\nabsolute_tolerance = " + value + "\n";
+    for (value, farads) in [("\"1 aF\"", 1e-18), ("\"0.5 fF\"", 5e-16)] {
+        let asked = accepted(&with(value), &[]).electrostatics.and_then(|e| e.absolute_tolerance);
+        assert!(asked.is_some_and(|own| (own / farads - 1.0_f64).abs() < 1e-12), "{asked:?}");
+    }
+    assert_eq!(accepted(BOXES, &[]).electrostatics.and_then(|e| e.absolute_tolerance), None);
+    refused(&with("1e-18"), &[], "1e-18", &["needs a unit"]);
+    refused(&with("\"1 V\""), &[], "\"1 V\"", &["expected a capacitance, found a voltage"]);
+    refused(
+        &with("\"0 fF\""),
+        &[],
+        "\"0 fF\"",
+        &["`absolute_tolerance` in [electrostatics] must be greater than zero"],
+    );
+}
+
+#[test]
 fn a_quantity_says_what_is_wrong_with_it() {
     let at = "thickness = \"450 um\"";
     for (value, words) in [
@@ -683,6 +701,35 @@ fn a_conductor_alone_in_insulated_walls_is_refused() {
         "{ min",
         &["alone inside insulated walls"],
     );
+}
+
+/// Each of these scenes has an endless search for a relative error of zero before it.
+#[test]
+fn a_body_of_any_shape_or_several_on_one_wire_alone_in_insulated_walls_are_refused() {
+    let walls = "[surroundings]\nboundary = \"insulated\"\nwalls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }\n";
+    let body = |name: &str, shape: &str| format!("[[conductor]]\nname = \"{name}\"\n{shape}\n");
+    let tube = |y: &str| {
+        format!(
+            "cylinder = {{ axis = \"x2\", base = [\"0 m\", \"{y}\", \"0 m\"], radius = \"100 um\", height = \"50 um\" }}"
+        )
+    };
+    let ball = "sphere = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"100 um\" }";
+    let cuboid = |x: &str| {
+        format!("box = {{ min = [\"{x}\", \"0 m\", \"0 m\"], max = [\"500 um\", \"100 um\", \"100 um\"] }}")
+    };
+    let wire = "[[terminal]]\nname = \"wire\"\nconductors = [\"a\", \"b\"]\n";
+    let alone = |bodies: &str, who: &str| {
+        let source = format!("format = 1\n{bodies}{walls}");
+        refused(&source, &[], "{ ", &[&format!("\"{who}\" is alone inside insulated walls")]);
+    };
+    alone(&body("a", &tube("0 m")), "a");
+    alone(&body("a", ball), "a");
+    let floating = format!("{}charge = \"0 C\"\n", body("b", &tube("200 um")));
+    alone(&(body("a", ball) + &floating), "a");
+    alone(&(body("a", &tube("0 m")) + &body("b", &tube("100 um")) + wire), "wire");
+    alone(&(body("a", &cuboid("0 m")) + &body("b", &cuboid("200 um")) + wire), "wire");
+    // On two wires they are a capacitor.
+    accepted(&format!("format = 1\n{}{}{walls}", body("a", &tube("0 m")), body("b", &tube("100 um"))), &[]);
 }
 
 #[test]

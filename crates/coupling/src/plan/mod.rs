@@ -140,8 +140,10 @@ impl Plan {
     pub fn solver_settings(&self, case: &Case, options: &Options) -> FieldSettings {
         let asked = case.electrostatics;
         let usual = FieldSettings::default();
+        let absolute = asked.and_then(|e| Some(e.absolute_tolerance? / e.relative_tolerance));
         FieldSettings {
             relative_tolerance: asked.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
+            least_scale: absolute.unwrap_or(usual.least_scale),
             bounds: asked.map_or(usual.bounds, |e| e.bounds),
             target: target(case),
             symmetry: options.prune,

@@ -122,7 +122,7 @@ impl Solver<'_> {
         let again = Solver { settings, base, ..*self };
         let mut result = again.solve(step).0;
         // The entries are compared with what the case asks of them.
-        let allowed = asked.boxes().allowed_spread();
+        let allowed = (asked.boxes().allowed_spread(), asked.least_scale);
         result.entry_status = result.maxwell.as_ref().map(|all| EntryStatus::of(all, allowed, asked.target));
         result
     }

@@ -343,7 +343,9 @@ impl Solver<'_> {
         }
         // A solve for the target alone may come without the matrix.
         let maxwell = Some(solution.maxwell).filter(|all| !all.is_empty());
-        let entries = maxwell.as_ref().map(|all| EntryStatus::of(all, allowed_spread, self.settings.target));
+        let entries = maxwell.as_ref().map(|all| {
+            EntryStatus::of(all, (allowed_spread, self.settings.least_scale), self.settings.target)
+        });
         let matrix_asked = self.settings.target == Target::Matrix;
         shortfalls.to_diagonal =
             matrix_asked && entries.iter().flatten().flatten().any(|e| *e != EntryStatus::Ok);

@@ -60,6 +60,7 @@ fn pair(layout: Layout) -> Case {
         }),
         electrostatics: Some(Electrostatics {
             relative_tolerance: 1e-3,
+            absolute_tolerance: None,
             change_tolerance: None,
             bounds: true,
             solver: None,

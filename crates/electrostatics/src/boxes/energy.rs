@@ -124,8 +124,9 @@ pub(crate) fn upper(
     // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
     // the energies stay upper bounds.
     let mut matrix = primal.energies(&coefficients)?;
-    for i in 0..coefficients.len() {
-        matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON;
+    let n = coefficients.len();
+    for i in 0..n {
+        matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON * n as f64 * primal.cancellation();
     }
     let energies = Energies {
         matrix,
@@ -167,15 +168,22 @@ pub(crate) fn lower(
     let n = potentials.len();
     let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
-    let slices: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
-    let phi: Vec<&[f64]> = fluxes.iter().map(|flux| flux.phi.as_slice()).collect();
-    let mut matrix = dual.flux_energies(&slices, &phi);
+    let mut matrix = flux_energies(&dual, potentials, &fluxes);
+    // With P the energies of the repairs and l those of what they leave, the repair of c_i r_i costs at most
+    // (sqrt(c P c) + sum |c_i| sqrt(l_i))^2, and c P c at most (sum |c_i| sqrt(P_ii))^2.
+    let roots: Vec<[f64; 2]> = fluxes
+        .iter()
+        .map(|own| [dot(&own.repair, &own.residual).max(0.0).sqrt(), own.energy_left.sqrt()])
+        .collect();
     for (i, own) in fluxes.iter().enumerate() {
-        share_of_repair = share_of_repair.max(excess * dot(&own.repair, &own.residual) / matrix[(i, i)]);
+        let [repair, left] = roots[i];
+        let unseen: f64 = roots.iter().map(|[other, rest]| repair * rest + left * other + left * rest).sum();
+        share_of_repair = share_of_repair.max(excess * (repair * repair + unseen) / matrix[(i, i)]);
         for (j, other) in fluxes.iter().enumerate() {
             matrix[(i, j)] -=
                 excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
         }
+        matrix[(i, i)] -= excess * unseen;
         // The factor covers the rounding of the sums, so that the energy stays a lower bound.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
     }
@@ -195,8 +203,10 @@ pub(crate) fn lower(
         with_error_of_base: None,
         seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
     };
-    let state =
-        |(v, flux): (&Vec<f64>, Flux)| State { potentials: v.clone(), phi: flux.phi, repair: flux.repair };
+    let state = |(v, mut flux): (&Vec<f64>, Flux)| {
+        flux.finer.iter().for_each(|finer| add(&mut flux.phi, finer));
+        State { potentials: v.clone(), phi: flux.phi, repair: flux.repair }
+    };
     let states = || potentials.iter().zip(fluxes).map(state).collect();
     let kept = if kept && proved { Fluxes::new(dual, domain, states()) } else { None };
     Ok((energies, kept))
@@ -211,14 +221,41 @@ pub(crate) fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveErro
 struct Flux {
     /// Potentials of the mixed method, which the flux is made from.
     phi: Vec<f64>,
-    /// The remaining divergence, b - A phi.
+    /// What is added to them and is smaller than their last digit.
+    finer: Option<Vec<f64>>,
+    /// The divergence of the flux, with the opposite sign.
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
+    /// The energy, at most, of a flux that cancels what the repair leaves of it.
+    energy_left: f64,
     /// Whether the repair cancelled the residual, so that the energy is a bound.
     proved: bool,
     iterations: usize,
     converged: bool,
+}
+
+/// Energies of the fluxes by themselves, a symmetric matrix.
+fn flux_energies(dual: &Dual, potentials: &[Vec<f64>], fluxes: &[Flux]) -> Mat<f64> {
+    let none = vec![0.0; dual.blocks()];
+    let finer = || fluxes.iter().enumerate().filter_map(|(i, flux)| Some((i, flux.finer.as_deref()?)));
+    let (mut of, mut held, mut phi): (Vec<usize>, Vec<&[f64]>, Vec<&[f64]>) = Default::default();
+    for (i, (v, flux)) in potentials.iter().zip(fluxes).enumerate() {
+        of.push(i);
+        held.push(v);
+        phi.push(&flux.phi);
+    }
+    for (i, own) in finer() {
+        of.push(i);
+        held.push(&none);
+        phi.push(own);
+    }
+    let all = dual.flux_energies(&held, &phi);
+    let mut matrix = Mat::zeros(fluxes.len(), fluxes.len());
+    for (k, &i) in of.iter().enumerate() {
+        of.iter().enumerate().for_each(|(l, &j)| matrix[(i, j)] += all[(k, l)]);
+    }
+    matrix
 }
 
 /// Iterates until the energy of the repair is small compared with `share` of the energy, or until further iterations gain little.
@@ -237,6 +274,9 @@ fn dual_flux(
     dual.true_residual(&b, &x, &mut r);
     let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
     let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
+    let none = vec![0.0; dual.blocks()];
+    let mut finer: Option<Vec<f64>> = None;
+    let zeros = || vec![0.0; b.len()];
     loop {
         step.fill(0.0);
         let goal_now = conjugate_gradients::Goal {
@@ -248,22 +288,43 @@ fn dual_flux(
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
         stop_if_asked(cancel)?;
         iterations += c.iterations;
-        add(&mut x, &step);
+        // Steps after the first may be less than the last digit of the potentials where the permittivity is high.
+        match last.is_infinite() {
+            true => add(&mut x, &step),
+            false => add(finer.get_or_insert_with(zeros), &step),
+        }
         // The recursion's residual drifts by rounding; the bound rests on the true one.
-        dual.true_residual(&b, &x, &mut r);
-        dual.balance(&mut x, &mut r);
-        let (repair, left) = dual.repair(&r, None);
-        let energy = dual.flux_energies(&[potentials], &[&x])[(0, 0)];
-        let cost = excess * dot(&repair, &r) / energy;
+        r = dual.left_by(potentials, &x);
+        if let Some(finer) = &finer {
+            add(&mut r, &dual.left_by(&none, finer));
+        }
+        if dual.must_balance() {
+            dual.balance(finer.get_or_insert_with(zeros), &mut r);
+        }
+        let repaired = dual.repair(&r, None);
+        let flux = Flux {
+            phi: std::mem::take(&mut x),
+            finer: finer.take(),
+            residual: std::mem::take(&mut r),
+            repair: repaired.potential,
+            energy_left: repaired.energy_left,
+            proved: false,
+            iterations,
+            converged: false,
+        };
+        let energy = flux_energies(dual, &[potentials.to_vec()], std::slice::from_ref(&flux))[(0, 0)];
+        let repair = dot(&flux.repair, &flux.residual);
+        let cost = excess * (repair.sqrt() + flux.energy_left.sqrt()).powi(2) / energy;
         // The repair ignores how conductors shield the field, and near them its energy may be far larger than the error of the
         // linear solver: then that error must become smaller.
-        let proved = left < 1e-3 && cost >= 0.0;
+        let proved = repaired.left < 1e-3 && cost >= 0.0 && cost.is_finite();
         let cheap = cost <= 20.0 * share;
         let gains_little = cost > 0.5 * last;
         if !proved || cheap || gains_little || iterations > conjugate_gradients::ITERATION_LIMIT {
             let converged = proved && (c.reached || cheap);
-            return Ok(Flux { phi: x, residual: r, repair, proved, iterations, converged });
+            return Ok(Flux { proved, converged, ..flux });
         }
+        (x, finer, r) = (flux.phi, flux.finer, flux.residual);
         start = energy;
         (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
     }

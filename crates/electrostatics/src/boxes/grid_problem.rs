@@ -7,6 +7,7 @@ use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
 use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::symmetry::{Part, leave_opposite, parts};
+use crate::far::without_far_faces;
 use crate::floating::Floating;
 use crate::solution::Settings;
 use elastocap_fem::tensor::Dims;
@@ -26,6 +27,8 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) core: Layout,
     /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used, the last where a half turn is.
     pub(crate) reflected: [bool; 3],
+    /// What any capacitance may change by where faces that are far away were left out, relative.
+    pub(crate) left_out: f64,
     /// Which conductors float.
     pub(crate) floating: Floating,
     pub(crate) settings: &'a Settings,
@@ -64,6 +67,9 @@ impl<'a> GridProblem<'a> {
         settings: &'a Settings,
     ) -> Result<Self, SolveError> {
         let frame = in_frame.map(|own| own.frame);
+        let is_alone = map.is_none() && in_frame.is_none();
+        let nearer = if is_alone { without_far_faces(scene, settings.relative_tolerance) } else { None };
+        let (scene, left_out) = nearer.as_ref().map_or((scene, 0.0), |(nearer, share)| (nearer, *share));
         let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
         if let Some(own) = in_frame {
             (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
@@ -90,6 +96,7 @@ impl<'a> GridProblem<'a> {
             opposite_alone,
             core: layout.core(),
             reflected,
+            left_out,
             floating,
             layout,
             settings,

@@ -12,6 +12,7 @@ use crate::boxes::one_grid::{Coarser, Lower, Outcome, on_grid};
 use crate::boxes::one_part::Potentials;
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, graded, iteration_share};
+use crate::consistency::is_usable;
 use crate::matrix::rounding_alone;
 use crate::solution::{Foresight, ResolutionLevel, STOPPED};
 use faer::Mat;
@@ -99,6 +100,9 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
         outcome.estimate(Some(&below), missing, open_space.error(distance), settings);
     }
     let error = outcome.error(settings);
+    if !is_usable(outcome.converged, if settings.bounds { error } else { f64::INFINITY }) {
+        return Err(SolveError::NotConverged);
+    }
     let shortfall = (error.is_nan() || error > tolerance)
         .then(|| format!("the error is {error:.1e} at the fixed resolution"));
     Ok(Found { outcome, grid, shortfall, grids, choosing, foresight: None })
@@ -173,6 +177,8 @@ pub(crate) struct Search<'p, 's> {
     /// Set by [`Search::obstacle`].
     wider: bool,
     shortfall: Option<String>,
+    /// Whether the linear solver ended far from its goal on the last grid.
+    diverged: bool,
     best: Option<(f64, Found)>,
 }
 
@@ -209,6 +215,7 @@ impl<'p, 's> Search<'p, 's> {
             widened: 0,
             wider: false,
             shortfall: None,
+            diverged: false,
             best: None,
         })
     }
@@ -431,12 +438,9 @@ impl<'p, 's> Search<'p, 's> {
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<String> {
         const WIDEST: usize = 3;
         self.wider = false;
-        // Bounds hold wherever the linear solver stopped; those that are close already may still improve.
-        let close = self.problem.settings.bounds && error.is_some_and(|e| e < 0.05);
-        if !outcome.converged && !close {
-            return Some(
-                "the iteration does not converge: sizes or permittivities are too unequal".to_owned(),
-            );
+        self.diverged = !self.is_usable(outcome, error.unwrap_or(f64::INFINITY));
+        if self.diverged {
+            return Some(SolveError::NotConverged.to_string());
         }
         if self.grids >= MAX_GRIDS {
             return Some(format!("the error is still above the tolerance after {MAX_GRIDS} grids"));
@@ -531,8 +535,16 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    /// Keeps the outcome if it is the best so far: rounding can make a finer grid worse than a coarser one.
+    /// [`is_usable`], for estimates only where the linear solver reached its goal.
+    fn is_usable(&self, outcome: &Outcome, error: f64) -> bool {
+        is_usable(outcome.converged, if self.problem.settings.bounds { error } else { f64::INFINITY })
+    }
+
+    /// Keeps the outcome if it is usable and the best so far: rounding can make a finer grid worse than a coarser one.
     fn keep(&mut self, outcome: Outcome, error: f64, seconds: f64) {
+        if !self.is_usable(&outcome, error) {
+            return;
+        }
         if self.best.as_ref().is_none_or(|(best, _)| error <= *best || best.is_nan()) {
             let (grid, grids) = (self.grid.clone(), self.grids);
             self.best = Some((
@@ -564,10 +576,12 @@ impl<'p, 's> Search<'p, 's> {
     /// What was found, whether it met the tolerance or not.
     ///
     /// # Errors
-    /// A request to stop before anything was known.
+    /// A request to stop before anything was known, a linear solver that did not converge.
     pub(crate) fn finish(self, met: bool) -> Result<Found, SolveError> {
         let foresight = self.foresight().filter(|_| met);
-        let Some((_, mut found)) = self.best else { return Err(SolveError::Cancelled) };
+        let Some((_, mut found)) = self.best else {
+            return Err(if self.diverged { SolveError::NotConverged } else { SolveError::Cancelled });
+        };
         found.shortfall = self.shortfall.filter(|_| !met);
         found.grids = self.grids;
         found.foresight = foresight;

@@ -14,12 +14,30 @@ use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, grad
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use std::sync::Arc;
 
-/// Two planes closer than this share of the scene's size are merged.
+/// Two planes closer than this share of their distance from the origin, or of the unit of length, are merged: they are one but for the
+/// rounding of coordinates. How far other planes are matters little; a wall may be a million times as far as two conductors are apart.
 const SAME: f64 = 1e-13;
 
-/// So are two closer than this with nothing between them, neither a body nor the gap between two bodies. The shift is within the
-/// rounding error of the field there.
+/// Rounding that planes far away leave in the coordinates of all, over the distance of the farthest, and over the unit at most.
+const FROM_AFAR: [f64; 2] = [4.0 * f64::EPSILON, 1e-9];
+
+/// What the coordinate of a plane among others may be wrong by.
+fn same(at: f64, farthest: f64) -> f64 {
+    let [share, most] = FROM_AFAR;
+    (SAME * at.abs().max(1.0)).max((share * farthest).min(most))
+}
+
+fn farthest(planes: impl Iterator<Item = f64>) -> f64 {
+    planes.map(f64::abs).fold(0.0, f64::max)
+}
+
+/// So are two closer than this share of the unit of length with nothing between them, neither a body nor the gap between two bodies. The
+/// shift is within the rounding error of the field there.
 const ALIKE: f64 = 1e-11;
+
+/// The centre of the walls is that of the coordinates where it is this near to that of the conductors, in units of their size. Farther
+/// away, coordinates of conductors would lose digits.
+const NEAR: f64 = 100.0;
 
 /// A break of a map closer than this to a plane of a body, over the unit of length, lies on it.
 const SAME_BREAK: f64 = 1e-9;
@@ -81,12 +99,12 @@ impl Frame {
             hull = own.into_iter().chain(hull).reduce(|a, b| a.union(&b));
         }
         let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
-        let finite = |a: usize| scene.domain.min[a].is_finite() && scene.domain.max[a].is_finite();
-        let origin = [0, 1, 2].map(|a| {
-            let b = if finite(a) { &scene.domain } else { &hull };
-            0.5 * (b.min[a] + b.max[a])
-        });
         let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        let middle = |b: &Box3, a: usize| 0.5 * (b.min[a] + b.max[a]);
+        let origin = [0, 1, 2].map(|a| {
+            let [own, walls] = [&hull, &scene.domain].map(|b| middle(b, a));
+            if (walls - own).abs() <= NEAR * unit { walls } else { own }
+        });
         Ok(Self { origin, unit })
     }
 }
@@ -312,12 +330,13 @@ impl Layout {
     /// The same but for the conductors: its planes, walls and permittivity.
     fn is_even(&self, a: usize) -> bool {
         let p = &self.planes[a];
-        let size = p.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
         let n = p.len();
         if self.walls[a][0] != self.walls[a][1] {
             return false;
         }
-        if (0..n).any(|i| (p[i].at + p[n - 1 - i].at).abs() > SAME * size || p[i].edge != p[n - 1 - i].edge) {
+        let size = farthest(p.iter().map(|p| p.at));
+        let apart = |i: usize| (p[i].at + p[n - 1 - i].at).abs();
+        if (0..n).any(|i| apart(i) > same(p[i].at, size) || p[i].edge != p[n - 1 - i].edge) {
             return false;
         }
         let cells = self.cells();
@@ -567,12 +586,13 @@ enum Side {
 
 fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
     planes.sort_by(|(p, _), (q, _)| p.at.total_cmp(&q.at));
-    let size = planes.iter().map(|(p, _)| p.at.abs()).fold(0.0, f64::max);
+    // Between two faces with the same outward normal there is neither a body nor a gap.
+    let size = farthest(planes.iter().map(|(p, _)| p.at));
+    let same = |at: f64, alike: bool| same(at, size).max(if alike { ALIKE } else { 0.0 });
     let mut out: Vec<(Plane, Side)> = Vec::new();
     for (p, side) in planes {
         match out.last_mut() {
-            // Between two faces with the same outward normal there is neither a body nor a gap.
-            Some((last, before)) if p.at - last.at <= if side == *before { ALIKE } else { SAME } * size => {
+            Some((last, before)) if p.at - last.at <= same(p.at, side == *before) => {
                 last.edge |= p.edge;
                 *before = side;
             }

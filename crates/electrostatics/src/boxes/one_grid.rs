@@ -12,7 +12,7 @@ use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, combined, solve_part};
 use crate::boxes::superposed::Sight;
-use crate::matrix::{MatrixBounds, contrast_of, from_energies, rounding_scale};
+use crate::matrix::{MatrixBounds, contrast_of, from_energies, of_squares, rounding_scale};
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_geometry::scene::Scene;
@@ -128,7 +128,7 @@ pub(crate) fn on_grid(
     out.rounding = Mat::from_fn(n, n, |i, j| unit * rounding[(i, j)]);
     let upper = scaled(up);
     if let (Lower::Proved { known: Some(known), accepted }, true) = (lower, problem.layout.map.is_some()) {
-        out.set_bounds(problem, upper.clone(), known.clone());
+        out.set_bounds(problem, upper.clone(), known.clone())?;
         if out.error(problem.settings) <= accepted {
             out.basis = basis;
             return Ok(out);
@@ -150,12 +150,12 @@ pub(crate) fn on_grid(
         out.with_error_of_base = with_error.map(|own| {
             let [lower, upper] = own.map(scaled);
             let mut bounds = MatrixBounds { lower, upper };
-            bounds.count_rounding(&out.rounding, contrast_of(&problem.layout.permittivity));
+            bounds.count_rounding(&out.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
             bounds
         });
     }
     let lower = if has_lower { scaled(low) } else { upper.clone() };
-    out.set_bounds(problem, upper, lower);
+    out.set_bounds(problem, upper, lower)?;
     out.basis = basis;
     Ok(out)
 }
@@ -191,11 +191,24 @@ impl Outcome {
     }
 
     /// Sets the bounds from energies of all conductors.
-    fn set_bounds(&mut self, problem: &GridProblem<'_>, upper: Mat<f64>, lower: Mat<f64>) {
+    ///
+    /// # Errors
+    /// Bounds that contradict each other.
+    fn set_bounds(
+        &mut self,
+        problem: &GridProblem<'_>,
+        upper: Mat<f64>,
+        lower: Mat<f64>,
+    ) -> Result<(), SolveError> {
         self.all = MatrixBounds { lower, upper };
-        self.all.count_rounding(&self.rounding, contrast_of(&problem.layout.permittivity));
+        self.all.count_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
+        if let Some(what) = self.all.crossing() {
+            return Err(SolveError::Contradiction(what));
+        }
+        self.all.widen(&self.rounding, problem.left_out);
         self.all.uncross();
         self.bounds = problem.floating.reduced(&self.all);
+        Ok(())
     }
 
     /// Adds what the problems of one part took.
@@ -390,8 +403,8 @@ impl Outcome {
     /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
         match &self.with_error_of_base {
-            Some(bounds) => linear_error(bounds, settings.target),
-            None if self.is_part => linear_error(&self.bounds, settings.target),
+            Some(bounds) => linear_error(bounds, settings),
+            None if self.is_part => linear_error(&self.bounds, settings),
             None => error_of(&self.bounds, settings),
         }
     }
@@ -439,7 +452,9 @@ impl Outcome {
 
     /// The error that rounding alone leaves of the target, however fine the grid: that of bounds which differ by no more.
     pub(crate) fn rounding_error(&self, problem: &GridProblem<'_>) -> f64 {
-        let all = self.all.upper_with_rounding(&self.rounding, contrast_of(&problem.layout.permittivity));
+        let all = self
+            .all
+            .upper_with_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
         error_of(&problem.floating.reduced(&all), problem.settings)
     }
 
@@ -478,16 +493,10 @@ impl Outcome {
         }
         let with_error_of_base =
             self.with_error_of_base.as_ref().and_then(|bounds| settings.target.within(bounds));
-        let stalled = || {
-            "the linear solver stopped before its goal: the elements of the grid differ too much in size"
-                .to_owned()
-        };
         if problem.opposite_alone {
             // The matrix is that of the one state that was solved for.
             maxwell.clear();
         }
-        // Bounds are proved wherever the linear solver stopped.
-        let shortfall = shortfall.or_else(|| (!self.converged && !settings.bounds).then(stalled));
         Solution {
             two_terminal,
             measured,
@@ -510,16 +519,18 @@ impl Outcome {
 }
 
 /// The relative spread of a linear target within bounds of a form that need not be a Maxwell matrix.
-fn linear_error(bounds: &MatrixBounds, target: Target) -> f64 {
-    target.within(bounds).map_or(f64::INFINITY, |own| (own.upper - own.lower) / own.value.abs())
+fn linear_error(bounds: &MatrixBounds, settings: &Settings) -> f64 {
+    let relative = |own: Bounded| (own.upper - own.lower) / own.value.abs().max(settings.least_scale);
+    settings.target.within(bounds).map_or(f64::INFINITY, relative)
 }
 
-/// The largest relative spread of the target within bounds, or error estimate without.
+/// The largest relative spread of the target within bounds, or error estimate without; of small values over [`Settings::least_scale`].
 pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
     let n = m.upper.nrows();
     let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
     let relative = |lower: f64, upper: f64| {
-        if upper > 0.0 { (upper - lower) / value(lower, upper).abs() } else { 0.0 }
+        let scale = value(lower, upper).abs().max(settings.least_scale);
+        if upper > 0.0 { (upper - lower) / scale } else { 0.0 }
     };
     if let Some(own) = settings.target.of(m) {
         return relative(own.lower, own.upper);
@@ -535,7 +546,7 @@ pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
             return relative(lower, upper);
         }
         let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
-        let least = SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt();
+        let least = (SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt()).max(settings.least_scale);
         match own {
             Some(own) => (own.upper - own.lower) / own.value.abs().max(least),
             None => (gap(i) * gap(j)).sqrt() / upper[(i, j)].abs().max(least),

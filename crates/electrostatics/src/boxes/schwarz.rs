@@ -54,6 +54,17 @@ impl<T: Real> SeparableBox<T> {
         [0, 1, 2].map(|a| self.window[a].len())
     }
 
+    /// The least and the greatest eigenvalue of the box; the constant's does not count where it is omitted.
+    pub(crate) fn eigenvalues(&self) -> [f64; 2] {
+        let value = |a: usize, k: usize| self.modes[a].values.get(k).map_or(f64::INFINITY, |v| v.to_f64());
+        let least = match self.singular {
+            true => (0..3).map(|a| value(a, 1)).fold(f64::INFINITY, f64::min),
+            false => (0..3).map(|a| value(a, 0)).sum(),
+        };
+        let greatest = (0..3).map(|a| self.modes[a].values.last().map_or(0.0, |v| v.to_f64())).sum();
+        [least, greatest]
+    }
+
     /// The same between two multiplications by `scaling` (one factor per entry of the box).
     pub(crate) fn with_scaling(self, scaling: Vec<T>) -> Self {
         Self { scaling: Some(scaling), ..self }

@@ -25,7 +25,7 @@ use crate::boxes::one_grid::{Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::first;
-use crate::matrix::{MatrixBounds, contrast_of};
+use crate::matrix::{MatrixBounds, contrast_of, of_squares};
 use crate::solution::Settings;
 use crate::target::Target;
 use elastocap_fem::line::{Line, LineEnd};
@@ -158,7 +158,8 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
     refine(&mut grid, &indicator, step);
     let outcome = on_grid(problem, &grid, SHARE, Lower::None, Some(&outcome.potentials()))?;
     let upper = &outcome.bounds.upper;
-    let spread = settings.relative_tolerance * upper[(0, 1)].abs() / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
+    let scale = upper[(0, 1)].abs().max(settings.least_scale);
+    let spread = settings.relative_tolerance * scale / (upper[(0, 0)] * upper[(1, 1)]).sqrt();
     if !(spread > 0.0 && spread.is_finite()) {
         return Ok(None);
     }
@@ -176,6 +177,7 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
     let settings = Settings {
         target: Target::Own(0),
         relative_tolerance: spread,
+        least_scale: 0.0,
         field: false,
         foresight: None,
         ..settings.clone()
@@ -209,7 +211,11 @@ fn joined(problem: &GridProblem<'_>, a: &Found, b: &Found) -> Result<Option<Matr
         }
     }
     let mut bounds = MatrixBounds { lower, upper };
-    bounds.count_rounding(&rounding(&bounds), contrast_of(&problem.layout.permittivity));
+    let rounding = rounding(&bounds);
+    bounds.count_rounding(&rounding, of_squares(contrast_of(&problem.layout.permittivity)));
+    if let Some(what) = bounds.crossing() {
+        return Err(SolveError::Contradiction(what));
+    }
     Ok(Some(bounds))
 }
 

@@ -40,6 +40,8 @@ pub(super) struct Energies {
     pub unknowns: usize,
     /// The largest number that a right-hand side took.
     pub iterations: usize,
+    /// Whether the linear solver reached its goal for every right-hand side.
+    pub converged: bool,
     /// Largest share of an energy by which the repair lowers it (lower bounds only).
     pub repair_share: f64,
     /// Seconds assembling and seconds solving.
@@ -70,7 +72,7 @@ impl Problem<'_> {
         let mut primal = Primal::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
         let assembled = Instant::now();
         self.stop_if_asked()?;
-        let mut iterations = 0;
+        let (mut iterations, mut converged) = (0, true);
         let (mut found, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for together in potentials.chunks(TOGETHER) {
             let lifts: Vec<Vec<f64>> = together.iter().map(|v| primal.lift(v)).collect();
@@ -87,6 +89,7 @@ impl Problem<'_> {
             let mut u: Vec<Vec<f64>> = sources.iter().map(|source| vec![0.0; source.len()]).collect();
             let ends = solve_together(&mut primal, &sources, &mut u, goals);
             iterations = ends.iter().map(|end| end.iterations).fold(iterations, usize::max);
+            converged &= ends.iter().all(|end| end.reached);
             self.stop_if_asked()?;
             for (mut u, lift) in u.into_iter().zip(&lifts) {
                 u.iter_mut().zip(lift).for_each(|(u, l)| *u += l);
@@ -106,6 +109,7 @@ impl Problem<'_> {
             matrix,
             unknowns: primal.unknowns(),
             iterations,
+            converged,
             repair_share: 0.0,
             seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
         };
@@ -144,6 +148,7 @@ impl Problem<'_> {
             matrix,
             unknowns: dual.unknowns(),
             iterations: fluxes.iter().map(|f| f.iterations).max().unwrap_or(0),
+            converged: fluxes.iter().all(|f| f.converged),
             repair_share,
             seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
         })
@@ -194,7 +199,9 @@ impl Problem<'_> {
                 if !proved || cheap || gains_little || own.iterations > ITERATION_LIMIT {
                     let potential = std::mem::take(&mut own.x);
                     let iterations = own.iterations;
-                    own.flux = Some(Flux { potential, residual: r, repair, left, proved, iterations });
+                    let converged = proved && (end.reached || cheap);
+                    own.flux =
+                        Some(Flux { potential, residual: r, repair, left, proved, converged, iterations });
                 } else {
                     own.start = energy;
                     (own.last, own.goal) = (cost, own.goal * (share / cost).clamp(1e-6, 0.1));
@@ -245,5 +252,6 @@ struct Flux {
     left: f64,
     /// Whether it does, so that the energy is a bound.
     proved: bool,
+    converged: bool,
     iterations: usize,
 }

@@ -14,9 +14,10 @@ use super::size::Size;
 use crate::boxes::domain::{Axis, Rays};
 use crate::boxes::one_grid::error_of;
 use crate::boxes::resolution::iteration_share;
-use crate::consistency::contradiction;
+use crate::consistency::{contradiction, is_usable};
+use crate::far::without_far_faces;
 use crate::floating::Floating;
-use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
+use crate::matrix::{MatrixBounds, contrast_of, of_products, rounding_scale};
 use crate::parity::Parity;
 use crate::solution::{Discretisation, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
@@ -85,6 +86,8 @@ struct Found {
     bounds: MatrixBounds,
     unknowns: usize,
     iterations: usize,
+    /// Whether the linear solver reached its goals.
+    converged: bool,
     repair_share: f64,
     /// The largest shares of an energy that the last functions of the axis carry, at edges and elsewhere: see
     /// [`Axis::last_functions`]. From upper bounds alone.
@@ -106,6 +109,8 @@ pub(super) struct Search<'a> {
     pub(super) parities: Vec<Parity>,
     floating: Floating,
     contrast: f64,
+    /// What any capacitance may change by where faces that are far away were left out, relative.
+    left_out: f64,
     pub(super) seconds: PhaseSeconds,
     meshes: usize,
     /// The part of the scene above the mirror planes.
@@ -124,6 +129,8 @@ impl<'a> Search<'a> {
         turn: Option<Turn>,
         settings: &'a Settings,
     ) -> Result<Self, SolveError> {
+        let nearer = without_far_faces(scene, settings.relative_tolerance);
+        let (scene, left_out) = nearer.as_ref().map_or((scene, 0.0), |(nearer, share)| (nearer, *share));
         let planes = if settings.symmetry { mirror::planes(scene) } else { Default::default() };
         let part = mirror::part(scene, &planes);
         let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
@@ -170,6 +177,7 @@ impl<'a> Search<'a> {
             coarse_field: None,
             floating,
             contrast,
+            left_out,
             seconds: PhaseSeconds::default(),
             meshes: 0,
         })
@@ -266,6 +274,7 @@ impl<'a> Search<'a> {
             bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
             unknowns: 0,
             iterations: 0,
+            converged: true,
             repair_share: 0.0,
             last_along_axis: [0.0; 2],
             field: None,
@@ -348,7 +357,11 @@ impl<'a> Search<'a> {
             found.all.upper = changed(&found.all.upper, &change);
             rounding = changed(&rounding, &change);
         }
-        found.all.count_rounding(&rounding, self.contrast);
+        found.all.count_rounding(&rounding, of_products(self.contrast));
+        if let Some(what) = found.all.crossing() {
+            return Err(SolveError::Contradiction(what));
+        }
+        found.all.widen(&rounding, self.left_out);
         found.all.uncross();
         found.bounds = self.floating.reduced(&found.all);
         found.field = shown.map(|(mesh, _)| {
@@ -458,6 +471,7 @@ impl<'a> Search<'a> {
                     }
                     continue;
                 }
+                Err(error @ SolveError::Contradiction(_)) => return Err(error),
                 // Triangles or elements that are too flat for double precision.
                 Err(error) if best.is_some() => {
                     return self.finish(best, Some(format!("a finer mesh cannot be solved: {error}")));
@@ -500,7 +514,10 @@ impl<'a> Search<'a> {
         best: Option<(f64, Found, Level)>,
         shortfall: Option<String>,
     ) -> Result<ExtrudedSolution, SolveError> {
-        let Some((_, found, level)) = best else { return Err(SolveError::Cancelled) };
+        let Some((spread, found, level)) = best else { return Err(SolveError::Cancelled) };
+        if shortfall.is_some() && !is_usable(found.converged, spread) {
+            return Err(SolveError::NotConverged);
+        }
         let solution = Solution {
             maxwell: found.bounds.entries(),
             two_terminal: found.bounds.two_terminal(),
@@ -537,6 +554,7 @@ impl<'a> Search<'a> {
 impl Found {
     fn note(&mut self, upper: &Energies, lower: Option<&Energies>) {
         self.unknowns = self.unknowns.max(upper.unknowns + lower.map_or(0, |l| l.unknowns));
+        self.converged &= upper.converged && lower.is_none_or(|l| l.converged);
         self.iterations = self.iterations.max(upper.iterations).max(lower.map_or(0, |l| l.iterations));
         self.repair_share = self.repair_share.max(lower.map_or(0.0, |l| l.repair_share));
     }

@@ -10,7 +10,7 @@ use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
 use crate::consistency::contradiction;
 use crate::floating::Floating;
-use crate::matrix::{MatrixBounds, contrast_of, rounding_scale};
+use crate::matrix::{MatrixBounds, contrast_of, of_squares, rounding_scale};
 use crate::parity::Parity;
 use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution};
 use crate::target::Target;
@@ -46,6 +46,8 @@ const MAX_USEFUL_SPREAD: f64 = 0.3;
 pub struct TetrahedraSettings {
     /// Largest relative spread (upper - lower) / value of the target.
     pub relative_tolerance: f64,
+    /// What the spread is compared with where the value is smaller, F: see [`Settings::least_scale`](crate::Settings::least_scale).
+    pub least_scale: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
     /// Order of the potentials, 1 to 3.
@@ -65,6 +67,7 @@ impl Default for TetrahedraSettings {
     fn default() -> Self {
         Self {
             relative_tolerance: 1e-3,
+            least_scale: 0.0,
             target: Target::Matrix,
             order: Self::USUAL_ORDER,
             memory_limit: 16 << 30,
@@ -146,6 +149,7 @@ pub fn solve_mesh(
         meshes += 1;
         let (found, bounds) = match task.bounded(&mesh, coarser.as_ref(), &mut seconds) {
             Ok(found) => found,
+            Err(error @ SolveError::Contradiction(_)) => return Err(error),
             Err(error) => {
                 // The bounds on the mesh before are proved all the same.
                 let useful = coarser.filter(|c| c.error < MAX_USEFUL_SPREAD);
@@ -274,7 +278,7 @@ impl<'a> Task<'a> {
         seconds: &mut PhaseSeconds,
     ) -> Result<(Vec<SolvedParity>, MeshBounds), SolveError> {
         let found = self.on_mesh(mesh, coarser, seconds)?;
-        let bounds = self.bounds(&found);
+        let bounds = self.bounds(&found)?;
         let tolerance = self.settings.relative_tolerance;
         match found.iter().find_map(|side| side.potentials.shortfall) {
             Some(short)
@@ -320,7 +324,10 @@ impl<'a> Task<'a> {
     }
 
     /// Bounds from the potentials and the fluxes on one mesh.
-    fn bounds(&self, found: &[SolvedParity]) -> MeshBounds {
+    ///
+    /// # Errors
+    /// Bounds that contradict each other.
+    fn bounds(&self, found: &[SolvedParity]) -> Result<MeshBounds, SolveError> {
         let n = self.scene.potentials.len();
         let mut all = MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) };
         for (parity, SolvedParity { potentials, flux }) in self.parities.iter().zip(found) {
@@ -328,9 +335,12 @@ impl<'a> Task<'a> {
             all.lower += faer::Scale(self.scale) * parity.form_of_conductors(&flux.lower(units.as_ref()));
             all.upper += faer::Scale(self.scale) * parity.form_of_conductors(&potentials.energies);
         }
-        all.count_rounding(&self.rounding_scale(&all), contrast_of(self.scene.permittivity));
+        all.count_rounding(&self.rounding_scale(&all), of_squares(contrast_of(self.scene.permittivity)));
+        if let Some(what) = all.crossing() {
+            return Err(SolveError::Contradiction(what));
+        }
         all.uncross();
-        self.reduced(all)
+        Ok(self.reduced(all))
     }
 
     /// For each conductor, the potential with 1 V on it, V, at the first `points` of the mesh.
@@ -370,8 +380,8 @@ impl<'a> Task<'a> {
 
     /// The spread that rounding alone leaves, however fine the mesh.
     pub(super) fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
-        let contrast = contrast_of(self.scene.permittivity);
-        self.reduced(all.upper_with_rounding(&self.rounding_scale(all), contrast)).spread.error
+        let factor = of_squares(contrast_of(self.scene.permittivity));
+        self.reduced(all.upper_with_rounding(&self.rounding_scale(all), factor)).spread.error
     }
 
     /// What each tetrahedron holds of the gap between the bounds, and the share of the spread that lies beyond the mesh.

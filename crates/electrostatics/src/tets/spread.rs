@@ -25,14 +25,16 @@ pub(super) fn spread(
     alone: &[f64],
     settings: &TetrahedraSettings,
 ) -> Spread {
-    let relative =
-        |b: &Bounded, scale: f64| if b.upper > b.lower { (b.upper - b.lower) / scale } else { 0.0 };
+    let relative = |b: &Bounded, scale: f64| {
+        if b.upper > b.lower { (b.upper - b.lower) / scale.max(settings.least_scale) } else { 0.0 }
+    };
     let negligible = |b: &Bounded, scale: f64| {
         b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
     };
     let mut found = Spread { error: 0.0, may_be_zero: false };
     let mut count = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
-        if can_be_zero && negligible(b, alone) {
+        let near_enough = relative(b, scale) <= settings.relative_tolerance;
+        if !near_enough && can_be_zero && negligible(b, alone) {
             found.may_be_zero = true;
         } else {
             found.error = found.error.max(relative(b, scale));
@@ -70,6 +72,10 @@ mod tests {
         // Small, but not zero.
         let small = of(bounded(4e-3, 5e-3));
         assert!(!small.may_be_zero && small.error > 0.2);
+        // With an absolute tolerance, of which this is the scale, zero is known well enough.
+        let absolute = TetrahedraSettings { least_scale: 0.6, ..settings.clone() };
+        let near = spread(&[vec![bounded(0.0, 5e-3)]], Some(&bounded(0.0, 5e-3)), None, &[1.0], &absolute);
+        assert!(!near.may_be_zero && near.error < 1e-2, "{near:?}");
         // A screened pair: only the entry between the two may be zero.
         let own = bounded(0.999, 1.001);
         let between = bounded(-1e-3, 1e-3);

@@ -6,6 +6,7 @@ mod crossing;
 mod extruded;
 mod extruded_confined;
 mod extruded_upright;
+mod far_faces;
 mod field;
 mod floating;
 mod general;

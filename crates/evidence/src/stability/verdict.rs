@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use elastocap_electrostatics::Bounded;
+use elastocap_electrostatics::{Bounded, SolveError};
 
 use super::answer::Answer;
 use super::claim::{Claim, Claims};
+use elastocap_coupling::failure::StepFailure;
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 
@@ -82,10 +83,11 @@ pub(super) fn judge(
     let steps = || outcomes.iter().flat_map(|outcome| &outcome.steps);
     for step in steps() {
         if let Status::Failed(failure) = &step.row.status {
-            let verdict = if failure.is_defect() {
-                Verdict::Wrong(failure.to_string())
-            } else {
-                refusal(expect, failure.to_string())
+            let verdict = match failure {
+                // No bounds are given then.
+                StepFailure::Field(SolveError::NotConverged) => Verdict::NotReached(failure.to_string()),
+                failure if failure.is_defect() => Verdict::Wrong(failure.to_string()),
+                failure => refusal(expect, failure.to_string()),
             };
             return (verdict, Vec::new());
         }

@@ -87,7 +87,7 @@ impl Lines {
     }
 
     /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
-    fn take_divergence(&self, a: usize, flux: &Flux, out: &mut [f64]) {
+    fn take_divergence(&self, a: usize, flux: &[Vec<f64>], out: &mut [f64]) {
         let [n0, n1, n2] = self.dims;
         let plane = n1 * n2;
         // Along a line minus the divergence of unit coordinates (columns), and the transpose.
@@ -100,7 +100,7 @@ impl Lines {
         let block = row_block(n0, plane);
         out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
             let mine = piece * block..piece * block + out.len() / plane;
-            for ((bundle, run), y) in self.runs(a).zip(&flux.0[a]) {
+            for ((bundle, run), y) in self.runs(a).zip(flux) {
                 let [rows, columns] = &bundle.across;
                 let width = bundle.width();
                 let (matrix, turned) = &minus[run.segment];
@@ -134,24 +134,35 @@ impl Lines {
         });
     }
 
-    /// Adds M^-1 D^T phi along an axis to a flux.
-    fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
-        for ((bundle, run), y) in self.runs(a).zip(&mut flux.0[a]) {
+    /// The flux M^-1 (g + D^T phi) along an axis, for each run.
+    fn fluxes(&self, a: usize, potentials: &[f64], phi: &[f64]) -> Vec<Vec<f64>> {
+        let of_run = |(bundle, run): (&Bundle, &Run)| {
             let [rows, columns] = bundle.across.clone();
-            let none = vec![0.0; run.ends.iter().flatten().max().map_or(0, |last| last + 1)];
             let of_row = |s: usize| {
                 let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
-                let mut own = self.flux_of(&strip, &none, phi);
+                let mut own = self.flux_of(&strip, potentials, phi);
                 self.add_obliqueness(&strip, &mut own);
                 own
             };
             let strips: Vec<Vec<f64>> = rows.clone().into_par_iter().map(of_row).collect();
+            let mut y = vec![0.0; self.segments[a][run.segment].root.rows * bundle.width()];
             for (row, own) in rows.zip(&strips) {
                 for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
                     let at = r * bundle.width() + bundle.line(row, columns.start);
-                    y[at..at + columns.len()].iter_mut().zip(own).for_each(|(y, x)| *y += x);
+                    y[at..at + columns.len()].copy_from_slice(own);
                 }
             }
+            y
+        };
+        self.runs(a).map(of_run).collect()
+    }
+
+    /// Adds M^-1 D^T phi along an axis to a flux.
+    fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
+        let ends = self.runs(a).flat_map(|(_, run)| run.ends.iter().flatten());
+        let none = vec![0.0; ends.max().map_or(0, |last| last + 1)];
+        for (y, own) in flux.0[a].iter_mut().zip(self.fluxes(a, &none, phi)) {
+            y.iter_mut().zip(&own).for_each(|(y, x)| *y += x);
         }
     }
 }
@@ -176,8 +187,22 @@ impl Dual {
     pub(super) fn minus_divergence(&self, flux: &Flux) -> Vec<f64> {
         let mut out = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, flux, out));
+            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, &flux.0[a], out));
         }
+        out
+    }
+
+    /// Minus the divergence of the flux M^-1 (g + D^T phi) as its coordinates are rounded.
+    ///
+    /// In exact arithmetic this is b - A phi. A product with A cancels nearly all of phi where the permittivity is high, and its rounding
+    /// may be more than all charge that the flux carries; coordinates are no larger than the flux, whose divergence loses nothing.
+    pub(crate) fn left_by(&self, potentials: &[f64], phi: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.unknowns()];
+        for a in 0..3 {
+            let flux = self.seen(a).fluxes(a, potentials, &self.seen_along(a, phi));
+            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, &flux, out));
+        }
+        self.clear_conductors(&mut out);
         out
     }
 

@@ -19,6 +19,7 @@
 use super::Dual;
 use super::aim::{Less, Target, target};
 use super::flux::Flux;
+use super::repair::Repaired;
 use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::energy::{Energies, stop_if_asked};
@@ -232,9 +233,11 @@ impl Dual {
             iterations += c.iterations;
             add(&mut x, &step);
             self.true_residual(&b, &x, &mut r);
-            self.balance(&mut x, &mut r);
+            if self.must_balance() {
+                self.balance(&mut x, &mut r);
+            }
             corrected = dot(&x, &b).abs();
-            let (repair, left) = self.repair(&r, near.take());
+            let Repaired { potential: repair, left, .. } = self.repair(&r, near.take());
             let cost = worst * dot(&repair, &r);
             let enough = of_solver + of_correction * corrected;
             let proved = left < 1e-3 && cost >= 0.0;

@@ -41,7 +41,7 @@ use faer::Mat;
 use lines::{Bundle, Run, Segment, bundles};
 use rayon::prelude::*;
 use rays::{inner, shares};
-use repair::{Repair, Repairs};
+use repair::{Repair, Repaired, Repairs};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -277,20 +277,26 @@ impl Dual {
         r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Makes the residual `r` = b - A x one that the repair can cancel: where every wall is insulated, it must hold no net charge.
-    /// Moves `x` along the constant, which also reduces its error.
-    pub(crate) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
-        if !self.repair.is_singular() {
-            return;
-        }
+    /// Whether a residual must hold no net charge for the repair to cancel it, as where every wall is insulated.
+    pub(crate) fn must_balance(&self) -> bool {
+        self.repair.is_singular()
+    }
+
+    /// Moves `x` along the constant, which also reduces its error, so that the residual `r` = b - A x holds no net charge.
+    pub(crate) fn balance(&self, x: &mut [f64], r: &mut [f64]) {
         let constant = self.constant();
-        let mut image = vec![0.0; r.len()];
-        self.apply(&constant, &mut image);
-        let step = dot(&constant, r) / dot(&constant, &image);
-        for ((x, r), (c, a)) in x.iter_mut().zip(r).zip(constant.iter().zip(&image)) {
+        let taken = self.left_by(&vec![0.0; self.blocks()], &constant);
+        let step = -dot(&constant, r) / dot(&constant, &taken);
+        for ((x, r), (c, t)) in x.iter_mut().zip(r).zip(constant.iter().zip(&taken)) {
             *x += step * c;
-            *r -= step * a;
+            *r += step * t;
         }
+    }
+
+    /// Blocks of conductors.
+    pub(crate) fn blocks(&self) -> usize {
+        let other = self.other.as_ref().map_or(0, |other| other.lines.conductors.len());
+        self.lines.conductors.len() + other
     }
 
     /// The constant potential 1 on the free cells, in the scaled basis.
@@ -313,9 +319,8 @@ impl Dual {
         out
     }
 
-    /// psi = A'^-1 r, the potential of the repairing flux, and the divergence that remains after iterative refinement over r. Starts
-    /// from `near` if that is given.
-    pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> (Vec<f64>, f64) {
+    /// The potential of the flux that cancels the residual `r`. Starts from `near` if that is given.
+    pub(crate) fn repair(&self, r: &[f64], near: Option<Vec<f64>>) -> Repaired {
         self.repair.solve(r, near, self.lines.dims, &self.lines.weights)
     }
 

@@ -22,6 +22,22 @@ use std::sync::Arc;
 /// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
 const ENOUGH: f64 = 1e-9;
 
+/// What one entry of a product with the operator of the repair may be wrong by, as a share of its largest eigenvalue times the norm of what
+/// it is applied to. An entry is a sum of some hundred products, whose errors are not all of one sign.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// A flux that cancels a divergence, but for a small rest.
+#[derive(Debug)]
+pub(crate) struct Repaired {
+    /// psi = A'^-1 r, the potential of the flux.
+    pub(crate) potential: Vec<f64>,
+    /// The norm of the rest over that of r.
+    pub(crate) left: f64,
+    /// The energy, at most, of a flux that cancels the rest: its squared norm over the least eigenvalue of A'. It is counted with
+    /// [`Dual::repair_excess`](super::Dual::repair_excess), as that of psi is.
+    pub(crate) energy_left: f64,
+}
+
 /// The exact solver of the whole box without conductors.
 #[derive(Debug)]
 pub(super) struct Repair {
@@ -70,13 +86,7 @@ impl Repairs {
     }
 
     /// See [`Repair::solve`].
-    pub(super) fn solve(
-        &self,
-        r: &[f64],
-        near: Option<Vec<f64>>,
-        dims: Dims,
-        weights: &Weights,
-    ) -> (Vec<f64>, f64) {
+    pub(super) fn solve(&self, r: &[f64], near: Option<Vec<f64>>, dims: Dims, weights: &Weights) -> Repaired {
         let Quarters { fold, parts } = match self {
             Self::Whole(repair) => return repair.solve(r, near, dims, weights),
             Self::Quarters(quarters) => &**quarters,
@@ -88,11 +98,12 @@ impl Repairs {
             repair.solve(&residuals[k], near[k].take(), fold.parts()[k], weights)
         });
         let mut psi = vec![0.0; r.len()];
-        fold.add([&odd.0, &even.0], &mut psi);
+        fold.add([&odd.potential, &even.potential], &mut psi);
         let square = |k: usize, left: f64| left * left * dot(&residuals[k], &residuals[k]);
         let size = dot(r, r);
-        let left = if size > 0.0 { ((square(0, odd.1) + square(1, even.1)) / size).sqrt() } else { 0.0 };
-        (psi, left)
+        let left =
+            if size > 0.0 { ((square(0, odd.left) + square(1, even.left)) / size).sqrt() } else { 0.0 };
+        Repaired { potential: psi, left, energy_left: odd.energy_left + even.energy_left }
     }
 
     /// Whether the constant has no energy.
@@ -211,14 +222,8 @@ impl Repair {
         });
     }
 
-    /// psi = A'^-1 r, and the norm of the remaining residual over that of r. Starts from `near` if that is given.
-    pub(super) fn solve(
-        &self,
-        r: &[f64],
-        near: Option<Vec<f64>>,
-        dims: Dims,
-        weights: &Weights,
-    ) -> (Vec<f64>, f64) {
+    /// The flux that cancels the divergence `r`. Starts from `near` if that is given.
+    pub(super) fn solve(&self, r: &[f64], near: Option<Vec<f64>>, dims: Dims, weights: &Weights) -> Repaired {
         // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
         let to_own = |x: f64, ratio: f64| x / ratio;
         let mut target = r.to_vec();
@@ -247,8 +252,11 @@ impl Repair {
             self.subtract_product(&psi, &mut rest, dims);
             left = of(&rest);
         }
+        let [least, greatest] = self.solver.eigenvalues();
+        let rest = left * size + ROUNDING * greatest * dot(&psi, &psi).sqrt();
+        let energy_left = if rest > 0.0 { rest * rest / least } else { 0.0 };
         self.rescale(&mut psi, dims, weights, to_own);
-        (psi, left)
+        Repaired { potential: psi, left, energy_left }
     }
 
     /// `rest -= A' psi`.

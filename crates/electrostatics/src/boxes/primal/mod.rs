@@ -160,6 +160,8 @@ struct TermMatrices {
 #[derive(Debug)]
 pub(crate) struct Primal {
     dims: Dims,
+    /// The most that the terms of the permittivity add up to without their signs, over the permittivity.
+    cancellation: f64,
     /// Closed function ranges of the conductors.
     conductors: Vec<Window>,
     vertices: [Vec<usize>; 3],
@@ -208,6 +210,7 @@ impl Primal {
             .collect::<Result<Vec<_>, SolveError>>()?;
         Ok(Self {
             dims,
+            cancellation: cancellation(domain),
             conductors: domain
                 .conductors
                 .iter()
@@ -222,6 +225,11 @@ impl Primal {
             schwarz,
             work: SchwarzWork::default(),
         })
+    }
+
+    /// What the rounding of an energy is multiplied by at most, because its terms do not all have one sign.
+    pub(crate) fn cancellation(&self) -> f64 {
+        self.cancellation
     }
 
     /// Iterations before giving up. The preconditioner is that of the boxes without their map: where this squeezes space a hundredfold, as
@@ -315,6 +323,19 @@ pub(crate) fn separable_terms(domain: &Domain) -> Vec<(Block, [Vec<f64>; 3])> {
     };
     let corrections = corrections(domain, &factors);
     std::iter::once((whole, factors)).chain(corrections.into_iter().map(correction)).collect()
+}
+
+/// The most that a product of factors and what differs from it are in any cell without their signs, over the permittivity of the cell.
+fn cancellation(domain: &Domain) -> f64 {
+    let cells = domain.cells();
+    let [x, y, z] = domain.separable(&Block { lo: [0; 3], hi: cells });
+    let places =
+        (0..cells[0]).flat_map(|i| (0..cells[1]).flat_map(move |j| (0..cells[2]).map(move |k| [i, j, k])));
+    let of = |[i, j, k]: [usize; 3]| {
+        let (own, product) = (domain.permittivity_of([i, j, k]), x[i] * y[j] * z[k]);
+        (product + (own - product).abs()) / own
+    };
+    places.map(of).fold(1.0, f64::max)
 }
 
 /// Cells where the permittivity differs from the product of factors, merged to boxes along the last axis.

@@ -1,0 +1,63 @@
+//! A terminal that is alone inside insulated walls: its flux can end nowhere, and its capacitance is zero.
+
+use std::ops::Range;
+
+use elastocap_geometry::scene::{Potential, Role};
+
+use super::super::diagnostics::{Diagnostic, shown};
+use super::super::model::{Case, Extent, Face, Wall};
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::given;
+
+/// Refuses one driven terminal, floating conductors or not, that nothing can hold a charge against, in bodies of any shape: no relative
+/// error of zero can be reached.
+pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'_>) {
+    let Some(surroundings) = &case.surroundings else { return };
+    let takes_flux = |face: Face| match face {
+        Face::Insulated => false,
+        Face::Grounded => true,
+        Face::Medium { then, .. } => then != Wall::Insulated,
+    };
+    let face_takes_flux = match surroundings.extent {
+        Extent::AroundLayer { below, above, .. } => takes_flux(below) || takes_flux(above),
+        Extent::Everywhere | Extent::Walls(_) => false,
+    };
+    let indenter_takes_flux = case.indenter.as_ref().is_some_and(|own| match own.role {
+        Role::Conductor { potential: Potential::Grounded | Potential::Driven } => true,
+        Role::Conductor { potential: Potential::Floating { .. } } | Role::Dielectric { .. } => false,
+    });
+    let is_grounded = case.terminals.iter().any(|terminal| terminal.is_grounded);
+    let flux_ends =
+        surroundings.boundary != Wall::Insulated || face_takes_flux || indenter_takes_flux || is_grounded;
+    let terminals = case.driven_terminals();
+    let ([only], false) = (terminals.as_slice(), flux_ends) else { return };
+    let what = if case.terminals.iter().any(|own| own.name == *only) { "terminal" } else { "conductor" };
+    let of_terminal = |name: &str| case.terminals.iter().any(|own| own.name == *only && own.holds(name));
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let mut named =
+        conductors.filter(|own| own.name.get().is_some_and(|name| name.0 == *only || of_terminal(&name.0)));
+    let span = named.next().map(place).or_else(|| raw.pair().map(|pair| pair.span.clone()));
+    log.push(
+        Diagnostic::at(
+            &span.unwrap_or_default(),
+            format!(
+                "the {what} \"{}\" is alone inside insulated walls: its capacitance is zero",
+                shown(only)
+            ),
+        )
+        .label("its flux can end nowhere")
+        .help("set `boundary` in [surroundings] to \"open\" or \"grounded\", or add another conductor"),
+    );
+}
+
+/// The place in the file that says where a conductor is.
+fn place(own: &raw::Conductor) -> Range<usize> {
+    fn of<T>(read: &Option<Read<T>>) -> Option<&Range<usize>> {
+        read.as_ref().map(|read| &read.span)
+    }
+    let balls = of(&own.sphere).or(of(&own.shell)).or(of(&own.capsule)).or(of(&own.cylinder));
+    let boxes = of(&own.r#box).or(of(&own.boxes)).or(of(&own.sheet));
+    let others = of(&own.extrusion).or(of(&own.surface)).or(of(&own.physical));
+    boxes.or(balls).or(others).unwrap_or(&own.name.span).clone()
+}
