@@ -12,7 +12,7 @@ use super::super::reader::{Log, Read};
 use super::super::values::Text;
 use super::layered::micrometres;
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
-use super::{any, given};
+use super::given;
 
 /// More conductors than this are refused: the results would be matrices of this size.
 const MAX_CONDUCTORS: usize = 1_000;
