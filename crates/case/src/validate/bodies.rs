@@ -10,9 +10,9 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Face, Role, Shape, Sur
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
+use super::given;
 use super::layered::micrometres;
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
-use super::given;
 
 /// More conductors than this are refused: the results would be matrices of this size.
 const MAX_CONDUCTORS: usize = 1_000;

@@ -83,7 +83,7 @@ pub(super) fn judge(
     let steps = || outcomes.iter().flat_map(|outcome| &outcome.steps);
     for step in steps() {
         if let Status::Failed(failure) = &step.row.status {
-            let verdict = match failure {
+            let verdict = match &**failure {
                 // No bounds are given then.
                 StepFailure::Field(SolveError::NotConverged) => Verdict::NotReached(failure.to_string()),
                 failure if failure.is_defect() => Verdict::Wrong(failure.to_string()),
