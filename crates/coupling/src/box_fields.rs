@@ -75,9 +75,8 @@ pub(crate) fn between(
     solution.seconds = less.seconds.plus(&solution.seconds);
     let own = solution.measured.or(solution.two_terminal);
     solution.reached = own.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
-    solution.shortfall = (!solution.reached).then_some(Shortfall::EnclosingBoxes {
-        flat_surfaces: flats.iter().all(Option::is_some),
-    });
+    solution.shortfall = (!solution.reached)
+        .then_some(Shortfall::EnclosingBoxes { flat_surfaces: flats.iter().all(Option::is_some) });
     Ok(solution)
 }
 

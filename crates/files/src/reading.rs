@@ -124,7 +124,7 @@ mod tests {
 
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        mknodat(CWD, &at("pipe"), FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+        mknodat(CWD, at("pipe"), FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
         std::os::unix::fs::symlink("/dev/zero", at("endless")).unwrap();
         fs::write(at("file"), "1").unwrap();
         std::os::unix::fs::symlink(at("file"), at("link")).unwrap();

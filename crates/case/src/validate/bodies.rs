@@ -11,10 +11,10 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundi
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
+use super::given;
 use super::layer_room::{LayerRoom, check_body};
 use super::overlaps::{PlacedConductor, check_touching};
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
-use super::given;
 
 /// More conductors than this are refused: the results would be matrices of this size.
 const MAX_CONDUCTORS: usize = 1_000;
@@ -81,7 +81,11 @@ pub(super) fn bodies(
     let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
-    check_touching(&conductors.iter().flatten().map(PlacedBoxes::conductor).collect::<Vec<_>>(), terminals, log);
+    check_touching(
+        &conductors.iter().flatten().map(PlacedBoxes::conductor).collect::<Vec<_>>(),
+        terminals,
+        log,
+    );
     let in_layer = conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer);
     for body in in_layer {
         check_touching_pair((body.name, &body.span), &body.regions, (electrodes, terminals), raw, log);

@@ -60,7 +60,7 @@ pub(crate) fn check_pressed(case: &Case, sinks: f64, pose: &Pose) -> Result<(), 
 }
 
 /// Adds the indenter to the conductor that it is one with.
-pub(super) fn join(scene: &mut Vec<Body>, terminals: &[Terminal], with: &str, indenter: Body) {
+pub(super) fn join(scene: &mut [Body], terminals: &[Terminal], with: &str, indenter: Body) {
     let terminal = terminals.iter().find(|terminal| terminal.holds(with));
     let name = terminal.map_or(with, |terminal| terminal.name.as_str());
     if let Some(body) = scene.iter_mut().find(|body| body.is_conductor() && body.name == name) {

@@ -224,7 +224,9 @@ impl Solver<'_> {
                 }
                 // Only the film of an indenter can be chosen.
                 Err(Stop::Failed(failure)) => match *failure {
-                    StepFailure::Field(SolveError::InsideOut | SolveError::TornMap) if is_pressed_in_field => {
+                    StepFailure::Field(SolveError::InsideOut | SolveError::TornMap)
+                        if is_pressed_in_field =>
+                    {
                         films.make_thicker();
                     }
                     StepFailure::Field(error @ (SolveError::InsideOut | SolveError::TornMap))

@@ -84,12 +84,20 @@ fn a_surface_that_is_still_bent_at_the_end_of_its_layer_or_under_a_wall_is_not_o
     case.electrostatics.as_mut().unwrap().relative_tolerance = 1e-2;
     let short = only(solve(&case));
     assert_eq!(short.row.status, Status::ToleranceNotReached(Missed::Geometry), "{:?}", short.reason);
-    assert!(short.reason.as_ref().unwrap().to_string().contains("make `half_length` larger"), "{:?}", short.reason);
+    assert!(
+        short.reason.as_ref().unwrap().to_string().contains("make `half_length` larger"),
+        "{:?}",
+        short.reason
+    );
     let walls = FAR_WALLS
         .replace("above = { relative_permittivity = 1.0, thickness = \"8 mm\" }", "above = \"insulated\"");
     let under = only(solve(&near_surface(&walls)));
     assert_eq!(under.row.status, Status::ToleranceNotReached(Missed::Geometry), "{:?}", under.reason);
-    assert!(under.reason.as_ref().unwrap().to_string().contains("the wall that lies on it"), "{:?}", under.reason);
+    assert!(
+        under.reason.as_ref().unwrap().to_string().contains("the wall that lies on it"),
+        "{:?}",
+        under.reason
+    );
     // A plate over the whole top leaves it a plane.
     let mut plate = near_surface(&walls);
     if let Some(Mechanics::PlaneStrain(model)) = &mut plate.mechanics {

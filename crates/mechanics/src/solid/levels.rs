@@ -1,12 +1,12 @@
 //! The meshes that a layer is pressed on, coarse to fine, with the barriers and settings that belong to them.
 
+use super::contact_end::{FIRST_COMPRESSION, slid};
 use super::forecast::PressingRegime;
 use super::layer::{End, Indenter, LayerMesh, PunchFan, RoundedPunch};
 use super::mesh::{geometric, graded, uniform};
 use super::model::ModelError;
 use super::newton::{FromCoarser, NewtonSettings};
 use super::obstacle::IndenterProfile;
-use super::contact_end::{FIRST_COMPRESSION, slid};
 use super::press::{Goal, PlaneLayer};
 use elastocap_materials::Rubber;
 
