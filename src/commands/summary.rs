@@ -130,16 +130,24 @@ fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
 
-/// The columns of the shifts and the tilts of the steps, of those alone that some step has: the name, and the text for a pose.
-fn moves(outcome: &Outcome) -> Vec<(&'static str, fn(&Pose) -> String)> {
-    let all: [(&str, fn(&Pose) -> f64, fn(&Pose) -> String); 4] = [
-        ("shift x1", |pose| pose.shift[0], |pose| prefixed(pose.shift[0], 3, "m")),
-        ("shift x3", |pose| pose.shift[1], |pose| prefixed(pose.shift[1], 3, "m")),
-        ("tilt about x3", |pose| pose.tilt[0], |pose| degrees(pose.tilt[0])),
-        ("tilt about x1", |pose| pose.tilt[1], |pose| degrees(pose.tilt[1])),
+/// A column of shifts or tilts: its name, the quantity, and the text for it.
+struct MoveColumn {
+    name: &'static str,
+    of: fn(&Pose) -> f64,
+    text: fn(&Pose) -> String,
+}
+
+/// The columns of the shifts and the tilts of the steps, of those alone that some step has.
+fn moves(outcome: &Outcome) -> Vec<MoveColumn> {
+    let column = |name, of, text| MoveColumn { name, of, text };
+    let mut all = vec![
+        column("shift x1", |pose| pose.shift[0], |pose| prefixed(pose.shift[0], 3, "m")),
+        column("shift x3", |pose| pose.shift[1], |pose| prefixed(pose.shift[1], 3, "m")),
+        column("tilt about x3", |pose| pose.tilt[0], |pose| degrees(pose.tilt[0])),
+        column("tilt about x1", |pose| pose.tilt[1], |pose| degrees(pose.tilt[1])),
     ];
-    let has = |of: fn(&Pose) -> f64| outcome.steps.iter().any(|step| of(&pose(outcome, step)) != 0.0);
-    all.into_iter().filter(|(_, of, _)| has(*of)).map(|(name, _, text)| (name, text)).collect()
+    all.retain(|column| outcome.steps.iter().any(|step| (column.of)(&pose(outcome, step)) != 0.0));
+    all
 }
 
 /// An angle: `0.2 deg`.
@@ -153,7 +161,7 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
     let moves = moves(outcome);
     let mut head = vec!["U/H"];
-    head.extend(moves.iter().map(|(name, _)| *name));
+    head.extend(moves.iter().map(|column| column.name));
     head.push("force");
     let approaches = outcome.steps.iter().any(|s| s.row.is_before_contact());
     if approaches {

@@ -51,8 +51,10 @@ fn in_shell(sandbox: &Sandbox, script: &str) -> Finished {
     Finished::from(command.output().expect("a shell"))
 }
 
+type Made = fn(&Path);
+
 /// Ways to make a file that has no end, or none that is reached.
-fn endless() -> [(&'static str, fn(&Path)); 3] {
+fn endless() -> [(&'static str, Made); 3] {
     [
         ("a pipe", |file| {
             assert!(Command::new("mkfifo").arg(file).status().expect("mkfifo").success());

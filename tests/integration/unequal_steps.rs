@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::support::{Sandbox, acceptance};
 
+/// What is replaced in a case file, and by what.
+type Replaced = &'static [(&'static str, &'static str)];
+
 /// Sensors: a name, the file, and what is replaced in it.
-const SENSORS: [(&str, &str, &[(&str, &str)]); 10] = [
+const SENSORS: [(&str, &str, Replaced); 10] = [
     ("in-plane pair", "in-plane-pair.toml", &[]),
     ("stacked pair", "stacked-pair.toml", &[]),
     (
