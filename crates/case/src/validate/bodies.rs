@@ -81,7 +81,11 @@ pub(super) fn bodies(
     let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
-    check_touching(&conductors.iter().flatten().map(PlacedBoxes::conductor).collect::<Vec<_>>(), terminals, log);
+    check_touching(
+        &conductors.iter().flatten().map(PlacedBoxes::conductor).collect::<Vec<_>>(),
+        terminals,
+        log,
+    );
     let in_layer = conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer);
     for body in in_layer {
         check_touching_pair((body.name, &body.span), &body.regions, (electrodes, terminals), raw, log);
