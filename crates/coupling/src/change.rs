@@ -9,17 +9,14 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Foresight, SolveError};
+use elastocap_electrostatics::{Bounded, Foresight};
 
 use crate::common_base::{CommonBase, Purposes};
-use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
-use crate::route_change::{NoBase, RouteChange};
-use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::step::{Sharper, Solver};
 
 /// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
@@ -91,17 +88,21 @@ fn spread(bounded: &Bounded) -> f64 {
     bounded.upper - bounded.lower
 }
 
+fn holds_zero(change: &Bounded) -> bool {
+    change.lower <= 0.0 && 0.0 <= change.upper
+}
+
 /// Whether the change from `first` to `own` is known to `tolerance`, or known to be none.
 fn is_known(tolerance: f64, first: &Bounded, own: &Bounded) -> bool {
     let change = change(first, own);
     spread(&change) <= tolerance * change.value.abs()
-        || (change.holds_zero() && spread(&change) <= NO_CHANGE * first.value.abs())
+        || (holds_zero(&change) && spread(&change) <= NO_CHANGE * first.value.abs())
 }
 
 /// How far the bounds of the change should be apart, F, for all that is known of it.
 fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     let change = change(first, own);
-    if change.holds_zero() {
+    if holds_zero(&change) {
         let size = change.value.abs().max(0.5 * HIDDEN * spread(&change));
         (UNSURE * tolerance * size).max(NO_CHANGE * first.value.abs())
     } else {
@@ -163,7 +164,7 @@ pub(crate) struct ChangeSearch<'a> {
 }
 
 /// Why a step cannot be solved more sharply, by the place of the step; `None` for one that was not tried, or met its tolerance.
-type Exhausted = Vec<Option<Unsharpened>>;
+type Exhausted = Vec<Option<String>>;
 
 impl ChangeSearch<'_> {
     /// Solves steps again whose change is not known to the tolerance, and marks those for which that does not help. `found` is what the
@@ -188,23 +189,9 @@ impl ChangeSearch<'_> {
                 self.work.get(*place).is_none_or(|step| step.pose.distance <= 0.0)
             };
             let purposes = Purposes { number, differences: differences && !wanted.iter().any(in_contact) };
-            let base = match self.work.first() {
-                Some(step) => self.solver.common_base(step, least, memory_limit, &known, purposes),
-                None => Ok(None),
-            };
-            let (base, without_base) = match base {
-                Ok(base) => (base, None),
-                Err(NoBase::Solve(SolveError::Cancelled)) => break,
-                Err(NoBase::Solve(error)) if error.is_contradiction() => {
-                    for (place, _) in &wanted {
-                        if let Some(Some(step)) = found.get_mut(*place) {
-                            step.fail(StepFailure::Field(error.clone()));
-                        }
-                    }
-                    break;
-                }
-                Err(why) => (None, Some(RouteChange::WithoutBase(why))),
-            };
+            let first = self.work.first();
+            let base =
+                first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known, purposes));
             let cancels = base.as_ref().is_some_and(CommonBase::cancels);
             if cancels {
                 wanted = self.wanted(found, &exhausted, true);
@@ -224,16 +211,11 @@ impl ChangeSearch<'_> {
                 Some(again)
             });
             for ((place, _), again) in wanted.iter().zip(again) {
-                let (Some(Some(step)), Some(Some(mut again))) = (found.get_mut(*place), again) else { continue };
+                let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
                 if let Some(why) = exhausted.get_mut(*place) {
                     *why = without_tolerance(&again);
                 }
-                if let Some(defect) = again.row.status.defect() {
-                    step.fail(defect.clone());
-                    continue;
-                }
                 differences &= !cancels || again.with_error_of_base.is_some();
-                again.route_changes.extend(without_base.clone());
                 step.take_sharper(again);
             }
         }
@@ -316,13 +298,9 @@ impl ChangeSearch<'_> {
             };
             step.seconds.electrostatics = step.seconds.electrostatics.plus(&spent.electrostatics);
             step.seconds.total += spent.total;
-            match error {
-                Ok(Some(error)) => {
-                    step.row.mechanics_error_estimate = Some(error);
-                    step.mechanics_by_capacitance = true;
-                }
-                Ok(None) => {}
-                Err(defect) => step.fail(*defect),
+            if let Some(error) = error {
+                step.row.mechanics_error_estimate = Some(error);
+                step.mechanics_by_capacitance = true;
             }
         }
     }
@@ -337,7 +315,7 @@ impl ChangeSearch<'_> {
             let Some(step) = step else { continue };
             let Some(own) = State::of(step) else { continue };
             let Some(first) = first else {
-                step.miss(Cause::NoFirstCapacitance);
+                step.miss(Missed::Change, "the first step has no capacitance to change against".to_owned());
                 continue;
             };
             let [from, to] = first.beside(&own);
@@ -345,9 +323,25 @@ impl ChangeSearch<'_> {
             if !is_known(self.tolerance, &from, &to) {
                 let why = exhausted.get(place).and_then(Option::as_ref).or(why_first);
                 let stopped = self.cancel.load(Ordering::Relaxed);
-                let why = if stopped { Some(Unsharpened::Stopped) } else { why.cloned() };
+                let why = match why {
+                    _ if stopped => ": the run was stopped before".to_owned(),
+                    Some(why) => format!(": {why}"),
+                    None => String::new(),
+                };
                 step.interrupted |= stopped;
-                step.miss(Cause::Change(WideChange { change, asked: self.tolerance, why }));
+                let reason = if holds_zero(&change) {
+                    format!(
+                        "the change lies between {:e} F and {:e} F, and was to be known to {:.0e} of itself{why}",
+                        change.lower, change.upper, self.tolerance
+                    )
+                } else {
+                    format!(
+                        "the change is known to {:.1e} of itself, where {:.0e} was asked for{why}",
+                        change.spread_over_value(),
+                        self.tolerance
+                    )
+                };
+                step.miss(Missed::Change, reason);
                 continue;
             }
             // What the bounds do not hold, they do not hold of the change either.
@@ -363,8 +357,11 @@ impl ChangeSearch<'_> {
                 (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),
             ] {
                 if error > allowed {
-                    let (change, asked) = (change.value, self.tolerance);
-                    step.miss(Cause::ErrorOfChange { missed, what, error, change, asked });
+                    let reason = format!(
+                        "{what} an error of about {error:.0e} F (an estimate) in a change of {:.2e} F, where {:.0e} of it was asked for",
+                        change.value, self.tolerance
+                    );
+                    step.miss(missed, reason);
                 }
             }
         }
@@ -380,10 +377,10 @@ fn wider(one: Bounded, other: Bounded) -> Bounded {
 }
 
 /// Why a step does not have the tolerance that its field was solved to; `None` if it has.
-fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
+fn without_tolerance(step: &StepResult) -> Option<String> {
     match &step.row.status {
         Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::NotRun => {
-            Some(step.reason.clone().map_or(Unsharpened::NotSolved, Unsharpened::Solve))
+            Some(step.reason.clone().unwrap_or_else(|| "its field could not be solved again".to_owned()))
         }
         Status::ToleranceNotReached(Missed::Change | Missed::Mechanics | Missed::Geometry)
         | Status::Ok
@@ -412,7 +409,6 @@ impl StepResult {
         row.fringe_ratio = again.row.fringe_ratio;
         row.unknowns = again.row.unknowns;
         self.route = again.route;
-        self.route_changes = again.route_changes;
         self.warnings = again.warnings;
         self.measured = again.measured;
         // What a solve for the capacitance alone leaves out is known from before.
@@ -426,19 +422,18 @@ impl StepResult {
     }
 
     /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.
-    fn miss(&mut self, cause: Cause) {
-        match (&self.row.status, cause.missed()) {
-            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, Some(missed)) => {
+    fn miss(&mut self, missed: Missed, reason: String) {
+        match self.row.status {
+            Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit => {
                 self.row.status = Status::ToleranceNotReached(missed);
             }
-            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, None)
-            | (Status::ToleranceNotReached(_), _) => {}
-            (Status::Failed(_) | Status::NotRun, _) => return,
+            Status::ToleranceNotReached(_) => {}
+            Status::Failed(_) | Status::NotRun => return,
         }
-        match &mut self.reason {
-            Some(reason) => reason.push(cause),
-            none => *none = Some(cause.into()),
-        }
+        self.reason = Some(match self.reason.take() {
+            Some(before) => format!("{before}; {reason}"),
+            None => reason,
+        });
     }
 }
 

@@ -14,5 +14,4 @@ mod route;
 mod run;
 mod scene;
 mod skin;
-mod surface;
 mod thin_metal;
