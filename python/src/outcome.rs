@@ -86,7 +86,7 @@ impl PyOutcome {
     /// Why each step failed, missed its tolerance or has no force.
     #[getter]
     fn reasons(&self) -> Vec<Option<String>> {
-        self.of_steps(|step| step.reason.clone())
+        self.of_steps(|step| step.reason.as_ref().map(ToString::to_string))
     }
 
     /// Seconds that each step took; zero for a repeated one.

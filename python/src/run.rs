@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use elastocap::case::Case;
 use elastocap::coupling::deform::Solution;
+use elastocap::coupling::failure::panic_message;
 use elastocap::coupling::memory;
 use elastocap::coupling::outcome::{Outcome, StepResult};
 use elastocap::coupling::plan::{Options, Plan};
@@ -143,8 +144,7 @@ fn in_threads(
     };
     // The steps of a run keep their own defects to themselves; this is for whatever else there may be.
     catch_unwind(AssertUnwindSafe(|| pool.install(work))).map_err(|defect| {
-        let said = defect.downcast_ref::<String>().map(String::as_str);
-        let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        let said = panic_message(&*defect);
         failed(&format!("a defect of elastocap ended the run: {said}"))
     })
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
-use super::{inputs, shortfalls};
+use super::{inputs, on_its_own, shortfalls};
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
@@ -47,7 +47,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             let gap = if index > 0 { "\n" } else { "" };
             let _ = output::result(&format!("{gap}{}\n", case.display()));
         }
-        worst.or_worse(check(case, arguments, common))
+        let checked = on_its_own(case, || check(case, arguments, common));
+        worst.or_worse(checked.unwrap_or_else(|defect| defect))
     })
 }
 

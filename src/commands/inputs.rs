@@ -76,20 +76,27 @@ pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
     }
 }
 
-/// Loads all cases. What is wrong with any of them is told before this returns.
-pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<Input>, Exit> {
+/// Loads all cases. What is wrong with any of them is told before this returns. A case that cannot be read for a defect of the program
+/// is none of them; `Exit` says whether there is one.
+pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<(Vec<Input>, Exit), Exit> {
     let folders = folders(cases, asked).map_err(|error| {
         output::error(&error.to_string());
         Exit::BadInput
     })?;
     // All are loaded before the first problem ends the command.
-    let loaded: Vec<_> = cases.iter().map(|path| super::load_with_text(path)).collect();
-    let inputs = cases.iter().zip(folders).zip(loaded);
-    let input = |((path, folder), loaded): ((&PathBuf, PathBuf), Result<_, Exit>)| {
-        let (text, case) = loaded?;
-        Ok(Input { path: path.clone(), folder, case, text })
-    };
-    inputs.map(input).collect()
+    let loaded: Vec<_> =
+        cases.iter().map(|path| super::on_its_own(path, || super::load_with_text(path))).collect();
+    let (mut inputs, mut worst) = (Vec::with_capacity(cases.len()), Exit::Done);
+    for ((path, folder), loaded) in cases.iter().zip(folders).zip(loaded) {
+        match loaded {
+            Ok(loaded) => {
+                let (text, case) = loaded?;
+                inputs.push(Input { path: path.clone(), folder, case, text });
+            }
+            Err(defect) => worst = worst.or_worse(defect),
+        }
+    }
+    Ok((inputs, worst))
 }
 
 #[cfg(test)]

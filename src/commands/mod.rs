@@ -28,9 +28,11 @@ mod watch;
 mod written;
 
 use std::io::{self, Read};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use elastocap_case::{Case, OverrideError};
+use elastocap_coupling::failure::panic_message;
 use elastocap_coupling::shortfalls;
 
 use crate::{Exit, output};
@@ -62,6 +64,19 @@ fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
     loaded.map_err(|error| {
         output::message(&error.render(output::stderr_has_colour()));
         Exit::BadInput
+    })
+}
+
+/// Does what one case of several asks for. A defect of the program in it, a panic, is reported and keeps no other case from being done.
+fn on_its_own<T>(case: &Path, work: impl FnOnce() -> T) -> Result<T, Exit> {
+    // What the work leaves half done is its own: results are put in place at its end.
+    catch_unwind(AssertUnwindSafe(work)).map_err(|defect| {
+        output::error(&format!(
+            "`{}` met a defect of elastocap, please report it with the case file: {}",
+            case.display(),
+            panic_message(&*defect)
+        ));
+        Exit::Failure
     })
 }
 
@@ -100,5 +115,23 @@ fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {
     match asked {
         Some(folder) => folder.to_owned(),
         None => Path::new("results").join(inputs::folder_name(case)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::panic, reason = "a panic is what is tested")]
+    use super::*;
+
+    #[test]
+    fn a_panic_in_one_case_of_several_is_a_failure_of_that_case_alone() {
+        let paths = ["a.toml", "b.toml", "c.toml"].map(Path::new);
+        let done = paths.map(|path| {
+            on_its_own(path, || match path.starts_with("b.toml") {
+                true => panic!("a defect"),
+                false => Exit::Done,
+            })
+        });
+        assert_eq!(done, [Ok(Exit::Done), Err(Exit::Failure), Ok(Exit::Done)]);
     }
 }

@@ -18,7 +18,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, end_in_time, stop_after};
 use super::summary::summary;
-use super::{inputs, shortfalls, watch};
+use super::{inputs, on_its_own, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -161,11 +161,11 @@ fn refused(why: &str) -> Exit {
 fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop: &Stop) -> Exit {
     let mut started = Instant::now();
     let load = || inputs::load_all(&arguments.cases, arguments.output.as_deref());
-    let inputs = match end_in_time(stop.cancel(), load, || stopped_before("was read")) {
-        Ok(Ok(inputs)) => inputs,
+    let (inputs, mut worst) = match end_in_time(stop.cancel(), load, || stopped_before("was read")) {
+        Ok(Ok(loaded)) => loaded,
         Ok(Err(exit)) | Err(exit) => return exit,
     };
-    let (mut worst, count) = (Exit::Done, inputs.len());
+    let count = inputs.len();
     for (index, input) in inputs.iter().enumerate() {
         // A signal during one case, or between two, keeps the others from being begun.
         if index > 0 && stop.is_asked() {
@@ -180,8 +180,12 @@ fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop
             left => not_begun(worst.or_worse(exit), left, count),
         };
         let command = Command { arguments, common, guard, stop, started, last: &last };
-        let exit = command.solve_one(input);
-        worst = worst.or_worse(exit);
+        let solved = on_its_own(&input.path, || command.solve_one(input));
+        worst = worst.or_worse(solved.unwrap_or_else(|defect| {
+            stop.release();
+            guard.let_end();
+            defect
+        }));
         started = Instant::now();
     }
     worst
@@ -304,6 +308,10 @@ fn failed(error: &RunError, exit: Exit) -> Exit {
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
     shortfalls::of_run(&outcome.steps).iter().for_each(|line| output::warning(line));
+    if !common.quiet {
+        let changes = shortfalls::route_changes(&outcome.steps);
+        changes.iter().for_each(|line| output::message(&format!("note: {line}")));
+    }
     if outcome.stopped {
         output::warning("stopped before all steps were done; the results are marked incomplete");
     }
@@ -316,6 +324,7 @@ fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, 
     };
     match printed {
         Err(exit) => exit,
+        Ok(()) if outcome.steps.iter().any(|step| step.row.status.defect().is_some()) => Exit::Failure,
         Ok(()) if outcome.is_complete() => Exit::Done,
         Ok(()) => Exit::Incomplete,
     }

@@ -137,7 +137,7 @@ class Scene(Walk):
         self.files = {}
         self.case = {}
         # Round shapes take tetrahedra, which cost more: most cases are without them.
-        if rng.random() < (0.85 if cheap else 0.7):
+        if rng.random() < (0.9 if cheap else 0.85):
             dear = [f"{body}.{shape}" for body in ("conductor", "dielectric") for shape in ("sphere", "capsule", "cylinder", "extrusion", "surface")]
             self.weights = {**self.weights, **dict.fromkeys(dear, 0.0)}
         self.u = float(f"{rng.choice([1, 2, 2.5, 5])}e{rng.choice([-6, -5, -5, -4, -4, -4, -3, -3, -2])}")

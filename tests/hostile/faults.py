@@ -3,12 +3,15 @@
 import json
 import re
 import resource
+import signal
 
 from .damage import SECRET
 
 MESSAGES = 10
 # Processor seconds of a `check`, and of a run after it was told to stop.
 CHECK_SECONDS, STOP_SECONDS = 10.0, 2.0
+# Seconds in which a process may still be loading.
+BEGINNING = 0.5
 # Why a step may fail in a run though `check` did not foretell it: what finite elements find out at large loads, and what is told as an
 # interruption or a lack of memory.
 NOT_FORETOLD = re.compile(r"not run|stopped|interrupted|memory|does not converge|Newton|equilibrium|tolerance|no force|unstable|turns? (?:over|inside)|"
@@ -45,7 +48,10 @@ def of_check(done, is_case=True):
     return faults
 
 
-def of_run(done, folder, stopped_at, is_case=True):
+def of_run(done, folder, stopped_at, terminated=False, is_case=True):
+    if terminated and done.status == -signal.SIGTERM and done.seconds < BEGINNING:
+        # The signal came before the program had begun.
+        return []
     faults = of_answer(done, is_case)
     if stopped_at is not None and (done.status is None or done.late is not None and done.late > STOP_SECONDS):
         late = f"{done.late:.1f} s" if done.late is not None else "killed"

@@ -143,7 +143,7 @@ class Trial:
         else:
             line += ["--max-time", f"{seconds:g}s"]
         done = self.command(line, seconds, terminate, processor=seconds + 20)
-        self.report.note("run", faults.of_run(done, self.folder, seconds, is_case))
+        self.report.note("run", faults.of_run(done, self.folder, seconds, terminate, is_case))
         return done, self.result(out)
 
     def run_beside(self, check, is_case=True):

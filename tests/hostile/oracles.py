@@ -22,24 +22,30 @@ def layers_in_series(trial):
     """Layers between plates, with insulated walls at the edges of the plates: C = epsilon_0 A / sum(t / epsilon)."""
     rng = trial.rng
     scale = 10 ** rng.uniform(-6, -2)
-    thicknesses = [float(f"{scale * 10 ** rng.uniform(-2, 0):.4g}") for _ in range(rng.choice([1, 2, 2, 3, 5]))]
-    contrast = rng.choice([1, 2, 4, 8, 18])
-    permittivities = [float(f"{10 ** rng.uniform(0, contrast):.4g}") for _ in thicknesses]
+    thicknesses = [float(f"{scale * 10 ** rng.uniform(-2, 0):.4g}") for _ in range(rng.choice([1, 2, 3, 5, 8]))]
+    # To a contrast of 1e18, of permittivities above and below one.
+    decades = rng.choice([1, 4, 8, 10, 12, 18])
+    permittivities = [float(f"{10 ** (decades * rng.uniform(-0.5, 0.5)):.4g}") for _ in thicknesses]
     sides = [float(f"{scale * 10 ** rng.uniform(-1, 1):.4g}") for _ in range(2)]
     levels = [0.0]
     for thickness in thicknesses:
         levels.append(levels[-1] + thickness)
     length = lambda x: f"{x:.17g} m"
     point = lambda x, y, z: [length(x), length(y), length(z)]
-    plate = 0.1 * scale
     top = levels[-1]
+    # Sheets with nothing but insulated space behind them, or boxes up to the walls.
+    sheets, below, above = rng.random() < 0.6, scale * rng.uniform(0.01, 1), scale * rng.uniform(0.01, 1)
     case = {"format": 1, "conductor": [], "dielectric": []}
-    for name, low in (("bottom", -plate), ("top", top)):
-        case["conductor"].append({"name": name, "box": {"min": point(0, low, 0), "max": point(sides[0], low + plate, sides[1])}})
+    for name, at, low, high in (("bottom", 0.0, -below, 0.0), ("top", top, top, top + above)):
+        sheet = {"sheet": {"normal": "x2", "at": length(at), "min": [length(0), length(0)], "max": [length(side) for side in sides]}}
+        box = {"box": {"min": point(0, low, 0), "max": point(sides[0], high, sides[1])}}
+        case["conductor"].append({"name": name, **(sheet if sheets else box)})
     for k, permittivity in enumerate(permittivities):
-        case["dielectric"].append({"name": f"d{k}", "relative_permittivity": permittivity,
-                                   "slab": {"axis": "x2", "from": length(levels[k]), "to": length(levels[k + 1])}})
-    case["surroundings"] = {"boundary": "insulated", "walls": {"min": point(0, -plate, 0), "max": point(sides[0], top + plate, sides[1])}}
+        slab = {"slab": {"axis": "x2", "from": length(levels[k]), "to": length(levels[k + 1])}}
+        box = {"box": {"min": point(0, levels[k], 0), "max": point(sides[0], levels[k + 1], sides[1])}}
+        case["dielectric"].append({"name": f"d{k}", "relative_permittivity": permittivity, **(slab if rng.random() < 0.7 else box)})
+    walls = {"min": point(0, -below, 0), "max": point(sides[0], top + above, sides[1])}
+    case["surroundings"] = {"boundary": "insulated", "walls": walls}
     case["electrostatics"] = {"relative_tolerance": rng.choice([0.3, 0.1, 1e-2, 1e-3])}
     if rng.random() < 0.2:
         case["electrostatics"]["solver"] = "tetrahedra"

@@ -25,7 +25,7 @@ fn solved() -> Sandbox {
 
 const RUN: [&str; 7] = ["run", "pair.toml", "-o", "out", "--no-fields", "--no-scene", "--quiet"];
 
-/// The command, which must end by itself within 20 s.
+/// The command, which must end by itself, on a busy machine too, within two minutes.
 fn ends(sandbox: &Sandbox, arguments: &[&str]) -> Finished {
     let mut child = sandbox
         .command(arguments)
@@ -36,7 +36,7 @@ fn ends(sandbox: &Sandbox, arguments: &[&str]) -> Finished {
         .expect("the binary starts");
     let begin = Instant::now();
     while child.try_wait().expect("a process").is_none() {
-        if begin.elapsed() > Duration::from_secs(20) {
+        if begin.elapsed() > Duration::from_secs(120) {
             child.kill().expect("it can be ended");
             panic!("{arguments:?} does not end");
         }

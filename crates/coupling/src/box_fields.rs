@@ -1,8 +1,10 @@
 //! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
 
-use elastocap_electrostatics::{Bounded, Settings, Solution, Target, solve, solve_mapped};
+use elastocap_electrostatics::{Bounded, Settings, Shortfall, Solution, Target, solve, solve_mapped};
+use elastocap_geometry::scene::Purpose;
 
 use crate::failure::Stop;
+use crate::layer_outlines::with_surface_at;
 use crate::mapped::BentScene;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
 
@@ -20,17 +22,40 @@ pub(crate) fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneErro
 }
 
 /// The capacitance of two electrodes that are not boxes, from boxes inside them (which have less) and boxes around them (which
-/// have more): see [`crate::deform::ElectrodeBox`]. The field and the counts are those of the boxes around.
+/// have more): see [`crate::deform::ElectrodeBox`]. So it is with the surface of the layer, which is `bent_between` two heights, m: where the
+/// layer has the larger permittivity, a flat one at the lower of them gives less and one at the higher more. The field and the counts are
+/// those of the boxes around.
 pub(crate) fn between(
     deformed: &DeformedScene,
     enclosing: Enclosing,
+    bent_between: Option<[f64; 2]>,
     settings: &Settings,
 ) -> Result<Solution, Stop> {
     // What the shape leaves open comes on top of what the solver does.
     let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
-    let of = |regions, settings: &Settings| solve(&deformed.with_pair(regions), settings);
-    let less = of(enclosing.inside, &Settings { field: false, ..each.clone() })?;
-    let mut solution = of(enclosing.around, &each)?;
+    let own = |purpose: Purpose| {
+        deformed
+            .scene
+            .dielectrics()
+            .find(|own| own.body.purpose == purpose)
+            .map(|own| own.relative_permittivity)
+    };
+    let flats = match (own(Purpose::Layer), own(Purpose::Cover), bent_between) {
+        (Some(layer), Some(cover), Some([low, high])) => {
+            if layer >= cover {
+                [Some(low), Some(high)]
+            } else {
+                [Some(high), Some(low)]
+            }
+        }
+        _ => [None; 2],
+    };
+    let of = |regions, flat: Option<f64>, settings: &Settings| {
+        let scene = deformed.with_pair(regions);
+        solve(&flat.map_or(scene.clone(), |height| with_surface_at(scene, height)), settings)
+    };
+    let less = of(enclosing.inside, flats[0], &Settings { field: false, ..each.clone() })?;
+    let mut solution = of(enclosing.around, flats[1], &each)?;
     let join = |low: Bounded, high: Bounded| Bounded {
         value: 0.5 * (low.value + high.value),
         lower: low.lower.min(high.lower),
@@ -50,9 +75,8 @@ pub(crate) fn between(
     solution.seconds = less.seconds.plus(&solution.seconds);
     let own = solution.measured.or(solution.two_terminal);
     solution.reached = own.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
-    solution.shortfall = (!solution.reached).then(|| {
-        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them"
-            .to_owned()
+    solution.shortfall = (!solution.reached).then_some(Shortfall::EnclosingBoxes {
+        flat_surfaces: flats.iter().all(Option::is_some),
     });
     Ok(solution)
 }

@@ -9,14 +9,17 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use elastocap_case::Case;
-use elastocap_electrostatics::{Bounded, Foresight};
+use elastocap_electrostatics::{Bounded, Foresight, SolveError};
 
 use crate::common_base::{CommonBase, Purposes};
+use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
+use crate::route_change::{NoBase, RouteChange};
+use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::step::{Sharper, Solver};
 
 /// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
@@ -88,21 +91,17 @@ fn spread(bounded: &Bounded) -> f64 {
     bounded.upper - bounded.lower
 }
 
-fn holds_zero(change: &Bounded) -> bool {
-    change.lower <= 0.0 && 0.0 <= change.upper
-}
-
 /// Whether the change from `first` to `own` is known to `tolerance`, or known to be none.
 fn is_known(tolerance: f64, first: &Bounded, own: &Bounded) -> bool {
     let change = change(first, own);
     spread(&change) <= tolerance * change.value.abs()
-        || (holds_zero(&change) && spread(&change) <= NO_CHANGE * first.value.abs())
+        || (change.holds_zero() && spread(&change) <= NO_CHANGE * first.value.abs())
 }
 
 /// How far the bounds of the change should be apart, F, for all that is known of it.
 fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     let change = change(first, own);
-    if holds_zero(&change) {
+    if change.holds_zero() {
         let size = change.value.abs().max(0.5 * HIDDEN * spread(&change));
         (UNSURE * tolerance * size).max(NO_CHANGE * first.value.abs())
     } else {
@@ -164,7 +163,7 @@ pub(crate) struct ChangeSearch<'a> {
 }
 
 /// Why a step cannot be solved more sharply, by the place of the step; `None` for one that was not tried, or met its tolerance.
-type Exhausted = Vec<Option<String>>;
+type Exhausted = Vec<Option<Unsharpened>>;
 
 impl ChangeSearch<'_> {
     /// Solves steps again whose change is not known to the tolerance, and marks those for which that does not help. `found` is what the
@@ -189,9 +188,23 @@ impl ChangeSearch<'_> {
                 self.work.get(*place).is_none_or(|step| step.pose.distance <= 0.0)
             };
             let purposes = Purposes { number, differences: differences && !wanted.iter().any(in_contact) };
-            let first = self.work.first();
-            let base =
-                first.and_then(|step| self.solver.common_base(step, least, memory_limit, &known, purposes));
+            let base = match self.work.first() {
+                Some(step) => self.solver.common_base(step, least, memory_limit, &known, purposes),
+                None => Ok(None),
+            };
+            let (base, without_base) = match base {
+                Ok(base) => (base, None),
+                Err(NoBase::Solve(SolveError::Cancelled)) => break,
+                Err(NoBase::Solve(error)) if error.is_contradiction() => {
+                    for (place, _) in &wanted {
+                        if let Some(Some(step)) = found.get_mut(*place) {
+                            step.fail(StepFailure::Field(error.clone()));
+                        }
+                    }
+                    break;
+                }
+                Err(why) => (None, Some(RouteChange::WithoutBase(why))),
+            };
             let cancels = base.as_ref().is_some_and(CommonBase::cancels);
             if cancels {
                 wanted = self.wanted(found, &exhausted, true);
@@ -211,11 +224,16 @@ impl ChangeSearch<'_> {
                 Some(again)
             });
             for ((place, _), again) in wanted.iter().zip(again) {
-                let (Some(Some(step)), Some(Some(again))) = (found.get_mut(*place), again) else { continue };
+                let (Some(Some(step)), Some(Some(mut again))) = (found.get_mut(*place), again) else { continue };
                 if let Some(why) = exhausted.get_mut(*place) {
                     *why = without_tolerance(&again);
                 }
+                if let Some(defect) = again.row.status.defect() {
+                    step.fail(defect.clone());
+                    continue;
+                }
                 differences &= !cancels || again.with_error_of_base.is_some();
+                again.route_changes.extend(without_base.clone());
                 step.take_sharper(again);
             }
         }
@@ -298,9 +316,13 @@ impl ChangeSearch<'_> {
             };
             step.seconds.electrostatics = step.seconds.electrostatics.plus(&spent.electrostatics);
             step.seconds.total += spent.total;
-            if let Some(error) = error {
-                step.row.mechanics_error_estimate = Some(error);
-                step.mechanics_by_capacitance = true;
+            match error {
+                Ok(Some(error)) => {
+                    step.row.mechanics_error_estimate = Some(error);
+                    step.mechanics_by_capacitance = true;
+                }
+                Ok(None) => {}
+                Err(defect) => step.fail(*defect),
             }
         }
     }
@@ -315,7 +337,7 @@ impl ChangeSearch<'_> {
             let Some(step) = step else { continue };
             let Some(own) = State::of(step) else { continue };
             let Some(first) = first else {
-                step.miss(Missed::Change, "the first step has no capacitance to change against".to_owned());
+                step.miss(Cause::NoFirstCapacitance);
                 continue;
             };
             let [from, to] = first.beside(&own);
@@ -323,25 +345,9 @@ impl ChangeSearch<'_> {
             if !is_known(self.tolerance, &from, &to) {
                 let why = exhausted.get(place).and_then(Option::as_ref).or(why_first);
                 let stopped = self.cancel.load(Ordering::Relaxed);
-                let why = match why {
-                    _ if stopped => ": the run was stopped before".to_owned(),
-                    Some(why) => format!(": {why}"),
-                    None => String::new(),
-                };
+                let why = if stopped { Some(Unsharpened::Stopped) } else { why.cloned() };
                 step.interrupted |= stopped;
-                let reason = if holds_zero(&change) {
-                    format!(
-                        "the change lies between {:e} F and {:e} F, and was to be known to {:.0e} of itself{why}",
-                        change.lower, change.upper, self.tolerance
-                    )
-                } else {
-                    format!(
-                        "the change is known to {:.1e} of itself, where {:.0e} was asked for{why}",
-                        change.spread_over_value(),
-                        self.tolerance
-                    )
-                };
-                step.miss(Missed::Change, reason);
+                step.miss(Cause::Change(WideChange { change, asked: self.tolerance, why }));
                 continue;
             }
             // What the bounds do not hold, they do not hold of the change either.
@@ -357,11 +363,8 @@ impl ChangeSearch<'_> {
                 (geometry, Missed::Geometry, "faces and polynomials in place of the bodies leave"),
             ] {
                 if error > allowed {
-                    let reason = format!(
-                        "{what} an error of about {error:.0e} F (an estimate) in a change of {:.2e} F, where {:.0e} of it was asked for",
-                        change.value, self.tolerance
-                    );
-                    step.miss(missed, reason);
+                    let (change, asked) = (change.value, self.tolerance);
+                    step.miss(Cause::ErrorOfChange { missed, what, error, change, asked });
                 }
             }
         }
@@ -377,10 +380,10 @@ fn wider(one: Bounded, other: Bounded) -> Bounded {
 }
 
 /// Why a step does not have the tolerance that its field was solved to; `None` if it has.
-fn without_tolerance(step: &StepResult) -> Option<String> {
+fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
     match &step.row.status {
         Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::NotRun => {
-            Some(step.reason.clone().unwrap_or_else(|| "its field could not be solved again".to_owned()))
+            Some(step.reason.clone().map_or(Unsharpened::NotSolved, Unsharpened::Solve))
         }
         Status::ToleranceNotReached(Missed::Change | Missed::Mechanics | Missed::Geometry)
         | Status::Ok
@@ -409,6 +412,7 @@ impl StepResult {
         row.fringe_ratio = again.row.fringe_ratio;
         row.unknowns = again.row.unknowns;
         self.route = again.route;
+        self.route_changes = again.route_changes;
         self.warnings = again.warnings;
         self.measured = again.measured;
         // What a solve for the capacitance alone leaves out is known from before.
@@ -422,18 +426,19 @@ impl StepResult {
     }
 
     /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.
-    fn miss(&mut self, missed: Missed, reason: String) {
-        match self.row.status {
-            Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit => {
+    fn miss(&mut self, cause: Cause) {
+        match (&self.row.status, cause.missed()) {
+            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, Some(missed)) => {
                 self.row.status = Status::ToleranceNotReached(missed);
             }
-            Status::ToleranceNotReached(_) => {}
-            Status::Failed(_) | Status::NotRun => return,
+            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, None)
+            | (Status::ToleranceNotReached(_), _) => {}
+            (Status::Failed(_) | Status::NotRun, _) => return,
         }
-        self.reason = Some(match self.reason.take() {
-            Some(before) => format!("{before}; {reason}"),
-            None => reason,
-        });
+        match &mut self.reason {
+            Some(reason) => reason.push(cause),
+            none => *none = Some(cause.into()),
+        }
     }
 }
 

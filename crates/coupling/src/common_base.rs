@@ -2,11 +2,12 @@
 //! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
 
 use elastocap_electrostatics::{
-    Additions, Base, Bounded, Settings, Solution, SolveError, solve, solve_base, solve_superposed,
+    Additions, Base, Bounded, Settings, Solution, solve, solve_base, solve_superposed,
 };
 use elastocap_geometry::scene::{Body, Purpose, Scene};
 
 use crate::mapped::BentScene;
+use crate::route_change::NoBase;
 
 /// Relative spread to aim for of the base, over the tolerance of what is added to it.
 const SHARE: f64 = 0.6;
@@ -30,21 +31,25 @@ pub(crate) struct Purposes {
 impl CommonBase {
     /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
     /// nothing that is bent, is farther than `reach` (m) from the origin, and the indenter of none is nearer by more than `nearer` (m), where
-    /// their differences alone are wanted. `None` where they have none.
+    /// their differences alone are wanted. `None` where nothing presses in them, or bounds are not asked for.
+    ///
+    /// # Errors
+    /// Why the scene cannot serve as a base.
     pub(crate) fn of(
         bent: &BentScene,
         (reach, nearer): (f64, Option<f64>),
         known: Known<'_>,
         number: usize,
         settings: &Settings,
-    ) -> Option<Self> {
-        let scene = without_indenter(&bent.scene).filter(|_| settings.bounds)?;
+    ) -> Result<Option<Self>, NoBase> {
+        let Some(scene) = without_indenter(&bent.scene).filter(|_| settings.bounds) else { return Ok(None) };
         let roughly =
             Settings { relative_tolerance: known.relative_tolerance, field: false, ..settings.clone() };
-        let change = known.largest_change(&solve(&scene, &roughly).ok()?.measured?);
+        let without = solve(&scene, &roughly)?.measured.ok_or(NoBase::NotMeasured)?;
+        let change = known.largest_change(&without);
         let additions = Additions { reach, change, share: SHARE, nearer };
-        let base = solve_base(&scene, (&bent.scene, &bent.map), additions, settings).ok()??;
-        Some(Self { scene, base, number })
+        let base = solve_base(&scene, (&bent.scene, &bent.map), additions, settings)?;
+        base.map(|base| Some(Self { scene, base, number })).ok_or(NoBase::Tolerance)
     }
 
     /// Tells it from other bases of the same run.
@@ -57,18 +62,21 @@ impl CommonBase {
         self.base.cancels()
     }
 
-    /// The field of a scene by what its indenter changes; `None` where its base is another one, or the tolerance is not met in this way.
-    pub(crate) fn add(&self, bent: &BentScene, settings: &Settings) -> Option<Result<Solution, SolveError>> {
+    /// The field of a scene by what its indenter changes.
+    ///
+    /// # Errors
+    /// A scene whose base is another one, or whose tolerance is not met in this way.
+    pub(crate) fn add(&self, bent: &BentScene, settings: &Settings) -> Result<Solution, NoBase> {
         if without_indenter(&bent.scene).as_ref() != Some(&self.scene) {
-            return None;
+            return Err(NoBase::OtherScene);
         }
         let is_stopped =
             settings.cancel.as_ref().is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed));
-        match solve_superposed(&bent.scene, &bent.map, &self.base, settings) {
-            Ok(found) if found.reached || is_stopped => Some(Ok(found)),
-            Err(SolveError::Cancelled) => Some(Err(SolveError::Cancelled)),
-            Ok(_) | Err(_) => None,
+        let found = solve_superposed(&bent.scene, &bent.map, &self.base, settings)?;
+        if found.reached || is_stopped {
+            return Ok(found);
         }
+        Err(found.shortfall.map_or(NoBase::Tolerance, NoBase::Shortfall))
     }
 }
 

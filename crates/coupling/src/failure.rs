@@ -1,5 +1,7 @@
 //! Why a load step has no result.
 
+use std::any::Any;
+
 use elastocap_electrostatics::SolveError;
 use elastocap_geometry::meshing::tets::{LayeredError, MeshError};
 use serde::{Serialize, Serializer};
@@ -51,16 +53,16 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
-    /// Whether the program is at fault rather than its input.
+    /// Whether the program is at fault rather than its input: it panicked, or proved bounds contradict each other.
     pub fn is_defect(&self) -> bool {
         match self {
             Self::BoundsExcludeValue | Self::Defect(_) => true,
+            Self::Field(error) | Self::Tetrahedra(TetrahedraError::Field(error)) => error.is_contradiction(),
             Self::Layer(_)
             | Self::Scene(_)
             | Self::Route(_)
             | Self::Outline(_)
             | Self::Tetrahedra(_)
-            | Self::Field(_)
             | Self::NoMap
             | Self::ZeroCapacitance
             | Self::NoGrid => false,
@@ -118,6 +120,12 @@ pub enum TetrahedraError {
     /// A first, small mesh cannot be solved.
     #[error(transparent)]
     Field(#[from] SolveError),
+}
+
+/// What a panic said, which is a defect of the program.
+pub fn panic_message(defect: &(dyn Any + Send)) -> &str {
+    let said = defect.downcast_ref::<String>().map(String::as_str);
+    said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }
 
 /// Why a step ended early.

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use crate::outcome::{
     EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
 };
+use crate::reason::Cause;
 use crate::route::Route;
+use crate::route_change::RouteChange;
 
 /// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
 /// solved for all steps together.
@@ -19,6 +21,8 @@ pub struct FinishedStep {
     reason: Option<String>,
     warnings: Vec<String>,
     route: Option<Route>,
+    #[serde(default)]
+    route_changes: Vec<String>,
     maxwell: Vec<Vec<Bounded>>,
     entry_status: Option<Vec<Vec<EntryStatus>>>,
     floating: Vec<FloatingConductor>,
@@ -68,9 +72,10 @@ impl FinishedStep {
             index: step.index,
             row: step.row.clone(),
             how,
-            reason: step.reason.clone(),
+            reason: step.reason.as_ref().map(ToString::to_string),
             warnings: step.warnings.clone(),
             route: step.route,
+            route_changes: step.route_changes.iter().map(ToString::to_string).collect(),
             maxwell,
             entry_status: step.entry_status.clone(),
             floating: step.floating.clone(),
@@ -90,6 +95,10 @@ impl FinishedStep {
         if !result.row.numbers().into_iter().zip(self.row.numbers()).all(same) {
             return false;
         }
+        let missed = match self.how {
+            How::ToleranceNotReached(missed) => Some(missed),
+            How::Ok | How::OkToDiagonal | How::BeyondForceLimit => None,
+        };
         let status = match self.how {
             How::Ok => Status::Ok,
             How::OkToDiagonal => Status::OkToDiagonal,
@@ -97,9 +106,10 @@ impl FinishedStep {
             How::BeyondForceLimit => Status::BeyondForceLimit,
         };
         result.row = Row { status, ..self.row };
-        result.reason = self.reason;
+        result.reason = self.reason.map(|text| Cause::Earlier { missed, text }.into());
         result.warnings = self.warnings;
         result.route = self.route;
+        result.route_changes = self.route_changes.into_iter().map(RouteChange::Earlier).collect();
         result.maxwell = Some(self.maxwell);
         result.entry_status = self.entry_status;
         result.floating = self.floating;

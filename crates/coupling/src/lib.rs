@@ -10,7 +10,8 @@
 //! - [`deform`]: the layer under its loads.
 //! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
-//! - [`failure`]: why a step has no result.
+//! - [`failure`]: why a step has no result. [`reason`]: why it does not have all that was asked for. [`route_change`]: why it was not
+//!   solved as it was meant to be.
 //! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter; [`box_fields`]: a scene for the box solver.
 //! - `layer_outlines`, `outline_curves`: a scene of what the load has bent, with curves or polygons.
 //! - `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
@@ -34,7 +35,9 @@ pub mod memory;
 pub mod outcome;
 mod outline_curves;
 pub mod plan;
+pub mod reason;
 pub mod route;
+pub mod route_change;
 pub mod run;
 pub mod scene;
 mod sensitivity;

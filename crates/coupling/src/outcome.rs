@@ -9,7 +9,9 @@ use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
+use crate::reason::Reason;
 use crate::route::Route;
+use crate::route_change::RouteChange;
 use crate::scene::DeformedScene;
 
 pub use crate::status::{EntryStatus, Missed, Status};
@@ -62,10 +64,12 @@ pub struct StepResult {
     pub same_as: Option<usize>,
     /// The route that its field took; `None` if it was not solved or has none.
     pub route: Option<Route>,
+    /// Why that is not the route that was meant for it, where it is not.
+    pub route_changes: Vec<RouteChange>,
     /// The line of curve.csv.
     pub row: Row,
     /// Why the step failed, missed its tolerance or has no force.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
     /// Whether it was stopped on request before it was as good as asked for; its bounds are those that were known by then.
     pub interrupted: bool,
     /// What the user should know about it.

@@ -205,7 +205,7 @@ impl Bending {
         let Some(enclosing) = &deformed.bent else { return Self::Straight };
         match state {
             Some(Deformation::FiniteElement(layer)) if !layer.curves.electrodes.is_empty() => {
-                if enclosing.is_ok() && layer.curves.surface_is_flat() {
+                if enclosing.is_ok() && layer.curves.bent_between().is_none() {
                     Self::InPlane(PlaneBending::BoxesMayDo)
                 } else {
                     Self::InPlane(PlaneBending::OutlinesOnly)

@@ -1,6 +1,7 @@
 //! Steps that do not have all that was asked for, as they are told: those with the same shortfall together.
 
 use crate::outcome::{Status, StepResult};
+use crate::route_change::RouteChange;
 use crate::words::counted;
 
 /// Shortfalls that are told, at most.
@@ -8,7 +9,7 @@ const MAX_LINES: usize = 10;
 
 /// What a step that was begun does not have of what was asked for, in words.
 pub fn of_step(step: &StepResult) -> Option<String> {
-    let reason = step.reason.as_deref().map_or_else(String::new, |reason| format!(": {reason}"));
+    let reason = step.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     match &step.row.status {
         Status::Failed(reason) => Some(format!("failed: {reason}")),
         Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
@@ -21,6 +22,18 @@ pub fn of_step(step: &StepResult) -> Option<String> {
 pub fn of_run(steps: &[StepResult]) -> Vec<String> {
     let solved = steps.iter().filter(|step| step.same_as.is_none());
     lines(solved.filter_map(|step| Some((step.index, of_step(step)?))))
+}
+
+/// The lines of all steps of a run that were not solved on the route that was meant for them; steps that are taken from another one are
+/// left out.
+pub fn route_changes(steps: &[StepResult]) -> Vec<String> {
+    let solved = steps.iter().filter(|step| step.same_as.is_none());
+    let told = |step: &StepResult| {
+        let index = step.index;
+        let told = |change: &RouteChange| (index, format!("took another route: {change}"));
+        step.route_changes.iter().map(told).collect::<Vec<_>>()
+    };
+    lines(solved.flat_map(told))
 }
 
 /// A line for each different text, in the order of the first steps that have it; `told` has the index of a step and the text, in words

@@ -40,6 +40,18 @@ pub enum Missed {
 }
 
 impl Status {
+    /// The defect of the program that the step failed for, if it did: a panic, or proved bounds that contradict each other.
+    pub fn defect(&self) -> Option<&StepFailure> {
+        match self {
+            Self::Failed(failure) => Some(&**failure).filter(|failure| failure.is_defect()),
+            Self::Ok
+            | Self::OkToDiagonal
+            | Self::ToleranceNotReached(_)
+            | Self::BeyondForceLimit
+            | Self::NotRun => None,
+        }
+    }
+
     /// Whether the step has all that was asked for.
     pub fn is_ok(&self) -> bool {
         match self {

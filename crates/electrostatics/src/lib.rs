@@ -69,6 +69,7 @@ mod floating;
 mod matrix;
 mod parity;
 mod projection;
+mod shortfall;
 mod solution;
 mod target;
 mod tets;
@@ -83,6 +84,7 @@ pub use solution::{
     Bounded, CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight,
     PhaseSeconds, ResolutionLevel, Settings, Solution,
 };
+pub use shortfall::Shortfall;
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;
@@ -191,6 +193,37 @@ pub enum SolveError {
     /// The fluxes on a mesh could not be made.
     #[error(transparent)]
     Flux(#[from] tets::flux::FluxError),
+}
+
+impl SolveError {
+    /// Whether proved bounds contradict each other, which no input excuses.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::Contradiction(_))
+    }
+
+    /// Whether nothing is wrong with the scene but that this solver cannot take it: another one may.
+    pub fn another_solver_may_serve(&self) -> bool {
+        match self {
+            Self::NotBoxes { .. }
+            | Self::NotExtruded
+            | Self::NoPlan
+            | Self::TooLarge { .. }
+            | Self::Eigenvalues
+            | Self::IllConditioned(_)
+            | Self::NotConverged
+            | Self::Potentials(_)
+            | Self::NotReached(_)
+            | Self::Flux(_)
+            | Self::Superposition
+            | Self::InsideOut
+            | Self::TornMap => true,
+            Self::OnGround { .. }
+            | Self::Touching { .. }
+            | Self::Contradiction(_)
+            | Self::MirrorPlane { .. }
+            | Self::Cancelled => false,
+        }
+    }
 }
 
 impl From<tets::potentials::PotentialError> for SolveError {

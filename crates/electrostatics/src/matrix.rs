@@ -74,14 +74,6 @@ pub(crate) fn of_products(contrast: f64) -> f64 {
     ROUNDING_OF_FLUXES * contrast
 }
 
-/// Why a finer grid or mesh would not help, as a sentence for the user.
-pub(crate) fn rounding_alone(error: f64) -> String {
-    format!(
-        "rounding alone leaves an error of {error:.1e}: permittivities or the couplings of conductors are too \
-         unequal for double precision"
-    )
-}
-
 impl MatrixBounds {
     /// Adds to the bounds what rounding may have changed of them. `scale` is the form that rounding is a share of, from
     /// [`rounding_scale`], and `factor` what the contrast of the permittivities multiplies it by, from [`of_squares`] or [`of_products`].

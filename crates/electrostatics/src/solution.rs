@@ -1,12 +1,10 @@
 //! Settings and solutions of the field solvers.
 
+use crate::shortfall::Shortfall;
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// Why the tolerance was not reached where the caller has set the cancel flag, and bounds were known by then.
-pub(crate) const STOPPED: &str = "it was stopped on request";
 
 /// Target, tolerance and limits of the box solver; those of the other solver are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
@@ -157,6 +155,11 @@ impl Bounded {
         self.over_value(self.upper - self.lower)
     }
 
+    /// Whether the number may be zero.
+    pub fn holds_zero(&self) -> bool {
+        self.lower <= 0.0 && 0.0 <= self.upper
+    }
+
     /// Minus the number.
     #[must_use]
     pub fn negative(&self) -> Self {
@@ -265,8 +268,8 @@ pub struct Solution {
     pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.
     pub reached: bool,
-    /// Why the tolerance was not reached, as a sentence for the user.
-    pub shortfall: Option<String>,
+    /// Why the tolerance was not reached.
+    pub shortfall: Option<Shortfall>,
     /// Largest number of unknowns solved for at once (primal plus dual).
     pub unknowns: usize,
     /// Iterations of all solves on the final grid.

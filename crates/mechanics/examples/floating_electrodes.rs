@@ -57,7 +57,7 @@ fn ratios(
     };
     let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);
     let mut model = LayerModel::with_inclusions(
-        &problem.mesh(n, 0.3),
+        &problem.mesh(n, 0.3)?,
         rubber,
         inclusions,
         problem.indenter,

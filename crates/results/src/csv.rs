@@ -174,6 +174,7 @@ mod tests {
             same_as: None,
             route: None,
             row: Row { unknowns: Some(7), ..Row::default() },
+            route_changes: Vec::new(),
             reason: None,
             interrupted: false,
             warnings: Vec::new(),

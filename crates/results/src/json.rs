@@ -9,7 +9,9 @@ use elastocap_case::{Case, Terminal};
 use elastocap_coupling::deform::{FiniteElementStep, ForceCheck, MeshReport};
 use elastocap_coupling::outcome::{EntryStatus, FloatingConductor, Outcome, Row, SolverReport, StepResult};
 use elastocap_coupling::plan::{Kind, Plan};
+use elastocap_coupling::reason::Reason;
 use elastocap_coupling::route::Route;
+use elastocap_coupling::route_change::RouteChange;
 use elastocap_coupling::terminals::named;
 
 /// Wall-clock seconds of a whole run.
@@ -165,11 +167,13 @@ struct Step<'a> {
     index: usize,
     #[serde(flatten)]
     row: &'a Row,
-    reason: Option<&'a str>,
+    reason: Option<&'a Reason>,
     warnings: Vec<&'a str>,
     same_as: Option<usize>,
     /// How the field was solved.
     route: Option<Route>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    route_changes: &'a [RouteChange],
     maxwell_matrix_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_lower_f: Option<Vec<Vec<f64>>>,
     maxwell_matrix_upper_f: Option<Vec<Vec<f64>>>,
@@ -219,10 +223,11 @@ impl<'a> Step<'a> {
         Self {
             index: step.index,
             row: &step.row,
-            reason: step.reason.as_deref(),
+            reason: step.reason.as_ref(),
             warnings: step.warnings.iter().map(String::as_str).chain(fields.warning(step.index)).collect(),
             same_as: step.same_as,
             route: step.route,
+            route_changes: &step.route_changes,
             maxwell_matrix_f,
             maxwell_matrix_lower_f,
             maxwell_matrix_upper_f,

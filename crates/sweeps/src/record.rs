@@ -74,7 +74,7 @@ impl StepRecord {
             status: step.row.status.to_string(),
             ok: step.row.status.is_ok(),
             failed: matches!(step.row.status, Status::Failed(_)),
-            message: step.reason.clone(),
+            message: step.reason.as_ref().map(ToString::to_string),
         }
     }
 

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use elastocap_case::{Case, CaseError, OverrideError, files_of, read_source, value_at, with_value};
+use elastocap_coupling::failure::panic_message;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run_sharing;
 use elastocap_coupling::shared_fields::SharedFields;
@@ -166,8 +167,7 @@ impl Sweep {
         // A defect in one case must not take the others with it.
         let solve = AssertUnwindSafe(|| self.solve_case(index, &values, at_once, cancel));
         catch_unwind(solve).unwrap_or_else(|defect| {
-            let said = defect.downcast_ref::<String>().map(String::as_str);
-            let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
+            let said = panic_message(&*defect);
             Some(CaseRecord::refused(index, values.clone(), format!("a defect of elastocap: {said}")))
         })
     }

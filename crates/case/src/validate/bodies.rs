@@ -1,5 +1,6 @@
 //! Checks that conductors and dielectrics do not get in one another's way and lie where there is a field.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -10,9 +11,10 @@ use super::super::model::{Body, Box3, Electrodes, Extent, Role, Shape, Surroundi
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Text;
-use super::given;
 use super::layer_room::{LayerRoom, check_body};
+use super::overlaps::{PlacedConductor, check_touching};
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
+use super::given;
 
 /// More conductors than this are refused: the results would be matrices of this size.
 const MAX_CONDUCTORS: usize = 1_000;
@@ -53,6 +55,13 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) purpose: Purpose,
 }
 
+impl PlacedBoxes<'_> {
+    fn conductor(&self) -> PlacedConductor<'_> {
+        let parts = self.regions.iter().copied().map(Shape::Box).collect();
+        PlacedConductor { name: self.name, span: &self.span, parts: Cow::Owned(parts) }
+    }
+}
+
 /// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.
 pub(super) fn bodies(
     raw: &Document,
@@ -72,7 +81,11 @@ pub(super) fn bodies(
     let dielectrics: Vec<_> = of_dielectrics.iter().map(|read| dielectric(read, log)).collect();
     check_names(raw, of_conductors, of_dielectrics, electrodes, log);
 
-    check_touching(&conductors, terminals, log);
+    check_touching(
+        &conductors.iter().flatten().map(PlacedBoxes::conductor).collect::<Vec<_>>(),
+        terminals,
+        log,
+    );
     let in_layer = conductors.iter().flatten().filter(|body| body.purpose == Purpose::InLayer);
     for body in in_layer {
         check_touching_pair((body.name, &body.span), &body.regions, (electrodes, terminals), raw, log);
@@ -217,34 +230,7 @@ pub(super) fn check_names(
     }
 }
 
-/// Two conductors that share a point are one conductor, and it must be said which: one body, or one terminal.
-fn check_touching(conductors: &[Option<PlacedBoxes<'_>>], terminals: &[Terminal], log: &mut Log<'_>) {
-    let bodies: Vec<_> = conductors.iter().flatten().collect();
-    for (k, second) in bodies.iter().enumerate() {
-        for first in &bodies[..k] {
-            if log.is_full() {
-                return;
-            }
-            let touch = |region: &Box3| second.regions.iter().any(|other| region.touches(other));
-            if first.regions.iter().any(touch) && !Terminal::joins(terminals, first.name, second.name) {
-                let (a, b) = (shown(first.name), shown(second.name));
-                log.push(
-                    Diagnostic::at(
-                        &second.span,
-                        format!("the conductors \"{a}\" and \"{b}\" touch or overlap"),
-                    )
-                    .label(format!("\"{b}\" shares a point with \"{a}\""))
-                    .related(&first.span, format!("\"{a}\" is here"))
-                    .help(
-                        "leave a gap between the two, or join them: as one conductor, or in one [[terminal]]",
-                    ),
-                );
-            }
-        }
-    }
-}
-
-/// The same for the pair of electrodes, which only conductors in the layer can meet.
+/// A conductor in the layer and the pair of electrodes that share a point are one conductor, and it must be said which.
 pub(super) fn check_touching_pair(
     (body, span): (&str, &Range<usize>),
     regions: &[Box3],

@@ -15,6 +15,7 @@ mod layered;
 mod measured_points;
 mod mechanics;
 mod outlines;
+mod overlaps;
 mod recognised;
 mod regions;
 mod shapes;
@@ -99,7 +100,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
     } else if raw.layer.is_some() {
         shapes::with_layer(raw, surroundings_read, (pair, joined), origin, log).map(|bodies| (bodies, None))
     } else {
-        shapes::without_layer(raw, surroundings_read, origin, log).map(|bodies| (bodies, None))
+        shapes::without_layer(raw, surroundings_read, joined, origin, log).map(|bodies| (bodies, None))
     };
     // Groups of a mesh by their shapes, if they have any.
     let as_shapes = bodies.as_ref().and_then(|(bodies, shapes)| match (&mesh, shapes) {

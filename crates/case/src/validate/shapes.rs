@@ -18,6 +18,7 @@ use super::bodies::{
 use super::given;
 use super::layer_room::{LayerRoom, check_body};
 use super::outlines::extruded;
+use super::overlaps::{PlacedConductor, check_touching};
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
 /// Whether a body is neither box, sheet nor slab.
@@ -99,6 +100,7 @@ pub(super) fn with_layer(
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
     let all = placed(raw, electrodes, origin, log)?;
+    check_touching(&PlacedConductor::of(&all), terminals, log);
     let layer = LayerRoom::of(raw)?;
     for (body, span) in all.iter().filter(|(body, _)| body.purpose == Purpose::InLayer) {
         match body.boxes() {
@@ -149,10 +151,12 @@ pub(super) fn with_layer(
 pub(super) fn without_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
+    terminals: &[Terminal],
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
     let all = placed(raw, None, origin, log)?;
+    check_touching(&PlacedConductor::of(&all), terminals, log);
     let (domain, wall) = outer(&all, surroundings?, log)?;
     for (body, span) in &all {
         check_inside(body, span, &domain, log);

@@ -657,6 +657,46 @@ fn bodies_lie_inside_the_walls_and_conductors_do_not_touch_grounded_ones() {
     );
 }
 
+/// A ball of a radius of 2 mm, and beside it a body of this shape.
+fn beside_a_ball(shape: &str) -> String {
+    format!(
+        "format = 1\n[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"2 mm\" }}\n\
+         [[conductor]]\nname = \"other\"\n{shape}\n[surroundings]\nboundary = \"open\"\n"
+    )
+}
+
+#[test]
+fn a_conductor_of_any_shape_that_lies_in_another_one_is_refused() {
+    let inside = [
+        "sphere = { center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"1 mm\" }",
+        "sphere = { center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"3 mm\" }",
+        "box = { min = [\"1 mm\", \"1 mm\", \"1 mm\"], max = [\"5 mm\", \"5 mm\", \"5 mm\"] }",
+        "box = { min = [\"-5 mm\", \"-5 mm\", \"-5 mm\"], max = [\"5 mm\", \"5 mm\", \"5 mm\"] }",
+        "sheet = { normal = \"x2\", at = \"0 mm\", min = [\"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\"] }",
+        "cylinder = { axis = \"x2\", base = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"0.5 mm\", height = \"0 mm\" }",
+        "cylinder = { axis = \"x1\", base = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"1 mm\", inner_radius = \"0.5 mm\", height = \"9 mm\" }",
+        "capsule = { from = [\"9 mm\", \"0 mm\", \"0 mm\"], to = [\"1 mm\", \"0 mm\", \"0 mm\"], radius = \"0.1 mm\" }",
+        "extrusion = { axis = \"x3\", from = \"0 mm\", to = \"9 mm\", outline = [[\"0 mm\", \"0 mm\"], [\"9 mm\", \"0 mm\"], [\"0 mm\", \"9 mm\"]] }",
+    ];
+    for shape in inside {
+        let error = parse(&beside_a_ball(shape)).expect_err(shape).render(false);
+        assert!(error.contains("\"ball\" and \"other\" touch or overlap"), "{shape}: {error}");
+        let one_wire = "[[terminal]]\nname = \"wire\"\nconductors = [\"ball\", \"other\"]\n";
+        let joined = parse(&(beside_a_ball(shape) + one_wire));
+        assert!(joined.is_ok(), "{shape}: {}", joined.expect_err("refused").render(false));
+    }
+    // A ball in a tube, and one beside the corner of a box.
+    let apart = [
+        "cylinder = { axis = \"x2\", base = [\"0 mm\", \"-5 mm\", \"0 mm\"], radius = \"4 mm\", inner_radius = \"3 mm\", height = \"9 mm\" }",
+        "box = { min = [\"1.9 mm\", \"1.9 mm\", \"1.9 mm\"], max = [\"5 mm\", \"5 mm\", \"5 mm\"] }",
+        "shell = { center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"3 mm\" }",
+    ];
+    for shape in apart {
+        let read = parse(&beside_a_ball(shape));
+        assert!(read.is_ok(), "{shape}: {}", read.expect_err("refused").render(false));
+    }
+}
+
 #[test]
 fn conductors_have_names_of_their_own_and_no_common_point() {
     refused(BOXES, &[("name = \"b\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice", "first used here"]);

@@ -16,16 +16,21 @@ pub struct DeformedCurves {
     pub surface: Curve,
     /// Whether all that is of the right half, whose mirror image the left one is.
     pub half: bool,
+    /// The least and the greatest height of the top, m.
+    pub heights: [f64; 2],
 }
 
 impl DeformedCurves {
-    /// Whether the surface is a plane.
-    pub fn surface_is_flat(&self) -> bool {
-        let heights = || self.surface.iter().map(|p| p[1]);
-        let (low, high) =
-            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-        high - low <= 1e-9 * high.abs()
+    /// The heights between which the surface lies, m; `None` where it is a plane.
+    pub fn bent_between(&self) -> Option<[f64; 2]> {
+        let [low, high] = self.heights;
+        (high - low > 1e-9 * high.abs()).then_some(self.heights)
     }
+}
+
+/// The least and the greatest of some heights; infinite, and out of order, without any.
+pub(super) fn range(heights: impl Iterator<Item = f64>) -> [f64; 2] {
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
 /// The curve through deformed nodes of biquadratic elements: corner, middle, corner, and so on.

@@ -6,9 +6,9 @@ use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime};
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{PlaneLayer, Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressed, Pressing, Refinement, deepest};
 
-use super::curves::{DeformedCurves, through};
+use super::curves::{DeformedCurves, range, through};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
@@ -21,13 +21,24 @@ use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, Pun
 /// # Errors
 /// Why not.
 pub(super) fn check(case: &Case, model: &PlaneStrain, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
-    let problem = problem(case, model)?;
+    let (problem, goals) = (problem(case, model)?, goals(loads, model.width));
+    check_room(&problem, &goals)?;
     let refinement = Refinement::to(model.relative_tolerance);
     let coarsest = refinement.meshes.first().copied().unwrap_or(0);
-    problem
-        .mesh_within_limit(coarsest, deepest(&goals(loads, model.width)))
-        .map_err(LayerSetupError::too_large)?;
+    problem.mesh_within_limit(coarsest, deepest(&goals)).map_err(LayerSetupError::too_large)?;
     Ok(())
+}
+
+/// Whether the elements under the indenter have room before the end of the layer.
+fn check_room(problem: &PlaneLayer, goals: &[Goal]) -> Result<(), LayerSetupError> {
+    let Err(_no_room) = problem.check_room(goals) else { return Ok(()) };
+    let (half_length, thickness) = (problem.half_length, problem.thickness);
+    Err(match problem.indenter.half_width() {
+        Some(half_width) if half_length > thickness => {
+            LayerSetupError::PunchNearEnd { reach: problem.position.abs() + half_width, half_length, thickness }
+        }
+        Some(_) | None => LayerSetupError::Short { half_length, thickness },
+    })
 }
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
@@ -64,6 +75,7 @@ pub(super) fn solve(
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, model.width);
+    check_room(&problem, &goals)?;
     let refinement = Refinement::to(model.relative_tolerance);
     let pressing = problem.press(&goals, &refinement, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
@@ -126,7 +138,8 @@ fn bodies(
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
     let surface = curve(&line(1, problem.thickness, everywhere));
     let half = mesh.nodes.iter().all(|x| x[0] > -tiny);
-    (boxes, DeformedCurves { electrodes, surface, half })
+    let heights = range(surface.iter().map(|p| p[1]));
+    (boxes, DeformedCurves { electrodes, surface, half, heights })
 }
 
 /// Points, all at one `x3`, with the weights of the trapezoidal rule over the reference length.

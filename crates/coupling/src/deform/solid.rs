@@ -15,7 +15,7 @@ use elastocap_mechanics::solid::space::layer::SideCondition;
 use elastocap_mechanics::solid::space::press::SpaceLayer;
 
 use super::Displacement;
-use super::curves::DeformedCurves;
+use super::curves::{DeformedCurves, range};
 use super::electrode_box::{ElectrodeBox, Face};
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals, layer};
@@ -95,7 +95,10 @@ pub(super) fn solve(
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let boxes = |pressed: &Pressed<Space>| {
         let mesh = &pressing.model_of(pressed).equations().body().mesh;
-        (boxes(&problem, mesh, &pressed.state), DeformedCurves::default())
+        let on_top = |n: &usize| problem.thickness - mesh.nodes[*n][1] < 1e-9 * problem.thickness;
+        let top = (0..mesh.nodes.len()).filter(on_top);
+        let heights = range(top.map(|n| mesh.nodes[n][1] + pressed.state.displacement[3 * n + 1]));
+        (boxes(&problem, mesh, &pressed.state), DeformedCurves { heights, ..DeformedCurves::default() })
     };
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);

@@ -5,6 +5,7 @@
 //! round indenter of a box above the surface. Any map that takes faces of bodies to their places gives the same capacitances.
 
 mod axes;
+mod beyond;
 mod contact;
 mod films;
 mod in_layer;
@@ -29,6 +30,7 @@ use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
 use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
+use beyond::level_beyond;
 use contact::{Surface, edges};
 use films::Contact;
 pub(crate) use films::{Film, Films};
@@ -49,6 +51,8 @@ pub(crate) struct BentScene {
     pub(crate) deviation: f64,
     /// The part of it that the film between indenter and layer leaves.
     pub(crate) film_error: f64,
+    /// The relative error of capacitances for a surface that is level where the map ends: an estimate.
+    pub(crate) beyond: f64,
 }
 
 /// The name of what fills the film between indenter and layer where the two touch.
@@ -132,6 +136,14 @@ impl LayerMap<'_> {
         }
     }
 
+    /// Whether it is its own mirror image across x1 = 0 and across x3 = 0.
+    fn mirrored(&self) -> [bool; 2] {
+        match self {
+            Self::Pair(..) => [true; 2],
+            Self::Surface(own) => own.mirrored(),
+        }
+    }
+
     /// The height of the highest electrode in the layer, m.
     fn highest(&self) -> f64 {
         match self {
@@ -193,6 +205,7 @@ pub(crate) fn bent_scene(
     let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
     // A pair among other bodies is one of them.
     let scale = scale_of_heights(case, step);
+    let covers_all = case.mechanics.is_some_and(|mechanics| mechanics.covers_all());
     let pair = case.electrodes.as_ref().map(|own| own.regions().map(|region| lowered(&region, scale)));
     let scene = pair.map_or_else(|| deformed.scene.clone(), |regions| deformed.with_pair(regions));
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
@@ -214,7 +227,15 @@ pub(crate) fn bent_scene(
             LayerMap::Surface(own) => Some(own.scene(&scene)),
         };
         let Some(mut scene) = scene else { return Ok(None) };
-        parts.join(&mut scene, is_half, layer.relative_permittivity.unwrap_or(1.0))
+        let Some(mut bent) = parts.join(&mut scene, is_half, layer.relative_permittivity.unwrap_or(1.0))?
+        else {
+            return Ok(None);
+        };
+        if !parts.rests && !covers_all {
+            let image = |x: [f64; 3]| part.image(x);
+            bent.beyond = level_beyond(&scene, &image, part.surface(), layer.thickness, &material, is_plane);
+        }
+        Ok(Some(bent))
     };
     let mut bent = match &case.electrodes {
         Some(electrodes) if !is_in_layer => {
@@ -238,7 +259,7 @@ pub(crate) fn bent_scene(
         }
         Some(_) | None => {
             let Some(form) = form else { return Ok(None) };
-            let mut corners = if case.mechanics.is_some_and(|mechanics| mechanics.covers_all()) {
+            let mut corners = if covers_all {
                 // The layer bulges within a thickness of its ends, which the field does not have.
                 let before_end = |a: usize| (pad[a] - pad[1]).max(0.5 * pad[a]);
                 [vec![-before_end(0), before_end(0)], vec![before_end(2)]]
@@ -439,7 +460,8 @@ impl Parts<'_> {
                 all[1].push(axes::Piece::new(highest, surface, 1));
             }
         }
-        let mirrored = [is_half, false, true];
+        let [along, across] = layer.mirrored();
+        let mirrored = [is_half && along, false, across];
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
         self.check_room(scene, &axes)?;
         let map = SceneMap::new(axes, exact);
@@ -473,7 +495,7 @@ impl Parts<'_> {
         let mapped = self.rods.lengths(&|x| map.image(of_box(x)));
         let of_rods = self.rods.error(mapped.iter().zip(&lengths).map(|(own, length)| own / length - 1.0));
         let deviation = self.deviation(&map, &exact, surface, highest).max(of_rods) + film_error;
-        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error }))
+        Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error, beyond: 0.0 }))
     }
 
     /// Refuses bodies that the map would bend along.

@@ -44,6 +44,9 @@ const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 const FLAT: f64 = 2e-3;
 const FOLLOWED: [f64; 2] = [1.0, 5.0];
 
+/// Walls whose distances differ by less than this share of the thickness are at the same one.
+const SAME: f64 = 1e-9;
+
 /// Steps of the search for the material point at a place.
 const SEARCH_STEPS: usize = 12;
 
@@ -89,6 +92,10 @@ pub(super) struct SurfaceMap<'a> {
     ends: [[f64; 2]; 2],
     /// On which axes and sides the map ends at a wall, up to which the surface is followed.
     at_wall: [[bool; 2]; 2],
+    /// Whether the map is its own mirror image across x1 = 0 and across x3 = 0: walls may be at other distances where the layer is.
+    mirrored: [bool; 2],
+    /// Whether a wall lies on the layer, which bends with its surface.
+    is_under_wall: bool,
 }
 
 impl<'a> SurfaceMap<'a> {
@@ -96,16 +103,32 @@ impl<'a> SurfaceMap<'a> {
         let surface = bent.scale * bent.thickness;
         let covers_all = bent.scale != 1.0;
         let (mut followed, mut ends, mut at_wall) = ([[0.0; 2]; 2], [[0.0; 2]; 2], [[false; 2]; 2]);
+        let mut mirrored = [true; 2];
         for (k, a) in [(0, 0), (1, 2)] {
+            // The distances of the walls.
+            let walls = [-scene.domain.min[a], scene.domain.max[a]];
+            let walls = [0, 1].map(|side| {
+                let is_walled = scene.walls[a][side] != Wall::Open && walls[side].is_finite();
+                is_walled.then_some(walls[side])
+            });
+            let is_same = match walls {
+                [Some(left), Some(right)] => (left - right).abs() < SAME * bent.thickness,
+                [left, right] => left == right,
+            };
+            let is_half = k == 1 || bent.is_half;
+            mirrored[k] = is_half && is_same;
             for side in 0..2 {
                 let outward = if side == 0 { -1.0 } else { 1.0 };
-                let mirrored = k == 1 || bent.is_half;
-                let own = bent.corners[k].iter().map(|x| if mirrored { x.abs() } else { outward * x });
-                let bodies = match mirrored {
+                let corners = || bent.corners[k].iter().map(|x| if is_half { x.abs() } else { outward * x });
+                // What bends the surface beyond a wall is not in the field.
+                let own = corners().filter(|x| walls[side].is_none_or(|wall| *x < wall));
+                let bodies = match mirrored[k] {
                     true => bent.bodies.reach(a, 0).max(bent.bodies.reach(a, 1)),
                     false => bent.bodies.reach(a, side),
                 };
+                let is_beyond = own.clone().count() < corners().count();
                 let corner = own.fold(bodies, f64::max);
+                let corner = if corner.is_finite() { corner } else { 0.0 };
                 let at = |beyond: f64| {
                     let mut x = [0.0, bent.thickness, 0.0];
                     x[a] = outward * (corner + beyond);
@@ -114,37 +137,47 @@ impl<'a> SurfaceMap<'a> {
                 let [least, most] = FOLLOWED.map(|d| d * surface);
                 let is_straight = k == 1 && bent.is_plane;
                 // A surface that stays flat does not come back to the height that it had.
-                let beyond = if is_straight || covers_all {
+                let beyond = if is_beyond {
+                    f64::INFINITY
+                } else if is_straight || covers_all {
                     0.0
                 } else {
                     let places = (0..=20).map(|i| least + (most - least) * f64::from(i) / 20.0);
                     places.into_iter().find(|d| at(*d)[1].abs() < FLAT * surface).unwrap_or(most)
                 };
-                let slides = if is_straight { 0.0 } else { at(beyond)[a].abs() };
-                let reach = (DECAY * surface).max(DECAY_OF_SLIDING * slides);
-                let wall = if side == 0 { scene.domain.min[a] } else { scene.domain.max[a] };
-                let room = outward * wall - corner;
-                let is_walled = scene.walls[a][side] != Wall::Open && wall.is_finite();
-                (followed[k][side], ends[k][side]) = if is_walled {
-                    (outward * (corner + beyond.min(0.5 * room.max(0.0))), wall)
+                (followed[k][side], ends[k][side]) = if let Some(wall) = walls[side] {
+                    (outward * (corner + beyond.min(0.5 * (wall - corner).max(0.0))), outward * wall)
                 } else {
+                    let slides = if is_straight { 0.0 } else { at(beyond)[a].abs() };
+                    let reach = (DECAY * surface).max(DECAY_OF_SLIDING * slides);
                     (outward * (corner + beyond), outward * (corner + beyond + reach))
                 };
-                at_wall[k][side] = is_walled;
+                at_wall[k][side] = walls[side].is_some();
             }
         }
+        let is_under_wall = scene.walls[1][1] != Wall::Open
+            && !scene.bodies.iter().any(|body| body.purpose == Purpose::Cover);
         let top = scene.domain.max[1];
-        let above = if top.is_finite() { top } else { surface + DECAY * surface };
+        let above = match top.is_finite() {
+            true if is_under_wall => surface,
+            true => top,
+            false => surface + DECAY * surface,
+        };
         let room = bent.electrodes + AT_REST * surface;
         let rest = match bent.below {
             Below::Blend if room <= HIGHEST_AT_REST * surface => room,
             Below::Blend | Below::Material => 0.0,
         };
-        Self { displacement, bent, above, rest, followed, ends, at_wall }
+        Self { displacement, bent, above, rest, followed, ends, at_wall, mirrored, is_under_wall }
     }
 
     pub(super) fn surface(&self) -> f64 {
         self.bent.scale * self.bent.thickness
+    }
+
+    /// Whether the map is its own mirror image across x1 = 0 and across x3 = 0.
+    pub(super) fn mirrored(&self) -> [bool; 2] {
+        self.mirrored
     }
 
     /// The height of the highest body in the layer, m.
@@ -254,6 +287,7 @@ impl<'a> SurfaceMap<'a> {
             if is_half {
                 places.extend(places.clone().iter().map(|x| -x));
             }
+            places.retain(|x| self.ends[k][0] < *x && *x < self.ends[k][1]);
             places.extend(self.followed[k].into_iter().chain(self.ends[k]));
             places.sort_by(f64::total_cmp);
             places.windows(2).map(|ends| Piece::new(ends[0], ends[1], degree)).collect::<Vec<_>>()
@@ -274,7 +308,8 @@ impl<'a> SurfaceMap<'a> {
             Piece::new(surface, self.above, 1),
         ];
         up.extend(self.bent.bodies.planes[1].windows(2).map(|ends| Piece::new(ends[0], ends[1], 1)));
-        [joined(&along, tiny, self.bent.is_half), joined(&up, tiny, false), joined(&across, tiny, true)]
+        let [of_along, of_across] = self.mirrored;
+        [joined(&along, tiny, of_along), joined(&up, tiny, false), joined(&across, tiny, of_across)]
     }
 
     /// The bodies as boxes: the layer as high as its surface is in the coordinates of the boxes.
@@ -296,6 +331,9 @@ impl<'a> SurfaceMap<'a> {
                     | Purpose::Fixed => {}
                 }
             }
+        }
+        if self.is_under_wall {
+            scene.domain.max[1] = self.surface();
         }
         scene
     }

@@ -1,6 +1,5 @@
 //! The part of a plan about the layer: its mechanics, and what its shape means for the field.
 
-use elastocap_geometry::scene::Wall;
 use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_bytes, seconds};
 use serde::Serialize;
@@ -127,7 +126,7 @@ impl Plan {
         };
         let what = ["in plane strain", indenter];
         self.finite_elements::<Plane>(what, load, &meshes, regime, model.relative_tolerance);
-        self.warn_of_bulge(case, model.indenter == Indenter::WholeTop);
+        self.warn_of_wall(case, model.indenter == Indenter::WholeTop);
     }
 
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
@@ -168,7 +167,7 @@ impl Plan {
                  force may be off by more than its error estimate says"
             ));
         }
-        self.warn_of_bulge(case, model.indenter == SolidIndenter::WholeTop);
+        self.warn_of_wall(case, model.indenter == SolidIndenter::WholeTop);
     }
 
     /// Adds the finite elements on `meshes` to the plan, with their memory and time.
@@ -234,21 +233,27 @@ impl Plan {
         self.warnings.extend(warning);
     }
 
-    fn warn_of_bulge(&mut self, case: &Case, whole_top: bool) {
-        let has_outlines = self.count(has_outlines) > 0;
-        let mapped = self.count(|route| route == Route::MappedBoxes) > 0;
-        if !case.has_conductors() || whole_top || mapped || (has_outlines && has_room_for_bulge(case)) {
+    /// A wall that lies on a layer is flat, and so is the surface under it.
+    fn warn_of_wall(&mut self, case: &Case, whole_top: bool) {
+        let is_medium = |surroundings: &Surroundings| match &surroundings.extent {
+            Extent::AroundLayer { above, .. } => matches!(above, Face::Medium { .. }),
+            Extent::Everywhere | Extent::Walls(_) => true,
+        };
+        // Under a map the wall is bent along.
+        let is_mapped = self.count(|route| route == Route::MappedBoxes) > 0;
+        if !case.has_conductors()
+            || whole_top
+            || is_mapped
+            || case.surroundings.as_ref().is_none_or(is_medium)
+        {
             return;
         }
-        let cure = if has_outlines {
-            "; it follows the surface where `side_margin` ends the scene by walls and there is a medium above"
-        } else {
-            ""
-        };
-        self.warnings.push(format!(
-            "the field solver takes the surface of the layer as flat, at its height under the indenter; beside the indenter \
-             the rubber bulges above that{cure}"
-        ));
+        self.warnings.push(
+            "the wall that lies on the layer is taken as flat in the field, at the height under the indenter; beside the indenter the rubber \
+             bulges above that, and what this changes is counted by a rough estimate; put a medium on the layer, with `above = { \
+             relative_permittivity = 1.0, thickness = .. }`"
+                .to_owned(),
+        );
     }
 
     fn warn_beyond_limit(&mut self, case: &Case, load: &Load) {
@@ -263,25 +268,4 @@ impl Plan {
             ));
         }
     }
-}
-
-/// Whether a step may be solved with the outline of the layer.
-fn has_outlines(route: Route) -> bool {
-    match route {
-        Route::EnclosingBoxesThenOutlines | Route::Outlines | Route::OutlinesOnTetrahedra => true,
-        Route::Boxes | Route::EnclosingBoxes | Route::MappedBoxes | Route::Extruded | Route::Tetrahedra => {
-            false
-        }
-    }
-}
-
-/// Whether the scene can have the surface of the layer as it bulges: see [`crate::layer_outlines`].
-fn has_room_for_bulge(case: &Case) -> bool {
-    let ended = |surroundings: &Surroundings| match &surroundings.extent {
-        Extent::AroundLayer { side_margin: Some(_), above: Face::Medium { .. }, .. } => {
-            surroundings.boundary != Wall::Open
-        }
-        Extent::AroundLayer { .. } | Extent::Everywhere | Extent::Walls(_) => false,
-    };
-    case.surroundings.as_ref().is_some_and(ended)
 }

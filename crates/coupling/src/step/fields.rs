@@ -17,6 +17,7 @@ use crate::layer_outlines::{LayerScene, Sides, outlined};
 use crate::mapped::{BentScene, Films, Found, bent_scene};
 use crate::plan::PlannedStep;
 use crate::route::{Route, asked};
+use crate::route_change::{NoBase, NoMap, RouteChange};
 use crate::scene::DeformedScene;
 use crate::scene::neutral::indenter_in_field;
 use crate::tetrahedra::Solved;
@@ -31,23 +32,26 @@ pub(super) enum Fields {
         found: Box<Solution>,
         /// The estimated relative error that the map leaves.
         deviation: f64,
+        /// The same for a surface that is level where the map ends.
+        beyond: f64,
         /// The bent bodies for a viewer.
         surfaces: Vec<SurfaceBody>,
     },
-    /// Solved as boxes inside and around bent electrodes, for want of a map.
+    /// Solved as boxes inside and around bent electrodes.
     Enclosed(Box<Solution>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
 
 impl Solver<'_> {
-    /// The field of a step on its route, or the scene for the solver on tetrahedra.
+    /// The field of a step on its route, or the scene for the solver on tetrahedra. A change of the route is added to `changes`.
     pub(super) fn fields(
         &self,
         taken: Route,
         step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
+        changes: &mut Vec<RouteChange>,
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
         match taken {
@@ -59,12 +63,13 @@ impl Solver<'_> {
                 Ok(Fields::Boxes(Box::new(found)))
             }
             Route::EnclosingBoxes => {
-                Ok(Fields::Boxes(Box::new(between(deformed, enclosing(deformed)?, &settings)?)))
+                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
+                Ok(Fields::Enclosed(Box::new(found)))
             }
-            Route::MappedBoxes => self.under_map(step, deformed, state),
+            Route::MappedBoxes => self.under_map(step, deformed, state, changes),
             Route::EnclosingBoxesThenOutlines => {
                 // Boxes inside and around are solved in no time.
-                let found = between(deformed, enclosing(deformed)?, &settings)?;
+                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
                 if found.reached {
                     Ok(Fields::Boxes(Box::new(found)))
                 } else {
@@ -79,17 +84,31 @@ impl Solver<'_> {
         }
     }
 
-    /// A scene of outlines by the solver for them. `None` where that fails and nobody asked for it: tetrahedra may serve.
-    pub(super) fn by_outlines(&self, scene: &Scene) -> Result<Option<Solved>, Stop> {
-        match solve_extruded(scene, &self.settings.boxes()) {
-            Ok(ExtrudedSolution { solution, turn, planes, field }) => {
-                let (mesh, potentials) = field.unwrap_or_default();
-                let general = MeshSolution { mesh, potentials, solution };
-                Ok(Some(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 }))
+    /// A scene of outlines by the solver for them.
+    pub(super) fn extruded(&self, scene: &Scene) -> Result<Solved, SolveError> {
+        let ExtrudedSolution { solution, turn, planes, field } =
+            solve_extruded(scene, &self.settings.boxes())?;
+        let (mesh, potentials) = field.unwrap_or_default();
+        let general = MeshSolution { mesh, potentials, solution };
+        Ok(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 })
+    }
+
+    /// What the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra may serve, and nobody asked for that solver;
+    /// `changes` then says so.
+    pub(super) fn or_tetrahedra(
+        &self,
+        found: Result<Solved, SolveError>,
+        changes: &mut Vec<RouteChange>,
+    ) -> Result<Option<Solved>, Stop> {
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(error)
+                if error.another_solver_may_serve() && asked(self.case) != Some(FieldSolver::Extruded) =>
+            {
+                changes.push(RouteChange::Tetrahedra(error));
+                Ok(None)
             }
-            Err(SolveError::Cancelled) => Err(Stop::Cancelled),
-            Err(error) if asked(self.case) == Some(FieldSolver::Extruded) => Err(error.into()),
-            Err(_) => Ok(None),
+            Err(error) => Err(error.into()),
         }
     }
 
@@ -117,10 +136,21 @@ impl Solver<'_> {
     }
 
     /// The field of a scene under its map: added to that of the base, where that is possible and enough.
-    fn mapped(&self, bent: &BentScene, settings: &Settings) -> Result<Solution, Stop> {
-        match self.base.and_then(|base| base.add(bent, settings)) {
-            Some(found) => Ok(found?),
-            None => mapped(bent, settings),
+    fn mapped(
+        &self,
+        bent: &BentScene,
+        settings: &Settings,
+        changes: &mut Vec<RouteChange>,
+    ) -> Result<Solution, Stop> {
+        let Some(base) = self.base else { return mapped(bent, settings) };
+        match base.add(bent, settings) {
+            Ok(found) => Ok(found),
+            Err(NoBase::Solve(error)) if !error.another_solver_may_serve() => Err(error.into()),
+            Err(why) => {
+                let found = mapped(bent, settings)?;
+                changes.push(RouteChange::WithoutBase(why));
+                Ok(found)
+            }
         }
     }
 
@@ -130,6 +160,7 @@ impl Solver<'_> {
         step: &PlannedStep,
         deformed: &DeformedScene,
         state: Option<&Deformation<'_>>,
+        changes: &mut Vec<RouteChange>,
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
         if let Some(map) = &deformed.tilt {
@@ -138,12 +169,17 @@ impl Solver<'_> {
                 map: Arc::clone(map),
                 deviation: 0.0,
                 film_error: 0.0,
+                beyond: 0.0,
             };
             let found = Box::new(mapped(&bent, &settings)?);
             let surfaces = bent.surfaces(&window(&[deformed]));
-            return Ok(Fields::Mapped { found, deviation: 0.0, surfaces });
+            return Ok(Fields::Mapped { found, deviation: 0.0, beyond: 0.0, surfaces });
         }
-        let enclosed = || Ok(Fields::Enclosed(Box::new(between(deformed, enclosing(deformed)?, &settings)?)));
+        let enclosed = |why: NoMap, changes: &mut Vec<RouteChange>| {
+            let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
+            changes.push(RouteChange::EnclosingBoxes(why));
+            Ok(Fields::Enclosed(Box::new(found)))
+        };
         // Boxes inside and around a pair know nothing of what else is bent.
         let is_pressed_in_field = indenter_in_field(self.case).is_some();
         let is_in_layer = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
@@ -153,17 +189,22 @@ impl Solver<'_> {
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.displacement(step, state))
         else {
-            return enclosed();
+            return enclosed(NoMap::NoDisplacement, changes);
         };
         let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
         let mut films = Films::new(self.case, self.settings.relative_tolerance);
         loop {
             let Some(film) = films.next() else {
-                return if may_be_enclosed { enclosed() } else { Err(StepFailure::NoMap.into()) };
+                return if may_be_enclosed {
+                    enclosed(NoMap::Bent, changes)
+                } else {
+                    Err(StepFailure::NoMap.into())
+                };
             };
             let bent = match bent_scene(self.case, deformed, &found, film) {
                 Ok(Some(bent)) => bent,
-                Ok(None) | Err(_) if may_be_enclosed => return enclosed(),
+                Ok(None) if may_be_enclosed => return enclosed(NoMap::Bent, changes),
+                Err(error) if may_be_enclosed => return enclosed(NoMap::Scene(error), changes),
                 Ok(None) if is_pressed_in_field => {
                     films.make_thicker();
                     continue;
@@ -174,16 +215,26 @@ impl Solver<'_> {
             if films.made_thinner(bent.film_error) {
                 continue;
             }
-            match self.mapped(&bent, &settings) {
+            match self.mapped(&bent, &settings, changes) {
                 Ok(found) => {
                     let surfaces = bent.surfaces(&window(&[deformed]));
                     let found = Box::new(found);
-                    return Ok(Fields::Mapped { found, deviation: bent.deviation, surfaces });
+                    let BentScene { deviation, beyond, .. } = bent;
+                    return Ok(Fields::Mapped { found, deviation, beyond, surfaces });
                 }
                 // Only the film of an indenter can be chosen.
-                Err(Stop::Failed(failure)) if no_map(&failure) && is_pressed_in_field => films.make_thicker(),
-                Err(Stop::Failed(failure)) if no_map(&failure) && may_be_enclosed => return enclosed(),
-                Err(stop) => return Err(stop),
+                Err(Stop::Failed(failure)) => match *failure {
+                    StepFailure::Field(SolveError::InsideOut | SolveError::TornMap) if is_pressed_in_field => {
+                        films.make_thicker();
+                    }
+                    StepFailure::Field(error @ (SolveError::InsideOut | SolveError::TornMap))
+                        if may_be_enclosed =>
+                    {
+                        return enclosed(NoMap::Solve(error), changes);
+                    }
+                    failure => return Err(failure.into()),
+                },
+                Err(Stop::Cancelled) => return Err(Stop::Cancelled),
             }
         }
     }
@@ -197,7 +248,10 @@ impl Solver<'_> {
     ) -> Result<LayerScene, Stop> {
         match state {
             Some(Deformation::FiniteElement(layer)) => {
-                Ok(outlined(deformed, &layer.curves, self.settings.relative_tolerance, sides)?)
+                let covers_all = self.case.mechanics.is_some_and(|mechanics| mechanics.covers_all());
+                let at_rest = self.case.layer.as_ref().filter(|_| !covers_all).map(|own| own.thickness);
+                let flat = at_rest.unwrap_or(layer.deformed_thickness);
+                Ok(outlined(deformed, &layer.curves, flat, self.settings.relative_tolerance, sides)?)
             }
             // Nothing but finite elements bends anything.
             Some(Deformation::ClosedForm(_)) | None => Ok(LayerScene::of_boxes(deformed)),
@@ -205,7 +259,10 @@ impl Solver<'_> {
     }
 }
 
-/// Whether a solve failed because the map that bends its boxes is none.
-fn no_map(failure: &StepFailure) -> bool {
-    matches!(failure, StepFailure::Field(SolveError::InsideOut | SolveError::TornMap))
+/// The heights between which the surface of a layer lies, m; `None` where it is flat.
+fn bent_between(state: Option<&Deformation<'_>>) -> Option<[f64; 2]> {
+    match state {
+        Some(Deformation::FiniteElement(layer)) => layer.curves.bent_between(),
+        Some(Deformation::ClosedForm(_)) | None => None,
+    }
 }

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use elastocap_case::{Case, Measurement, Pose};
-use elastocap_electrostatics::{Bounded, Field, Foresight, Target};
+use elastocap_electrostatics::{Bounded, Field, Foresight, SolveError, Target};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
@@ -15,12 +15,14 @@ use elastocap_mechanics::ForceLimit;
 use crate::change::ACCEPTED;
 use crate::common_base::{CommonBase, Known, Purposes};
 use crate::deform::{DeformError, Deformation, Prepared};
-use crate::failure::{StepFailure, Stop};
+use crate::failure::{StepFailure, Stop, panic_message};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::{LayerScene, Sides};
-use crate::outcome::{EntryStatus, Missed, Row, StepResult};
+use crate::layer_outlines::{LayerScene, Sides, under_wall};
+use crate::outcome::{EntryStatus, Row, StepResult};
 use crate::plan::PlannedStep;
+use crate::reason::Reason;
 use crate::route::{Bending, Bodies, Route, RouteError, asked, route};
+use crate::route_change::{NoBase, RouteChange};
 use crate::scene::{DeformedScene, SceneError, scene_of};
 use crate::settings::FieldSettings;
 use crate::tetrahedra::solve_shapes;
@@ -44,11 +46,16 @@ struct Shaped<'a> {
     facets: f64,
     /// Whether outlines have curves in it.
     is_curved: bool,
+    /// See [`LayerScene::ends`].
+    ends: f64,
+    /// See [`LayerScene::under_wall`].
+    under_wall: f64,
 }
 
 impl<'a> From<&'a LayerScene> for Shaped<'a> {
     fn from(layer: &'a LayerScene) -> Self {
-        Self { scene: &layer.scene, facets: layer.facets, is_curved: layer.is_curved }
+        let LayerScene { scene, facets, is_curved, ends, under_wall } = layer;
+        Self { scene, facets: *facets, is_curved: *is_curved, ends: *ends, under_wall: *under_wall }
     }
 }
 
@@ -96,11 +103,7 @@ impl Solver<'_> {
             Ok(Ok(())) => {}
             Ok(Err(Stop::Cancelled)) => result = self.not_run(step),
             Ok(Err(Stop::Failed(failure))) => result.fail(*failure),
-            Err(defect) => {
-                let said = defect.downcast_ref::<String>().map(String::as_str);
-                let said = said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message");
-                result.fail(StepFailure::Defect(said.to_owned()));
-            }
+            Err(defect) => result.fail(StepFailure::Defect(panic_message(&*defect).to_owned())),
         }
         result.seconds.total = start.elapsed().as_secs_f64();
         (result, field)
@@ -145,7 +148,10 @@ impl Solver<'_> {
     }
 
     /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are known to
-    /// have these `capacitances`, F.
+    /// have these `capacitances`, F. `None` where nothing is meant to be added.
+    ///
+    /// # Errors
+    /// Why there is no base where one is meant.
     pub(crate) fn common_base(
         &self,
         step: &PlannedStep,
@@ -153,18 +159,22 @@ impl Solver<'_> {
         memory_limit: u64,
         capacitances: &[Bounded],
         purposes: Purposes,
-    ) -> Option<CommonBase> {
+    ) -> Result<Option<CommonBase>, NoBase> {
         // In contact the gap beside an indenter is squeezed so much that a base does not serve.
         if step.pose.distance <= 0.0 {
-            return None;
+            return Ok(None);
         }
-        let state = self.deformation(step).ok()?;
-        let deformed = scene_of(self.case, state.as_ref(), &step.pose).ok()?;
+        // Where there is no layer, scene, route or map, the step itself has said so.
+        let Ok(state) = self.deformation(step) else { return Ok(None) };
+        let Ok(deformed) = scene_of(self.case, state.as_ref(), &step.pose) else { return Ok(None) };
         let bending = Bending::found(self.case, &deformed, state.as_ref(), step.pose.distance);
-        if route(Bodies::of(&deformed.scene), bending, asked(self.case)).ok()? != Route::MappedBoxes {
-            return None;
-        }
-        let bent = self.first_bent(step, &deformed, state.as_ref())?;
+        let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case));
+        let Some(bent) = self
+            .first_bent(step, &deformed, state.as_ref())
+            .filter(|_| matches!(taken, Ok(Route::MappedBoxes)))
+        else {
+            return Ok(None);
+        };
         let farthest = self.case.poses.iter().map(|pose| pose.distance).fold(0.0, f64::max);
         let reach = bent.reach() + farthest - step.pose.distance;
         let known = Known { capacitances, relative_tolerance: self.settings.relative_tolerance };
@@ -202,7 +212,7 @@ impl Solver<'_> {
             // There is nothing else to solve.
             return self.solve(step).0;
         }
-        result.reason = missed;
+        result.reason = missed.map(Reason::from);
         self.note_mechanics(&mut result, state.as_ref(), &step.pose);
         if let (Some(Deformation::FiniteElement(layer)), false) = (&state, self.case.has_conductors()) {
             result.row.relative_error_estimate = layer.relative_error_estimate;
@@ -226,8 +236,8 @@ impl Solver<'_> {
         let state = self.deformation(step)?;
         let no_force = self.note_mechanics(result, state.as_ref(), &step.pose);
         let mut shortfalls = Shortfalls::of_force(no_force);
-        if let Some(reason) = layer_missed(state.as_ref()) {
-            shortfalls.add(Missed::Mechanics, reason);
+        if let Some(cause) = layer_missed(state.as_ref()) {
+            shortfalls.add(cause);
         }
         if !self.case.has_conductors() {
             if let Some(Deformation::FiniteElement(layer)) = &state {
@@ -246,28 +256,39 @@ impl Solver<'_> {
         let bending = Bending::found(self.case, deformed, state.as_ref(), step.pose.distance);
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case))?;
         result.route = Some(taken);
-        let mut solution = match self.fields(taken, step, deformed, state.as_ref())? {
+        let changes = &mut result.route_changes;
+        let mut solution = match self.fields(taken, step, deformed, state.as_ref(), changes)? {
             Fields::Boxes(found) => *found,
-            Fields::Mapped { found, deviation, surfaces } => {
+            Fields::Mapped { found, deviation, beyond, surfaces } => {
                 result.surfaces = surfaces;
-                self.note_deviation(&mut result.row, deviation, &mut shortfalls);
+                self.note_deviation(&mut result.row, deviation, beyond, &mut shortfalls);
                 *found
             }
             Fields::Enclosed(found) => {
                 result.route = Some(Route::EnclosingBoxes);
+                if let Some(Deformation::FiniteElement(layer)) = &state {
+                    let error = under_wall(&deformed.scene, &layer.curves);
+                    result.row.geometry_error_estimate = Some(error);
+                    self.note_under_wall(error, &mut shortfalls);
+                }
                 *found
             }
             Fields::Shapes(mut layer) => {
                 let window = window(&[&*deformed]);
                 let by_outlines = !taken.is_on_tetrahedra();
                 if by_outlines {
-                    let mut found = self.by_outlines(&layer.scene);
+                    let mut found = self.extruded(&layer.scene);
                     // Curves may come too close to one another, or be bent too sharply for its triangles.
-                    if layer.is_curved && !matches!(found, Ok(Some(_)) | Err(Stop::Cancelled)) {
+                    if let Err(error) = &found
+                        && layer.is_curved
+                        && *error != SolveError::Cancelled
+                        && !error.is_contradiction()
+                    {
+                        result.route_changes.push(RouteChange::Polygons(error.clone()));
                         layer = self.outlines(deformed, state.as_ref(), Sides::Polygons)?;
-                        found = self.by_outlines(&layer.scene);
+                        found = self.extruded(&layer.scene);
                     }
-                    if let Some(found) = found? {
+                    if let Some(found) = self.or_tetrahedra(found, &mut result.route_changes)? {
                         result.surfaces = layer.surfaces(&window, &[]);
                         return self.note_shapes(
                             step,
@@ -333,12 +354,14 @@ impl Solver<'_> {
     ) -> Result<(), Stop> {
         let taken = route(Bodies::of(&deformed.scene), Bending::Straight, asked(self.case))?;
         result.route = Some(taken);
-        let shaped = Shaped { scene: &deformed.scene, facets: 0.0, is_curved: false };
+        let layer = LayerScene::of_boxes(&deformed);
+        let shaped = Shaped::from(&layer);
         match taken {
             Route::Tetrahedra => {}
             Route::Extruded => {
-                if let Some(found) = self.by_outlines(shaped.scene)? {
-                    result.surfaces = LayerScene::of_boxes(&deformed).surfaces(&window(&[&deformed]), &[]);
+                let found = self.extruded(shaped.scene);
+                if let Some(found) = self.or_tetrahedra(found, &mut result.route_changes)? {
+                    result.surfaces = layer.surfaces(&window(&[&deformed]), &[]);
                     return self.note_shapes(step, &shaped, found, result, field, Shortfalls::default());
                 }
                 result.route = Some(on_tetrahedra_instead(taken));

@@ -17,35 +17,35 @@ use crate::outcome::{
     EntryStatus, FloatingConductor, Missed, Row, SolverReport, Status, StepResult, StepSeconds,
 };
 use crate::plan::PlannedStep;
+use crate::reason::{Cause, Reason};
 use crate::scene::{DeformedScene, scene_of};
 use crate::settings::FieldSettings;
 use crate::terminals::shown as shown_of;
 use crate::tetrahedra::{Solved, shown};
-use crate::words::FORCE_FORMULA;
 
 /// What a step that was carried to its end does not have of what was asked for.
 #[derive(Default)]
 pub(super) struct Shortfalls {
-    /// Which errors are too large, and why.
-    missed: Vec<(Missed, String)>,
+    /// Why errors are too large.
+    missed: Vec<Cause>,
     /// Why there is no force, if there is none.
-    no_force: Option<String>,
+    no_force: Option<Cause>,
     /// Whether entries of the matrix are known to the tolerance of the diagonal only.
     to_diagonal: bool,
 }
 
 impl Shortfalls {
     /// Nothing but why there is no force, if there is none.
-    pub(super) fn of_force(no_force: Option<String>) -> Self {
+    pub(super) fn of_force(no_force: Option<Cause>) -> Self {
         Self { no_force, ..Self::default() }
     }
 
     /// What is missing of the layer comes before what its bodies are replaced by.
-    pub(super) fn add(&mut self, missed: Missed, reason: String) {
-        let is_geometry =
-            |(other, _): &(Missed, String)| missed == Missed::Mechanics && *other == Missed::Geometry;
+    pub(super) fn add(&mut self, cause: Cause) {
+        let is_mechanics = cause.missed() == Some(Missed::Mechanics);
+        let is_geometry = |other: &Cause| is_mechanics && other.missed() == Some(Missed::Geometry);
         let at = self.missed.iter().position(is_geometry).unwrap_or(self.missed.len());
-        self.missed.insert(at, (missed, reason));
+        self.missed.insert(at, cause);
     }
 }
 
@@ -60,7 +60,7 @@ impl Solver<'_> {
         result: &mut StepResult,
         state: Option<&Deformation<'_>>,
         pose: &Pose,
-    ) -> Option<String> {
+    ) -> Option<Cause> {
         let row = &mut result.row;
         row.distance_m = self.case.approaches().then_some(pose.distance);
         let Some(state) = state else {
@@ -82,11 +82,7 @@ impl Solver<'_> {
         if let (StepLoad::Compression(compression), Some(limit)) = (result.load, self.force_limit)
             && compression > limit.compression
         {
-            return Some(format!(
-                "the force has its maximum of {:.4e} N at U/H = {:.4} by {FORCE_FORMULA}; beyond it the formula means nothing \
-                 and no force is given; the deformation and the capacitance are not affected",
-                limit.force, limit.compression
-            ));
+            return Some(Cause::NoForce(limit));
         }
         row.force_n = Some(state.force());
         result.force_check = ForceCheck::of(self.case, state);
@@ -163,23 +159,25 @@ impl Solver<'_> {
         result: &mut StepResult,
         capacitance: Option<f64>,
         shortfalls: &mut Shortfalls,
-    ) {
+    ) -> Result<(), Stop> {
         let asked = self.settings.relative_tolerance;
         let Some(of_distances) = result.row.mechanics_error_estimate.filter(|error| *error > asked) else {
-            return;
+            return Ok(());
         };
         if self.settings.target_alone {
-            return;
+            return Ok(());
         }
         let mut spent = StepSeconds::default();
-        let of_capacitance =
-            capacitance.and_then(|own| self.error_of_capacitance(step, result, own, &mut spent));
+        let of_capacitance = match capacitance {
+            Some(own) => self.error_of_capacitance(step, result, own, &mut spent).map_err(Stop::Failed)?,
+            None => None,
+        };
         result.seconds.electrostatics = result.seconds.electrostatics.plus(&spent.electrostatics);
         result.mechanics_by_capacitance = of_capacitance.is_some();
         let error = of_capacitance.unwrap_or(of_distances);
         result.row.mechanics_error_estimate = Some(error);
         if error <= asked {
-            return;
+            return Ok(());
         }
         let is_pair = result.scene.as_ref().is_some_and(|scene| scene.pair.is_some());
         let has_bodies = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
@@ -191,33 +189,33 @@ impl Solver<'_> {
             }
             (None, false, _) => "the distances between and across the bodies in it",
         };
-        let reason = format!(
-            "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of {what}, where \
-             {asked:.0e} was asked for"
-        );
-        shortfalls.add(Missed::Mechanics, reason);
+        shortfalls.add(Cause::LayerDifferences { error, what, asked });
+        Ok(())
     }
 
     /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
     /// coarser meshes. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
     /// whose solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
     /// time that it takes to `spent`.
+    ///
+    /// # Errors
+    /// A defect that one of these solves met with, such as bounds that contradict each other.
     pub(crate) fn error_of_capacitance(
         &self,
         step: &PlannedStep,
         found: &StepResult,
         capacitance: f64,
         spent: &mut StepSeconds,
-    ) -> Option<f64> {
+    ) -> Result<Option<f64>, Box<StepFailure>> {
         let is_on_grid = |step: &StepResult| {
             step.solver.as_ref().is_some_and(|report| matches!(report.resolution, Discretisation::Grid(_)))
         };
         if !is_on_grid(found) || self.settings.target == Target::Matrix {
-            return None;
+            return Ok(None);
         }
-        let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return None };
+        let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return Ok(None) };
         let coarser = self.layer.coarser(step.index);
-        let first = coarser.len().checked_sub(ERRORS_FROM)?;
+        let Some(first) = coarser.len().checked_sub(ERRORS_FROM) else { return Ok(None) };
         let settings =
             FieldSettings { target_alone: true, field: false, shared: None, ..self.settings.clone() };
         let mut values = Vec::new();
@@ -226,28 +224,44 @@ impl Solver<'_> {
             let own = Solver { settings: settings.clone(), coarser: back, base: None, ..*self }.solve(step).0;
             spent.electrostatics = spent.electrostatics.plus(&own.seconds.electrostatics);
             spent.total += own.seconds.total;
+            if let Some(defect) = own.row.status.defect() {
+                return Err(Box::new(defect.clone()));
+            }
             let is_known = !matches!(own.row.status, Status::ToleranceNotReached(Missed::Field));
             let is_alike = own.route == found.route && is_on_grid(&own);
             let is_stopped = settings.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed));
-            if is_stopped || !is_known || !is_alike {
-                return None;
-            }
-            values.push((layer.element_size, own.measured?.value));
+            let Some(measured) = own.measured.filter(|_| !is_stopped && is_known && is_alike) else {
+                return Ok(None);
+            };
+            values.push((layer.element_size, measured.value));
         }
         values.push((finest.element_size, capacitance));
-        Some(error_on_finest(&values)? / capacitance.abs())
+        Ok(error_on_finest(&values).map(|error| error / capacitance.abs()))
     }
 
-    /// Notes how far the bodies of a field are from those of the layer's finite elements.
-    pub(super) fn note_deviation(&self, row: &mut Row, deviation: f64, shortfalls: &mut Shortfalls) {
-        row.geometry_error_estimate = Some(deviation);
+    /// Notes how far the bodies of a field are from those of the layer's finite elements, within the map and `beyond` it.
+    pub(super) fn note_deviation(
+        &self,
+        row: &mut Row,
+        deviation: f64,
+        beyond: f64,
+        shortfalls: &mut Shortfalls,
+    ) {
+        row.geometry_error_estimate = Some(deviation + beyond);
         let asked = self.settings.relative_tolerance;
         if deviation > asked {
-            let reason = format!(
-                "the polynomials that bend electrodes and layer leave a relative error of about {deviation:.0e} (an estimate), where \
-                 {asked:.0e} was asked for"
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::Map { error: deviation, asked });
+        }
+        if beyond > asked {
+            shortfalls.add(Cause::LevelBeyond { error: beyond, asked });
+        }
+    }
+
+    /// Notes the relative error of a capacitance for a bent surface on which a wall lies.
+    pub(super) fn note_under_wall(&self, error: f64, shortfalls: &mut Shortfalls) {
+        let asked = self.settings.relative_tolerance;
+        if error > asked {
+            shortfalls.add(Cause::FlatWall { error, asked });
         }
     }
 
@@ -255,7 +269,7 @@ impl Solver<'_> {
     pub(super) fn note_shapes(
         &self,
         step: &PlannedStep,
-        &Shaped { scene, facets: polygons, is_curved }: &Shaped<'_>,
+        &Shaped { scene, facets: polygons, is_curved, ends, under_wall }: &Shaped<'_>,
         solved: Solved,
         result: &mut StepResult,
         field: &mut Option<StepField>,
@@ -266,7 +280,7 @@ impl Solver<'_> {
         }
         let Solved { mut general, turn, facets, .. } = solved;
         let facets = facets + polygons;
-        result.row.geometry_error_estimate = Some(facets);
+        result.row.geometry_error_estimate = Some(facets + ends + under_wall);
         let instead = if is_curved {
             "outlines that follow what is bent"
         } else {
@@ -283,13 +297,12 @@ impl Solver<'_> {
         let bounds =
             self.measured(&general.solution).map_or(0.5 * asked, |c| c.relative_error()).min(0.5 * asked);
         if facets > 0.0 && bounds + facets > asked {
-            let reason = format!(
-                "{instead} leave a relative error of about {facets:.0e} (an estimate), with the bounds {:.1e}, where {asked:.0e} was asked \
-                 for",
-                bounds + facets
-            );
-            shortfalls.add(Missed::Geometry, reason);
+            shortfalls.add(Cause::Faces { instead, error: facets, together: bounds + facets, asked });
         }
+        if ends > asked {
+            shortfalls.add(Cause::SurfaceEnds { error: ends, asked });
+        }
+        self.note_under_wall(under_wall, &mut shortfalls);
         result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
         self.note_solution(step, result, general.solution, shortfalls, asked)?;
         if let Some(report) = &mut result.solver {
@@ -323,8 +336,7 @@ impl Solver<'_> {
         match &measured {
             Some(capacitance) => result.row.set_capacitance(capacitance, self.case.measurement(), &solution),
             None if self.settings.target != Target::Matrix => {
-                shortfalls
-                    .add(Missed::Field, "no flux leaves what is measured: it has no capacitance".to_owned());
+                shortfalls.add(Cause::NoFlux);
             }
             None => {}
         }
@@ -339,10 +351,9 @@ impl Solver<'_> {
             repair_share: solution.repair_share,
         });
         let known = measured.filter(|_| solution.reached).map(|own| own.value);
-        self.judge_mechanics(step, result, known, &mut shortfalls);
+        self.judge_mechanics(step, result, known, &mut shortfalls)?;
         if !solution.reached {
-            let reason = solution.shortfall.unwrap_or_else(|| TOO_FAR_APART.to_owned());
-            shortfalls.missed.insert(0, (Missed::Field, reason));
+            shortfalls.missed.insert(0, solution.shortfall.map_or(Cause::TooFarApart, Cause::Field));
         }
         // A solve for the target alone may come without the matrix.
         let maxwell = Some(solution.maxwell).filter(|all| !all.is_empty());
@@ -376,26 +387,18 @@ pub(super) fn floating_of(scene: &Scene, potentials: Vec<FloatingPotential>) -> 
     named.collect()
 }
 
-/// What is said where a solver has nothing more to say.
-const TOO_FAR_APART: &str = "the bounds are farther apart than asked for";
-
 /// Why the finite elements of the layer do not have the accuracy asked for, if they do not.
-pub(super) fn layer_missed(state: Option<&Deformation<'_>>) -> Option<String> {
+pub(super) fn layer_missed(state: Option<&Deformation<'_>>) -> Option<Cause> {
     let Some(Deformation::FiniteElement(step)) = state else { return None };
     if step.negative_pivots > 0 {
-        return Some(format!(
-            "the equilibrium of the layer is unstable (its tangent has {} negative pivots)",
-            step.negative_pivots
-        ));
+        return Some(Cause::UnstableLayer { negative_pivots: step.negative_pivots });
     }
     if step.converged {
         return None;
     }
     Some(match step.relative_error_estimate {
-        Some(error) => format!("the finest mesh of the layer leaves a relative error of {error:.1e}"),
-        None => {
-            "less than three meshes of the layer got to this load, so that its error is not known".to_owned()
-        }
+        Some(error) => Cause::LayerMesh { error },
+        None => Cause::FewLayerMeshes,
     })
 }
 
@@ -413,6 +416,7 @@ impl StepResult {
             load: step.load,
             same_as: step.same_as,
             route: None,
+            route_changes: Vec::new(),
             row,
             reason: None,
             interrupted: false,
@@ -437,18 +441,17 @@ impl StepResult {
     /// How a step went that was carried to its end.
     pub(super) fn mark(&mut self, shortfalls: Shortfalls) {
         let Shortfalls { missed, no_force, to_diagonal } = shortfalls;
-        self.row.status = match (missed.first(), &no_force) {
-            (Some((first, _)), _) => Status::ToleranceNotReached(*first),
+        self.row.status = match (missed.iter().find_map(Cause::missed), &no_force) {
+            (Some(first), _) => Status::ToleranceNotReached(first),
             (None, Some(_)) => Status::BeyondForceLimit,
             (None, None) if to_diagonal => Status::OkToDiagonal,
             (None, None) => Status::Ok,
         };
-        let reasons: Vec<_> = missed.into_iter().map(|(_, reason)| reason).chain(no_force).collect();
-        self.reason = (!reasons.is_empty()).then(|| reasons.join("; "));
+        self.reason = Reason::of(missed.into_iter().chain(no_force).collect());
     }
 
-    pub(super) fn fail(&mut self, failure: StepFailure) {
-        self.reason = Some(failure.to_string());
+    pub(crate) fn fail(&mut self, failure: StepFailure) {
+        self.reason = Some(Cause::Failure(Box::new(failure.clone())).into());
         self.row.status = failure.into();
     }
 }

@@ -278,13 +278,13 @@ pub(super) fn flatness(scene: &Scene) -> f64 {
     axes.fold(0.0, f64::max)
 }
 
-/// Approximate number of squares that would cover the sides of extrusions: many where an outline follows a curve.
+/// Approximate number of squares that would cover the sides of extrusions that have ends: many where an outline follows a curve.
 fn strips(scene: &Scene) -> f64 {
     let of = |shape: &Shape| {
         let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
         let next = outline.iter().cycle().skip(1);
         let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
-        sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0).sum()
+        sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0 && ratio.is_finite()).sum()
     };
     scene.shapes().map(of).sum()
 }

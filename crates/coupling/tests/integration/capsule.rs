@@ -179,7 +179,7 @@ fn capsules_that_touch_other_conductors_are_refused() {
     for other in [
         // Across it, and a box that it goes through.
         "capsule = { from = [\"-5 mm\", \"0 mm\", \"0 mm\"], to = [\"5 mm\", \"1 mm\", \"0 mm\"], radius = \"0.5 mm\" }",
-        "box = { min = [\"-5 mm\", \"0 mm\", \"0 mm\"], max = [\"5 mm\", \"0.5 mm\", \"1 mm\"] }",
+        "box = { min = [\"-5 mm\", \"0 mm\", \"0 mm\"], max = [\"9 mm\", \"0.5 mm\", \"1 mm\"] }",
         "sphere = { center = [\"0 mm\", \"1.5 mm\", \"3 mm\"], radius = \"0.6 mm\" }",
     ] {
         let step = solve(&format!("{finger}[[conductor]]\nname = \"other\"\n{other}\n"), 5e-2);

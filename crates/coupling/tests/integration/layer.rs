@@ -26,8 +26,8 @@ fn solve(case: &Case) -> Outcome {
 }
 
 /// Why each step failed, if it did.
-fn reasons(outcome: &Outcome) -> Vec<Option<&str>> {
-    outcome.steps.iter().map(|step| step.reason.as_deref()).collect()
+fn reasons(outcome: &Outcome) -> Vec<Option<String>> {
+    outcome.steps.iter().map(|step| step.reason.as_ref().map(ToString::to_string)).collect()
 }
 
 fn plane_strain(case: &mut Case) -> &mut PlaneStrain {
@@ -155,7 +155,7 @@ fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
     let mean = elastocap_electrostatics::solve(&scene.scene, &settings).unwrap().two_terminal.unwrap();
     assert!(low < mean.lower && mean.upper < high, "{low} {mean:?} {high}");
     assert_eq!(boxes.steps[0].row.status, Status::ToleranceNotReached(Missed::Field));
-    assert!(boxes.steps[0].reason.as_ref().unwrap().contains("bent and tilted"));
+    assert!(boxes.steps[0].reason.as_ref().unwrap().to_string().contains("bent and tilted"));
 
     let bent = solve(&case);
     assert_eq!(bent.steps[0].row.status, Status::Ok, "{:?}", reasons(&bent));
@@ -249,7 +249,7 @@ fn a_force_that_falls_with_the_compression_is_not_given() {
     assert!(matches!(rows[0], (Status::Ok, Some(force)) if force > 0.0), "{rows:?}");
     assert!(matches!(rows[1], (Status::BeyondForceLimit, None)), "{rows:?}");
     assert!(!found.is_complete());
-    let reason = found.steps[1].reason.as_deref().unwrap();
+    let reason = found.steps[1].reason.as_ref().unwrap().to_string();
     assert!(reason.contains("the force has its maximum"), "{reason}");
     // A force above the largest is refused, and one below is found where it rises.
     let force = rows[0].1.unwrap();

@@ -14,4 +14,5 @@ mod route;
 mod run;
 mod scene;
 mod skin;
+mod surface;
 mod thin_metal;

@@ -13,8 +13,8 @@ use crate::boxes::one_part::Potentials;
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, graded, iteration_share};
 use crate::consistency::is_usable;
-use crate::matrix::rounding_alone;
-use crate::solution::{Foresight, ResolutionLevel, STOPPED};
+use crate::shortfall::Shortfall;
+use crate::solution::{Foresight, ResolutionLevel};
 use faer::Mat;
 use std::time::Instant;
 
@@ -65,7 +65,7 @@ const MAX_GRIDS: usize = 60;
 pub(crate) struct Found {
     pub(crate) outcome: Outcome,
     pub(crate) grid: Grid,
-    pub(crate) shortfall: Option<String>,
+    pub(crate) shortfall: Option<Shortfall>,
     pub(crate) grids: usize,
     /// Seconds spent on grids other than the one reported.
     pub(crate) choosing: f64,
@@ -104,7 +104,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
         return Err(SolveError::NotConverged);
     }
     let shortfall = (error.is_nan() || error > tolerance)
-        .then(|| format!("the error is {error:.1e} at the fixed resolution"));
+        .then_some(Shortfall::FixedResolution { error });
     Ok(Found { outcome, grid, shortfall, grids, choosing, foresight: None })
 }
 
@@ -176,7 +176,7 @@ pub(crate) struct Search<'p, 's> {
     widened: usize,
     /// Set by [`Search::obstacle`].
     wider: bool,
-    shortfall: Option<String>,
+    shortfall: Option<Shortfall>,
     /// Whether the linear solver ended far from its goal on the last grid.
     diverged: bool,
     best: Option<(f64, Found)>,
@@ -435,20 +435,20 @@ impl<'p, 's> Search<'p, 's> {
     }
 
     /// Why refining further would not help, if so.
-    fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<String> {
+    fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<Shortfall> {
         const WIDEST: usize = 3;
         self.wider = false;
         self.diverged = !self.is_usable(outcome, error.unwrap_or(f64::INFINITY));
         if self.diverged {
-            return Some(SolveError::NotConverged.to_string());
+            return Some(Shortfall::NoConvergence);
         }
         if self.grids >= MAX_GRIDS {
-            return Some(format!("the error is still above the tolerance after {MAX_GRIDS} grids"));
+            return Some(Shortfall::MaxGrids { grids: MAX_GRIDS });
         }
         if self.problem.settings.bounds {
-            let rounding = outcome.rounding_error(self.problem);
-            if rounding > self.tolerance {
-                return Some(rounding_alone(rounding));
+            let error = outcome.rounding_error(self.problem);
+            if error > self.tolerance {
+                return Some(Shortfall::Rounding { error });
             }
         }
         let error = error?;
@@ -457,7 +457,7 @@ impl<'p, 's> Search<'p, 's> {
         }
         // A finer grid does not reduce the energy of the repair.
         if error <= self.tolerance {
-            return Some(format!("the error is {error:.1e}: double precision gives no more"));
+            return Some(Shortfall::DoublePrecision { error });
         }
         let own = self.own(error);
         let stagnates = error.is_nan()
@@ -475,7 +475,7 @@ impl<'p, 's> Search<'p, 's> {
             self.judged.clear();
             return None;
         }
-        Some(format!("the error stays at {error:.1e}: double precision gives no more"))
+        Some(Shortfall::Stagnation { error })
     }
 
     /// The next grid, with the relative energy that should be missing on it.
@@ -484,7 +484,7 @@ impl<'p, 's> Search<'p, 's> {
         indicator: &Indicator,
         error: Option<f64>,
         missing: f64,
-        obstacle: Option<String>,
+        obstacle: Option<Shortfall>,
         purpose: Purpose,
     ) -> Option<(Grid, f64)> {
         const WIDER: f64 = 7.0;
@@ -524,8 +524,7 @@ impl<'p, 's> Search<'p, 's> {
         }
         let (memory, unknowns) = (problem.memory(&grid), problem.unknowns(&grid));
         if self.shortfall.is_none() && (memory > settings.memory_limit || unknowns > MAX_UNKNOWNS) {
-            self.shortfall =
-                Some(format!("a finer grid would take {unknowns} unknowns and {} MB", memory >> 20));
+            self.shortfall = Some(Shortfall::LargeGrid { unknowns, bytes: memory });
         }
         match (&self.shortfall, purpose) {
             (None, _) => Some((grid, left)),
@@ -559,7 +558,7 @@ impl<'p, 's> Search<'p, 's> {
         if !self.best.as_ref().is_some_and(|(error, _)| error.is_finite()) {
             return Err(SolveError::Cancelled);
         }
-        self.shortfall = Some(STOPPED.to_owned());
+        self.shortfall = Some(Shortfall::Stopped);
         Ok(())
     }
 

@@ -13,6 +13,7 @@ use crate::boxes::layout::Grid;
 use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, combined, solve_part};
 use crate::boxes::superposed::Sight;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, of_squares, rounding_scale};
+use crate::shortfall::Shortfall;
 use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_geometry::scene::Scene;
@@ -463,7 +464,7 @@ impl Outcome {
         self,
         problem: &GridProblem<'_>,
         grid: &Grid,
-        shortfall: Option<String>,
+        shortfall: Option<Shortfall>,
     ) -> Solution {
         let (settings, layout) = (problem.settings, &problem.layout);
         let mut maxwell = self.bounds.entries();

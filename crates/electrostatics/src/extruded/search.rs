@@ -19,7 +19,8 @@ use crate::far::without_far_faces;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, of_products, rounding_scale};
 use crate::parity::Parity;
-use crate::solution::{Discretisation, PhaseSeconds, ResolutionLevel, STOPPED, Settings, Solution};
+use crate::shortfall::Shortfall;
+use crate::solution::{Discretisation, PhaseSeconds, ResolutionLevel, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use crate::{SolveError, VACUUM_PERMITTIVITY};
 use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
@@ -455,7 +456,7 @@ impl<'a> Search<'a> {
             let found = self.on_mesh(level, iteration_share(tolerance), true)?;
             let spread = error_of(&found.bounds, self.settings);
             let shortfall = (spread.is_nan() || spread > tolerance)
-                .then(|| format!("the error is {spread:.1e} at the fixed resolution"));
+                .then_some(Shortfall::FixedResolution { error: spread });
             return self.finish(Some((spread, found, level)), shortfall);
         }
         let mut expected = self.explore()?;
@@ -466,7 +467,7 @@ impl<'a> Search<'a> {
         loop {
             let found = match self.on_mesh(level, share, true) {
                 Err(SolveError::Cancelled) if best.is_some() => {
-                    return self.finish(best, Some(STOPPED.to_owned()));
+                    return self.finish(best, Some(Shortfall::Stopped));
                 }
                 // The finest mesh that fits, and whose triangles are not too flat for double precision.
                 Err(
@@ -484,7 +485,7 @@ impl<'a> Search<'a> {
                 Err(error @ SolveError::Contradiction(_)) => return Err(error),
                 // Triangles or elements that are too flat for double precision.
                 Err(error) if best.is_some() => {
-                    return self.finish(best, Some(format!("a finer mesh cannot be solved: {error}")));
+                    return self.finish(best, Some(Shortfall::FinerMesh(Box::new(error))));
                 }
                 found => found?,
             };
@@ -508,12 +509,7 @@ impl<'a> Search<'a> {
                 Some(next) => ((level, unknowns), just_widened) = (next, false),
                 None => {
                     let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
-                    return self.finish(
-                        best,
-                        Some(format!(
-                            "the error stays at {least:.1e} on the finest mesh that this solver makes"
-                        )),
-                    );
+                    return self.finish(best, Some(Shortfall::FinestMesh { error: least }));
                 }
             }
         }
@@ -522,7 +518,7 @@ impl<'a> Search<'a> {
     fn finish(
         self,
         best: Option<(f64, Found, Level)>,
-        shortfall: Option<String>,
+        shortfall: Option<Shortfall>,
     ) -> Result<ExtrudedSolution, SolveError> {
         let Some((spread, found, level)) = best else { return Err(SolveError::Cancelled) };
         if shortfall.is_some() && !is_usable(found.converged, spread) {

@@ -12,7 +12,8 @@ use crate::consistency::contradiction;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, of_squares, rounding_scale};
 use crate::parity::Parity;
-use crate::solution::{Bounded, Discretisation, PhaseSeconds, STOPPED, Solution};
+use crate::shortfall::Shortfall;
+use crate::solution::{Bounded, Discretisation, PhaseSeconds, Solution};
 use crate::target::Target;
 use crate::tets::flux::{Flux, equilibrate};
 use crate::tets::marking::{Gaps, State, beyond, states};
@@ -155,8 +156,8 @@ pub fn solve_mesh(
                 let useful = coarser.filter(|c| c.error < MAX_USEFUL_SPREAD);
                 let mut last = useful.ok_or_else(|| error.clone())?.solved;
                 last.solution.shortfall = Some(match error {
-                    SolveError::Cancelled => STOPPED.to_owned(),
-                    error => format!("a finer mesh could not be solved: {error}"),
+                    SolveError::Cancelled => Shortfall::Stopped,
+                    error => Shortfall::FinerMesh(Box::new(error)),
                 });
                 last.solution.seconds = seconds;
                 return Ok(last);
@@ -167,14 +168,14 @@ pub fn solve_mesh(
         let (next, shortfall) = if error <= settings.relative_tolerance {
             (None, bounds.spread.may_be_zero.then(|| task.may_be_zero()))
         } else if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
-            (None, Some(STOPPED.to_owned()))
+            (None, Some(Shortfall::Stopped))
         } else {
             let refining = Instant::now();
             let refined = refinement.next(&task, &mesh, &bounds.all, &found, error);
             seconds.setup += refining.elapsed().as_secs_f64();
             match refined {
                 Ok(finer) => (Some(finer), None),
-                Err(reason) => (None, Some(reason.to_string())),
+                Err(shortfall) => (None, Some(shortfall)),
             }
         };
         let solved = MeshSolution {
@@ -402,12 +403,8 @@ impl<'a> Task<'a> {
         (Gaps::new(&on_sides, &gaps), beyond(&states, all, &gap, self.scale))
     }
 
-    fn may_be_zero(&self) -> String {
-        format!(
-            "a capacitance may be zero: it is less than {:e} of what it would be with all other conductors at zero \
-             potential, and no mesh gives zero a relative accuracy",
-            self.settings.relative_tolerance
-        )
+    fn may_be_zero(&self) -> Shortfall {
+        Shortfall::MayBeZero { share: self.settings.relative_tolerance }
     }
 }
 

@@ -3,11 +3,11 @@
 //! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal.
 //! 15, 1978), nearer to an edge of a conductor if they touch one ([`Grading`]).
 
-use crate::matrix::{MatrixBounds, rounding_alone};
+use crate::matrix::MatrixBounds;
+use crate::shortfall::Shortfall;
 use crate::tets::adaptive::{SolvedParity, Task, memory_of};
 use crate::tets::marking::Growth;
 use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
-use elastocap_linalg::memory::bytes_in_words;
 
 /// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
 const GOAL: f64 = 0.9;
@@ -28,34 +28,6 @@ const MAX_BEYOND: f64 = 0.66;
 /// Largest number of refinements of one solve.
 const MAX_REFINEMENTS: usize = 60;
 
-/// Why a mesh is not refined any more.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub(super) enum NoFinerMesh {
-    /// The error lies where there is no mesh to refine.
-    #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
-    OpenSpace,
-    /// Rounding alone exceeds the tolerance.
-    #[error("{}", rounding_alone(*error))]
-    Rounding {
-        /// The spread that rounding leaves.
-        error: f64,
-    },
-    /// A finer mesh would exceed the memory limit, or the number of refinements is at its limit.
-    #[error(
-        "a finer mesh, of {tetrahedra} tetrahedra, would take about {}, more than the limit of {}",
-        bytes_in_words(*bytes),
-        bytes_in_words(*limit)
-    )]
-    TooLarge {
-        /// Its tetrahedra.
-        tetrahedra: usize,
-        /// Its memory, bytes.
-        bytes: u64,
-        /// The memory allowed, bytes.
-        limit: u64,
-    },
-}
-
 /// The state of a refinement.
 pub(super) struct Refinement {
     grading: Grading,
@@ -75,7 +47,7 @@ impl Refinement {
     /// The next mesh after one on which the relative spread is `error`.
     ///
     /// # Errors
-    /// [`NoFinerMesh`] if the mesh is not refined any more.
+    /// [`Shortfall`] if the mesh is not refined any more.
     pub(super) fn next(
         &mut self,
         task: &Task<'_>,
@@ -83,7 +55,7 @@ impl Refinement {
         all: &MatrixBounds,
         found: &[SolvedParity],
         error: f64,
-    ) -> Result<Bisected, NoFinerMesh> {
+    ) -> Result<Bisected, Shortfall> {
         let settings = task.settings;
         // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
         // are halved.
@@ -93,11 +65,11 @@ impl Refinement {
         let excess = self.foreseen.map_or(1.0, |foreseen| (error / foreseen).clamp(1.0, MAX_EXCESS));
         let rounding = task.rounding_spread(all);
         if rounding > settings.relative_tolerance {
-            return Err(NoFinerMesh::Rounding { error: rounding });
+            return Err(Shortfall::Rounding { error: rounding });
         }
         let (gaps, outside) = task.gaps(found, all);
         if gaps.are_zero() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
-            return Err(NoFinerMesh::OpenSpace);
+            return Err(Shortfall::OpenSpace);
         }
         let enough = (MIN_GROWTH * mesh.tets.len() as f64) as usize;
         let aim = GOAL * settings.relative_tolerance / (error * excess);
@@ -114,7 +86,7 @@ impl Refinement {
         let tetrahedra = finer.mesh.tets.len();
         let memory = memory_of(tetrahedra, &task.parities, settings);
         if self.made >= MAX_REFINEMENTS || memory > settings.memory_limit {
-            return Err(NoFinerMesh::TooLarge { tetrahedra, bytes: memory, limit: settings.memory_limit });
+            return Err(Shortfall::LargeMesh { tetrahedra, bytes: memory, limit: settings.memory_limit });
         }
         *self = Self { grading, made: self.made + 1, spread: error, foreseen: Some(left * error) };
         Ok(finer)

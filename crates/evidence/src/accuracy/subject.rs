@@ -197,7 +197,7 @@ mod tests {
             let settings = subject.settings(1e-4, bounds, level);
             let solution = solve(&subject.deformed.scene, &settings).unwrap();
             // The solver says the number it compared, to two digits.
-            let said = solution.shortfall.clone().unwrap();
+            let said = solution.shortfall.as_ref().unwrap().to_string();
             let reported_error = reported_error_of(&solution, &settings);
             assert!(said.contains(&format!("{reported_error:.1e}")), "{reported_error:e}: {said}");
         }

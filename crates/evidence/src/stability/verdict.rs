@@ -83,7 +83,7 @@ pub(super) fn judge(
     let steps = || outcomes.iter().flat_map(|outcome| &outcome.steps);
     for step in steps() {
         if let Status::Failed(failure) = &step.row.status {
-            let verdict = match &**failure {
+            let verdict = match failure.as_ref() {
                 // No bounds are given then.
                 StepFailure::Field(SolveError::NotConverged) => Verdict::NotReached(failure.to_string()),
                 failure if failure.is_defect() => Verdict::Wrong(failure.to_string()),
@@ -112,7 +112,7 @@ pub(super) fn judge(
         );
         return (Verdict::Wrong(reason), vec![wrong]);
     }
-    let reason = |step: &StepResult| step.reason.clone().unwrap_or_else(|| "no reason was given".to_owned());
+    let reason = |step: &StepResult| step.reason.as_ref().map_or_else(|| "no reason was given".to_owned(), ToString::to_string);
     let of = |wanted: fn(&Status) -> bool| steps().find(|step| wanted(&step.row.status));
     let not_reached = of(|status| matches!(status, Status::ToleranceNotReached(_)));
     let verdict = match (not_reached, of(|status| *status == Status::BeyondForceLimit)) {

@@ -93,8 +93,14 @@ impl PlaneLayer {
 }
 
 /// Where the search for a force begins, and how many compressions are tried until one is near it.
-const FIRST_COMPRESSION: f64 = 0.05;
+pub(super) const FIRST_COMPRESSION: f64 = 0.05;
 const MAX_TRIES: usize = 8;
+
+/// Place at rest, in m, of the point of the surface that is at the corner of a punch of this half-width (m) under a compression: a first
+/// guess.
+pub(super) fn slid(half_width: f64, compression: f64) -> f64 {
+    half_width * (1.0 - SLIDE * compression).max(LEAST)
+}
 
 fn stopped(reason: StopReason, effort: Effort) -> Box<Stopped> {
     let smallest_j = effort.smallest_j;
@@ -110,9 +116,10 @@ impl<'a> Sliding<'a> {
         end: f64,
         settings: &NewtonSettings<'a>,
     ) -> Result<Self, Box<Stopped>> {
-        let mesh = layer.around_corner(end, level);
-        // Only a fan without room has an element that is turned inside out.
-        let model = layer.model_on(&mesh).map_err(|_| stopped(StopReason::Inversion, Effort::default()))?;
+        // Only a fan without room has no mesh, or an element that is turned inside out.
+        let no_room = |_| stopped(StopReason::NoRoom, Effort::default());
+        let mesh = layer.around_corner(end, level).map_err(no_room)?;
+        let model = layer.model_on(&mesh).map_err(no_room)?;
         let effort = Effort::default();
         Ok(Self { layer, half_width, level, settings: *settings, mesh, model, effort })
     }
@@ -128,7 +135,7 @@ impl<'a> Sliding<'a> {
     ) -> Result<(Self, LayerStep), Box<Stopped>> {
         let end = match coarser.and_then(|(model, _)| model.corner()) {
             Some(corner) => corner.end,
-            None => half_width * (1.0 - SLIDE * compression).max(LEAST),
+            None => slid(half_width, compression),
         };
         let mut sliding = Self::new(layer, half_width, level, end, settings)?;
         sliding.begin(compression, coarser)?;

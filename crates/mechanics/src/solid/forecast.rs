@@ -164,7 +164,7 @@ mod tests {
                 position: 0.0,
                 end,
             };
-            let meshes = [0, 1, 2].map(|level| layer.mesh(level, 0.3));
+            let meshes = [0, 1, 2].map(|level| layer.mesh(level, 0.3).unwrap());
             let found = meshes.each_ref().map(|m| {
                 LayerModel::new(m, rubber.clone(), indenter, end).unwrap().equations().memory_bytes()
             });

@@ -75,6 +75,17 @@ impl Indenter {
         }
     }
 
+    /// Half its width in m if it has a flat face.
+    pub fn half_width(&self) -> Option<f64> {
+        match self {
+            Self::WholeTop => None,
+            Self::Smooth(profile) => profile.flat_face().map(|(half_width, _)| half_width),
+            Self::Sharp { half_width } | Self::Held { half_width } | Self::Bonded { half_width } => {
+                Some(*half_width)
+            }
+        }
+    }
+
     /// Half its width in m if it is a flat punch with sharp corners, which need a fan in the mesh.
     pub(crate) fn sharp_corner(&self) -> Option<f64> {
         match *self {
@@ -177,6 +188,7 @@ impl LayerModel {
         indenter: Indenter,
         end: End,
     ) -> Result<Self, ModelError> {
+        mesh.check()?;
         let length = (1.0 - 1e-9) * mesh.half_length();
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         include(&mut body, inclusions);

@@ -1,6 +1,7 @@
 //! Meshes of a layer in the plane: tensor products with fans around the bonded end and the edge of a sharp punch.
 
 use super::mesh::{Mesh, Patch, geometric, graded, uniform};
+use super::model::ModelError;
 
 /// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -221,6 +222,21 @@ impl LayerMesh {
     /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or one under a corner much
     /// sharper than the layer is thick. Pressing the layer on the largest takes some 10 GB.
     pub const MAX_ELEMENTS: usize = 1_000_000;
+
+    /// Refuses breakpoints that do not ascend: the patches of such a mesh would lie over one another.
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`].
+    pub fn check(&self) -> Result<(), ModelError> {
+        let ascends = |x: &[f64]| x.windows(2).all(|two| two[0] < two[1]);
+        let fan_fits = self.punch.as_ref().is_none_or(|PunchFan { along: [first, last], up, corner, .. }| {
+            let side = |k: &usize| self.along.get(*k).copied().unwrap_or(f64::NAN);
+            side(first) < *corner && *corner < side(last) && *up + 1 < self.up.len()
+        });
+        let all = [&self.along, &self.up, &self.end_top];
+        let fits = all.into_iter().all(|x| ascends(x)) && fan_fits;
+        if fits { Ok(()) } else { Err(ModelError::NoRoom) }
+    }
 
     /// An upper estimate of the number of elements, from the breakpoints alone.
     pub fn elements_at_most(&self) -> usize {

@@ -6,7 +6,8 @@ use super::mesh::{geometric, graded, uniform};
 use super::model::ModelError;
 use super::newton::{FromCoarser, NewtonSettings};
 use super::obstacle::IndenterProfile;
-use super::press::PlaneLayer;
+use super::contact_end::{FIRST_COMPRESSION, slid};
+use super::press::{Goal, PlaneLayer};
 use elastocap_materials::Rubber;
 
 /// Half-length over the thickness of a layer that is solved with equal elements all along.
@@ -51,19 +52,34 @@ const NARROWING: f64 = 1.5;
 /// they contribute as much to the error as the corner.
 const COARSEST_CELLS: usize = 8;
 const CELLS_PER_LEVEL: usize = 2;
+/// Least length over the thickness between the corner of a sharp punch and the elements at the end of the layer.
+const LEAST_ROOM: f64 = 1e-3;
+/// The same that may be missing at a rounded corner, where a sharp punch is no more than the first guess.
+const MISSING_ROOM: f64 = 0.05;
 /// Size of the elements at the edges of inclusions on the first mesh, over the thickness; each level halves it.
 const AT_EDGES: f64 = 0.0125;
 
 impl PlaneLayer {
     /// The mesh of this layer at a level of refinement, for compressions up to `deepest`: each level halves what limits the
     /// accuracy of the one before.
-    pub fn mesh(&self, level: usize, deepest: f64) -> LayerMesh {
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`].
+    pub fn mesh(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
         let (height, length) = (self.thickness, self.half_length);
+        if length <= height && !self.folds() {
+            return Err(ModelError::NoRoom);
+        }
         if let Some(punch) = self.punch_on_own_meshes() {
-            return self.mesh_at_corners(punch, level);
+            return Ok(self.mesh_at_corners(punch, level));
         }
         let mut mesh = match self.indenter {
-            Indenter::Sharp { half_width } => return self.around_corner(half_width, level),
+            Indenter::Sharp { half_width } => {
+                // At rest the corner may be too near the end of the layer, and the surface slides away from there.
+                return self
+                    .around_corner(half_width, level)
+                    .or_else(|_| self.around_corner(slid(half_width, deepest), level));
+            }
             Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 return self.under_sharp_punch(half_width, level);
             }
@@ -92,7 +108,38 @@ impl PlaneLayer {
             mesh = mesh.mirrored();
         }
         self.fit_to_inclusions([&mut mesh.along, &mut mesh.up], [&[], &[]], smallest_at_edges(height, level));
-        mesh
+        Ok(mesh)
+    }
+
+    /// Refuses a punch whose corner has no room for elements around it before the end of the layer, where the surface is at any of
+    /// `goals`.
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`].
+    pub fn check_room(&self, goals: &[Goal]) -> Result<(), ModelError> {
+        if self.half_length <= self.thickness && !self.folds() {
+            return Err(ModelError::NoRoom);
+        }
+        let slides = |half_width: f64| {
+            let compression = |goal: &Goal| match goal {
+                Goal::Compression(compression) => *compression,
+                Goal::Force(_) => FIRST_COMPRESSION,
+            };
+            let least = goals.iter().map(compression).filter(|c| *c > 0.0).fold(f64::INFINITY, f64::min);
+            slid(half_width, if least.is_finite() { least } else { 0.0 })
+        };
+        // What is known of a rounded corner is less exact, and there are other ways to begin there.
+        let (end, least) = match self.indenter {
+            Indenter::Sharp { half_width } => (slides(half_width), LEAST_ROOM),
+            Indenter::Held { half_width } | Indenter::Bonded { half_width } => (half_width, LEAST_ROOM),
+            Indenter::Smooth(_) => match self.punch_on_own_meshes() {
+                Some(punch) => (punch.position.abs() + slides(punch.half_width), -MISSING_ROOM),
+                None => return Ok(()),
+            },
+            Indenter::WholeTop => return Ok(()),
+        };
+        let room = self.half_length - self.thickness - end;
+        if room > least * self.thickness { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 
     /// [`fit_to_edges`] of the inclusions, along both axes.
@@ -115,10 +162,11 @@ impl PlaneLayer {
     /// The mesh of this layer at a level of refinement, as [`PlaneLayer::mesh`] gives it, unless it has too many elements.
     ///
     /// # Errors
-    /// [`ModelError::TooManyElements`].
+    /// [`ModelError::TooManyElements`], [`ModelError::NoRoom`].
     pub fn mesh_within_limit(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
-        let mesh = self.mesh(level, deepest);
+        let mesh = self.mesh(level, deepest)?;
         within_limit(mesh.elements_at_most())?;
+        mesh.check()?;
         if let Some(punch) = self.punch_on_own_meshes() {
             // Where the load has to be followed after all, the first mesh has to be fine all along the way.
             let (height, length) = (self.thickness, self.half_length);
@@ -224,8 +272,14 @@ impl PlaneLayer {
 
     /// The mesh under a sharp punch: each level has more quadrilaterals over the thickness and more rings in the fan around the end
     /// of the punch. The fan stays clear of the inclusions below it.
-    fn under_sharp_punch(&self, corner: f64, level: usize) -> LayerMesh {
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`] where the fan has no room before the end of the layer.
+    fn under_sharp_punch(&self, corner: f64, level: usize) -> Result<LayerMesh, ModelError> {
         let (height, length) = (self.thickness, self.half_length);
+        if length - height - corner <= LEAST_ROOM * height {
+            return Err(ModelError::NoRoom);
+        }
         let highest = self.edges(1).fold(0.0, f64::max);
         let reach =
             (0.5 * height).min(0.9 * (height - highest)).min(corner).min(0.5 * (length - height - corner));
@@ -253,18 +307,21 @@ impl PlaneLayer {
             narrowing: 1.0,
         };
         let end_top = uniform(body, length, count(0.6 * height));
-        LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) }
+        Ok(LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) })
     }
 
     /// The mesh under a sharp punch at whose corner the point `end` (m) of the surface lies. Its fan needs fewer rings than that of
     /// a patch that is held: the corner does not hold the surface, and what is singular there is weaker.
-    pub(super) fn around_corner(&self, end: f64, level: usize) -> LayerMesh {
-        let mut mesh = self.under_sharp_punch(end, level);
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`].
+    pub(super) fn around_corner(&self, end: f64, level: usize) -> Result<LayerMesh, ModelError> {
+        let mut mesh = self.under_sharp_punch(end, level)?;
         if let Some(fan) = &mut mesh.punch {
             fan.radii = geometric(SHRINK, COARSEST_SLIDING_RINGS + RINGS_PER_LEVEL * level);
             fan.narrowing = NARROWING;
         }
-        mesh
+        Ok(mesh)
     }
 }
 
@@ -380,7 +437,7 @@ mod tests {
                 let meshes: Vec<_> = Refinement::to(0.01)
                     .meshes
                     .iter()
-                    .map(|&level| problem.mesh(level, 0.3).mesh())
+                    .map(|&level| problem.mesh(level, 0.3).unwrap().mesh())
                     .collect();
                 let counts: Vec<usize> = meshes.iter().map(|mesh| mesh.elements.len()).collect();
                 assert!(counts.windows(2).all(|two| two[0] < two[1]), "{indenter:?}, {end:?}: {counts:?}");
@@ -415,7 +472,7 @@ mod tests {
             let layer =
                 PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };
             for level in 0..3 {
-                let mesh = layer.mesh(level, 0.1);
+                let mesh = layer.mesh(level, 0.1).unwrap();
                 let beside = |lines: &[f64], edge: f64| {
                     let at = lines.iter().position(|x| (x - edge).abs() < 1e-9).unwrap();
                     (lines[at] - lines[at - 1]).max(lines[at + 1] - lines[at])
@@ -437,7 +494,7 @@ mod tests {
         let centred = problem(Indenter::Smooth(punch), End::Free);
         let off = PlaneLayer { position: 0.4, ..centred.clone() };
         let side = |problem: &PlaneLayer, at: f64| {
-            let along = problem.mesh(2, 0.1).along;
+            let along = problem.mesh(2, 0.1).unwrap().along;
             let after = along.partition_point(|x| *x < at);
             along[after] - along[after - 1]
         };

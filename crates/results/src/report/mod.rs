@@ -29,6 +29,7 @@ mod tables;
 use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
+use elastocap_coupling::reason::Reason;
 use serde_json::json;
 
 use crate::scene_files::Shown;
@@ -120,7 +121,8 @@ impl Report<'_> {
             let own = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
             let reason =
                 (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
-            let own = own.map(str::to_owned).chain(reason);
+            let changes = step.route_changes.iter().map(ToString::to_string);
+            let own = own.map(str::to_owned).chain(changes).chain(reason);
             own.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
         });
         let mut all: Vec<String> = Vec::new();
@@ -169,7 +171,7 @@ impl Report<'_> {
 }
 
 /// A reason in words, after a status.
-fn because(reason: &Option<String>) -> String {
+fn because(reason: &Option<Reason>) -> String {
     reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"))
 }
 

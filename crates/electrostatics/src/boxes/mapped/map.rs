@@ -206,16 +206,17 @@ impl SceneMap {
         let counts = self.counts();
         let strides = [counts[1] * counts[2], counts[2], 1];
         let size = self.axes.iter().flat_map(|axis| &axis.breaks).fold(0.0_f64, |m, x| m.max(x.abs()));
+        let is_wall = |x: f64, a: usize, side: usize| {
+            let wall = if side == 0 { scene.domain.min[a] } else { scene.domain.max[a] };
+            scene.walls[a][side] != Wall::Open && (x - wall).abs() < SAME * size
+        };
         (0..3).flat_map(|a| [(a, 0), (a, 1)]).all(|(a, side)| {
             let axis = &self.axes[a];
-            let (end, wall) = match side {
-                0 => (axis.breaks.first(), scene.domain.min[a]),
-                _ => (axis.breaks.last(), scene.domain.max[a]),
-            };
             let at_mirror = axis.mirrored && side == 0;
-            let at_wall =
-                scene.walls[a][side] != Wall::Open && end.is_some_and(|x| (x - wall).abs() < SAME * size);
-            if at_wall && !at_mirror {
+            let end = if side == 0 { axis.breaks.first() } else { axis.breaks.last() };
+            // At a mirrored axis the other side ends as this one does.
+            let at_wall = |x: &f64| is_wall(*x, a, side) && (!axis.mirrored || is_wall(-x, a, 0));
+            if !at_mirror && end.is_some_and(at_wall) {
                 return true;
             }
             let face = if side == 0 { 0 } else { counts[a] - 1 };

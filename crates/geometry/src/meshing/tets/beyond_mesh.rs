@@ -4,8 +4,8 @@ use crate::scene::Scene;
 
 /// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond it.
 ///
-/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if it meets the smallest box
-/// around the rays; one that fills this box hides earlier dielectrics and the background.
+/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if the box around it meets the smallest box
+/// around the rays; a box that fills this one hides earlier dielectrics and the background.
 pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
     let range = [0, 1, 2].map(|a| {
         let out = corners.map(|p| p[a] - center[a]);
@@ -19,7 +19,7 @@ pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f6
     let permittivities = scene.permittivities();
     let parts: Vec<_> = scene.dielectric_parts().collect();
     for (dielectric, shape) in parts.into_iter().rev() {
-        let Some(region) = shape.as_box() else { continue };
+        let Some(region) = shape.bounds() else { continue };
         let part = |a: usize| {
             let [low, high] = range[a];
             if low == high {
@@ -31,7 +31,8 @@ pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f6
         if (0..3).all(part) {
             meet(permittivities[1 + dielectric]);
         }
-        if (0..3).all(|a| region.min[a] <= range[a][0] && range[a][1] <= region.max[a]) {
+        let is_box = shape.as_box().is_some();
+        if is_box && (0..3).all(|a| region.min[a] <= range[a][0] && range[a][1] <= region.max[a]) {
             return met;
         }
     }

@@ -44,6 +44,12 @@ pub enum ModelError {
         "off the middle of the layer a punch is solved with rounded corners only; round them, or move it to the middle"
     )]
     SharpOffTheMiddle,
+    /// The indenter ends where the elements at the end of the layer begin, or the layer is no longer than thick.
+    #[error(
+        "the elements at the end of the layer take up its last thickness, and leave no room for those under the indenter: make the layer \
+         longer, or the indenter narrower"
+    )]
+    NoRoom,
     /// The mesh would have more elements than any that is made.
     #[error(
         "the finite elements would be {elements} or more, and at most {limit} are made: the layer is too long for its thickness, \

@@ -184,6 +184,7 @@ impl<S: Dimension> Equations<S> {
                             | StopReason::Inversion
                             | StopReason::ExtensionLimit
                             | StopReason::Cancelled
+                            | StopReason::NoRoom
                             | StopReason::Singular => reason,
                         };
                         let (step, effort) = (part - reached, *effort);

@@ -62,6 +62,12 @@ pub enum StopReason {
     /// The steps that keep the rubber within its limit of extension became too short.
     #[error("every step would extend the rubber beyond the limit of its law")]
     ExtensionLimit,
+    /// The mesh for a load has no room for the elements around the corner of a punch.
+    #[error(
+        "what lies at the corner of the punch is too near the end of the layer for finite elements between the two: make the layer \
+         longer, or the punch narrower"
+    )]
+    NoRoom,
     /// The residual did not fall.
     #[error("Newton's method did not converge")]
     NoConvergence,

@@ -124,6 +124,7 @@ impl LayerModel<Space> {
         end: End,
         side: SideCondition,
     ) -> Result<Self, ModelError> {
+        mesh.section.check()?;
         let near = 1.0 - 1e-9;
         let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
         let mut body = Body::new(mesh.mesh(), rubber);

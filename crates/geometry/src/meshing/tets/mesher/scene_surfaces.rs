@@ -177,7 +177,12 @@ fn add_part(
     for piece in faceted(part.shape, sizing) {
         let surface = match piece {
             Shape::Extrusion { axis, from, to, outline, .. } => {
-                BodySurface::prism(axis, [from, to], &outline, part.conductor)
+                // What has no end goes as far as the mesh does.
+                let ends = [from, to].map(|end| match end.is_finite() {
+                    true => end,
+                    false => end.clamp(domain.min[axis], domain.max[axis]),
+                });
+                BodySurface::prism(axis, ends, &outline, part.conductor)
             }
             Shape::Surface(surface) => BodySurface::triangles(&surface, !ball),
             Shape::Physical(_) => {

@@ -4,18 +4,20 @@
 //! them as outlines in the plane of x1 and x2, pulled along x3: with cubics, or as polygons, close enough to the curves that the difference
 //! does not matter for the capacitance.
 
+mod surface;
+
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody, prism};
 use elastocap_geometry::outline;
-use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall, across};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, across};
 use elastocap_geometry::shapes::Shape;
 
 use crate::deform::{Curve, DeformedCurves, PIECES, simplified};
 use crate::failure::SurfaceCrossesItself;
-use crate::outline_curves::{
-    self, Curved, Piece, both_halves as both_curved_halves, closed, followed, under as under_curves,
-};
+use crate::outline_curves::{self, Curved, Piece, both_halves as both_curved_halves, closed, followed};
 use crate::scene::{DeformedScene, ElectrodePlace};
+use surface::{below_surface, cut, fill};
+pub(crate) use surface::{under_wall, with_surface_at};
 
 /// Share of the tolerance that polygons may use up.
 const SHARE: f64 = 0.2;
@@ -23,9 +25,6 @@ const SHARE: f64 = 0.2;
 /// The same for cubics, which take no more of them than polygons of that share have sides: they are exact where that takes as many as the
 /// elements have sides.
 const SHARE_OF_CURVES: f64 = 0.02;
-
-/// Loops of the surface larger than this share of the scene's height are not cut out but refused.
-const LOOP: f64 = 0.02;
 
 /// A scene around a layer for the solvers of other shapes than boxes.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +34,10 @@ pub(crate) struct LayerScene {
     pub(crate) facets: f64,
     /// Whether outlines have curves in it.
     pub(crate) is_curved: bool,
+    /// The relative error of a capacitance for a surface that has not come back to its height where the finite elements end: an estimate.
+    pub(crate) ends: f64,
+    /// The same for a surface that is bent, with a wall on it that is flat.
+    pub(crate) under_wall: f64,
 }
 
 /// How outlines follow what is bent.
@@ -49,7 +52,7 @@ pub(crate) enum Sides {
 impl LayerScene {
     /// The scene with the pair and the layer as boxes.
     pub(crate) fn of_boxes(deformed: &DeformedScene) -> Self {
-        Self { scene: deformed.scene.clone(), facets: 0.0, is_curved: false }
+        Self { scene: deformed.scene.clone(), facets: 0.0, is_curved: false, ends: 0.0, under_wall: 0.0 }
     }
 
     /// Its bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
@@ -75,7 +78,15 @@ impl LayerScene {
 /// The triangles of a body, boxes cut off at the `window`; `None` for those that only a mesh knows.
 fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
     match shape {
-        Shape::Extrusion { axis, from, to, outline, .. } => Some(prism(*axis, [*from, *to], outline)),
+        Shape::Extrusion { axis, from, to, outline, .. } => {
+            let mut outline = outline.clone();
+            for (k, a) in across(*axis).into_iter().enumerate() {
+                outline = cut(&cut(&outline, k, window.min[a], true), k, window.max[a], false);
+            }
+            let ends = [from.max(window.min[*axis]), to.min(window.max[*axis])];
+            let is_seen = outline.len() > 2 && ends[0] <= ends[1];
+            Some(if is_seen { prism(*axis, ends, &outline) } else { Vec::new() })
+        }
         Shape::Cylinder { axis, base, radius, height } => {
             let circle = outline::on_circle(place_across(*axis, base), *radius, CORNERS);
             Some(prism(*axis, [base[*axis], base[*axis] + height], &circle))
@@ -90,6 +101,9 @@ fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
         Shape::Box(region) => {
             let at = |a: usize| [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
             let ([x0, x1], [y0, y1]) = (at(0), at(1));
+            if (0..3).any(|a| at(a)[0] > at(a)[1]) {
+                return Some(Vec::new());
+            }
             Some(prism(2, at(2), &[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
         }
         Shape::Surface(surface) => {
@@ -107,13 +121,14 @@ fn place_across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
     across(axis).map(|a| point[a])
 }
 
-/// `deformed` with its pair, and its layer where the surface is known to where walls end it, in the shape of `curves`.
+/// `deformed` with its pair and its layer in the shape of `curves`. Where nothing bends it, the surface is `flat` at this height, m.
 ///
 /// # Errors
 /// A surface that crosses itself.
 pub(crate) fn outlined(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
+    flat: f64,
     tolerance: f64,
     sides: Sides,
 ) -> Result<LayerScene, SurfaceCrossesItself> {
@@ -139,71 +154,15 @@ pub(crate) fn outlined(
             *part = Shape::Extrusion { axis: 2, from, to, outline, arcs };
         }
     }
-    if surface_is_followed(deformed) {
-        let domain = deformed.scene.domain;
-        let height = domain.max[1] - domain.min[1];
-        let within = SHARE * tolerance * height;
-        let surface = without_loops(&curves.surface, LOOP * height)
-            .map_err(|[x1, x2]| SurfaceCrossesItself { x1, x2 })?;
-        // Where it has no loops, its points are those of the elements' sides.
-        let is_whole = is_curved && surface.len() == curves.surface.len();
-        let chain = || {
-            let own = followed(&surface, PIECES, SHARE_OF_CURVES * tolerance * height);
-            under_curves(if curves.half { both_curved_halves(own) } else { own }, &domain, within)
-        };
-        let Curved { outline, arcs, off } = is_whole.then(chain).flatten().unwrap_or_else(|| {
-            let surface = simplified(&surface, within);
-            let surface = if curves.half { both_halves(&surface) } else { surface };
-            polygon(under(&surface, &domain), within)
-        });
-        facets = facets.max(off / height);
-        is_curved |= !arcs.is_empty();
-        if outline.len() > 2 {
-            // The cover fills what the layer leaves, down to the substrate, and fixed bodies stay in all of them.
-            scene.bodies.sort_by_key(|body| match body.purpose {
-                Purpose::Cover => 0,
-                Purpose::Substrate => 1,
-                Purpose::Layer => 2,
-                Purpose::Electrode
-                | Purpose::InLayer
-                | Purpose::OnTop
-                | Purpose::Indenter
-                | Purpose::OnIndenter
-                | Purpose::Fixed => 3,
-            });
-            for body in &mut scene.bodies {
-                match body.purpose {
-                    Purpose::Cover => {
-                        for part in &mut body.parts {
-                            if let Shape::Box(region) = part {
-                                region.min[1] = f64::NEG_INFINITY;
-                            }
-                        }
-                    }
-                    Purpose::Layer => {
-                        let (from, to) = (domain.min[2], domain.max[2]);
-                        let (outline, arcs) = (outline.clone(), arcs.clone());
-                        body.parts = vec![Shape::Extrusion { axis: 2, from, to, outline, arcs }];
-                    }
-                    Purpose::Substrate
-                    | Purpose::Electrode
-                    | Purpose::InLayer
-                    | Purpose::OnTop
-                    | Purpose::Indenter
-                    | Purpose::OnIndenter
-                    | Purpose::Fixed => {}
-                }
-            }
-        }
+    let mut ends = 0.0;
+    if let Some(below) = below_surface(deformed, curves, flat, tolerance, sides)? {
+        facets = facets.max(below.facets);
+        is_curved |= below.is_curved;
+        ends = below.ends;
+        fill(&mut scene, &below.parts);
     }
-    Ok(LayerScene { scene, facets, is_curved })
-}
-
-/// Whether the scene can have the bulging surface: there is a medium above it, and walls end it at the sides.
-fn surface_is_followed(deformed: &DeformedScene) -> bool {
-    let scene = &deformed.scene;
-    let ended = [0, 2].iter().all(|&a| scene.walls[a].iter().all(|wall| *wall != Wall::Open));
-    ended && scene.bodies.iter().any(|body| body.purpose == Purpose::Cover)
+    let under_wall = under_wall(&scene, curves);
+    Ok(LayerScene { scene, facets, is_curved, ends, under_wall })
 }
 
 /// A polygon that follows a curve this far off.
@@ -272,84 +231,11 @@ fn both_halves(curve: &[[f64; 2]]) -> Curve {
     whole
 }
 
-/// The curve without the loops that it makes where finite elements press the surface into itself, which nothing hinders: as the
-/// one beside the edge of a sharp punch.
-///
-/// # Errors
-/// The place of a loop larger than `most`, m: that is no crease but a tangle.
-fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64; 2]> {
-    let mut kept = Curve::new();
-    let mut rest = curve;
-    while let Some((from, after)) = rest.split_first() {
-        kept.push(*from);
-        let Some(to) = after.first() else { break };
-        let last = after.windows(2).enumerate().skip(1).rev();
-        let met = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
-        rest = match met {
-            // On from where the curve comes back.
-            Some((k, at)) => {
-                let far = after[..=k].iter().map(|p| (p[0] - at[0]).hypot(p[1] - at[1])).fold(0.0, f64::max);
-                if far > most {
-                    return Err(at);
-                }
-                kept.push(at);
-                &after[k + 1..]
-            }
-            None => after,
-        };
-    }
-    Ok(kept)
-}
-
-/// Where two segments cross.
-fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
-    let turn =
-        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-    let (of_c, of_d) = (turn(a, b, c), turn(a, b, d));
-    let apart = (of_c > 0.0) == (of_d > 0.0) || (turn(c, d, a) > 0.0) == (turn(c, d, b) > 0.0);
-    let s = of_c / (of_c - of_d);
-    (!apart && s.is_finite()).then(|| [0, 1].map(|k| c[k] + s * (d[k] - c[k])))
-}
-
-/// The region below a curve that runs to the right and above the bottom of the layer, x2 = 0, within the domain; beyond its ends
-/// the curve goes on at their height.
-fn under(curve: &[[f64; 2]], domain: &Box3) -> Curve {
-    let (Some(first), Some(last)) = (curve.first(), curve.last()) else { return Curve::new() };
-    let left = domain.min[0].min(first[0]);
-    let right = domain.max[0].max(last[0]);
-    let mut outline = vec![[left, 0.0], [right, 0.0], [right, last[1]]];
-    outline.extend(curve.iter().rev());
-    outline.push([left, first[1]]);
-    outline.dedup();
-    for (axis, at, above) in
-        [(0, domain.min[0], true), (0, domain.max[0], false), (1, 0.0, true), (1, domain.max[1], false)]
-    {
-        outline = cut(&outline, axis, at, above);
-    }
-    outline
-}
-
-/// The part of a polygon on one side of a line (Sutherland and Hodgman, Comm. ACM 17, 1974).
-fn cut(polygon: &[[f64; 2]], axis: usize, at: f64, above: bool) -> Curve {
-    let inside = |p: &[f64; 2]| if above { p[axis] >= at } else { p[axis] <= at };
-    let mut part = Curve::new();
-    for (k, p) in polygon.iter().enumerate() {
-        let q = &polygon[(k + 1) % polygon.len()];
-        if inside(p) {
-            part.push(*p);
-        }
-        if inside(p) != inside(q) {
-            let s = (at - p[axis]) / (q[axis] - p[axis]);
-            let mut crossing = [0, 1].map(|a| p[a] + s * (q[a] - p[a]));
-            crossing[axis] = at;
-            part.push(crossing);
-        }
-    }
-    part
-}
-
 #[cfg(test)]
 mod tests {
+    use elastocap_geometry::scene::Wall;
+
+    use super::surface::{under, without_loops};
     use super::*;
     use crate::scene::DeformedPair;
 
@@ -422,8 +308,10 @@ mod tests {
             electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])],
             surface: line([0.0, 2.0], [4.0, 2.0]),
             half: true,
+            heights: [2.0; 2],
         };
-        let LayerScene { scene, facets, .. } = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap();
+        let LayerScene { scene, facets, .. } =
+            outlined(&deformed(), &curves, 2.0, 1e-3, Sides::Polygons).unwrap();
         assert!(facets > 0.0 && facets < 1e-3);
         let right = outline(&scene, "right");
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
@@ -439,6 +327,7 @@ mod tests {
             electrodes: vec![faces([0.0, 2.0], [0.5, 1.0]), faces([0.0, 1.0], [1.2, 1.5])],
             surface: Curve::new(),
             half: true,
+            heights: [2.0; 2],
         };
         let found = outlines(&curves, 1e-6);
         assert!((area(&found[0]) - 2.0).abs() < 1e-12 && (area(&found[1]) - 0.6).abs() < 1e-12);
@@ -451,20 +340,60 @@ mod tests {
         let mut surface = line([0.0, 1.8], [2.0, 1.8]);
         surface.extend(&line([2.0, 1.8], [3.0, 2.4])[1..]);
         surface.extend(&line([3.0, 2.4], [6.0, 2.0])[1..]);
-        let curves = DeformedCurves { electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])], surface, half: true };
-        let LayerScene { scene, .. } = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap();
+        let curves = DeformedCurves {
+            electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])],
+            surface,
+            half: true,
+            heights: [1.5, 2.4],
+        };
+        let LayerScene { scene, .. } = outlined(&deformed(), &curves, 2.0, 1e-3, Sides::Polygons).unwrap();
         assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
-        assert_eq!(scene.bodies[0].bounds().unwrap().min[1], f64::NEG_INFINITY);
+        assert_eq!(scene.bodies[0].bounds().unwrap().min[1], 0.0);
         assert_eq!(scene.conductors().map(|c| c.body.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
         // Up to the walls at 5, where the surface is at 2.4 - 0.4 * 2 / 3.
         let at_wall = 2.4 - 0.8 / 3.0;
         let half = 1.8 * 2.0 + 0.5 * (1.8 + 2.4) + 0.5 * (2.4 + at_wall) * 2.0;
         assert!((area(outline(&scene, "layer")) - 2.0 * half).abs() < 1e-9);
-        // With open sides there is no end to pull the surface to.
+    }
+
+    #[test]
+    fn in_open_space_the_surface_is_followed_to_its_level_and_goes_on_from_there() {
+        let mut surface = line([0.0, 1.5], [2.0, 1.5]);
+        surface.extend(&line([2.0, 1.5], [3.0, 2.4])[1..]);
+        surface.extend(&line([3.0, 2.4], [6.0, 2.1])[1..]);
+        surface.extend(&line([6.0, 2.1], [9.0, 2.1])[1..]);
+        surface.extend(&line([9.0, 2.1], [13.0, 2.1])[1..]);
+        let curves = DeformedCurves {
+            electrodes: vec![faces([1.0, 3.0], [1.0, 1.5])],
+            surface,
+            half: true,
+            heights: [1.5, 2.4],
+        };
         let mut open = deformed();
-        open.scene.walls[0] = [Wall::Open; 2];
-        let LayerScene { scene, .. } = outlined(&open, &curves, 1e-3, Sides::Polygons).unwrap();
-        assert_eq!(dielectrics(&scene), ["layer", "substrate", "cover"]);
+        (open.scene.domain, open.scene.walls) = (Box3::SPACE, [[Wall::Open; 2]; 3]);
+        for sides in [Sides::Curves, Sides::Polygons] {
+            let LayerScene { scene, ends, .. } = outlined(&open, &curves, 2.0, 1e-3, sides).unwrap();
+            assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
+            // The surface ends 0.1 above where it was, 10 from the electrode.
+            assert!((ends - 0.01).abs() < 1e-12, "{ends}");
+            let layer = scene.bodies.iter().find(|body| body.name == "layer").unwrap();
+            let [middle, left, right] = &layer.parts[..] else { panic!("{layer:?}") };
+            let [Some(middle), Some(left), Some(right)] = [middle, left, right].map(Shape::bounds) else {
+                panic!("{layer:?}")
+            };
+            assert_eq!((left.max[0], right.min[0]), (middle.min[0], middle.max[0]));
+            assert!((6.0..8.0).contains(&middle.max[0]) && middle.min[0] == -middle.max[0]);
+            for (slab, x) in [(left, -1e3), (right, 1e3)] {
+                assert_eq!((slab.min[1], slab.max[1]), (0.0, 2.1));
+                assert!(slab.contains([x, 1.0, 1e6]) && slab.contains([x, 2.0, -1e6]));
+            }
+            let holds = |x: f64, y: f64| layer.contains([x, y, 50.0]);
+            assert!(holds(0.5, 1.49) && !holds(0.5, 1.51) && holds(-2.999, 2.39) && !holds(-2.999, 2.41));
+            assert!(holds(5.99, 2.09) && holds(6.01, 2.09) && !holds(6.01, 2.11));
+        }
+        // Nearer to its end than the surface is off there, nothing is known.
+        let LayerScene { ends, .. } = outlined(&open, &curves, 15.0, 1e-3, Sides::Curves).unwrap();
+        assert_eq!(ends, 1.0);
     }
 
     #[test]
@@ -476,8 +405,8 @@ mod tests {
         let found = without_loops(&surface, 2.0).unwrap();
         assert_eq!((found.len(), found[0], found[2], found[3]), (4, [0.0, 2.0], [0.8, 2.1], [4.0, 2.0]));
         let electrodes = vec![faces([1.0, 3.0], [1.0, 1.5])];
-        let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true };
-        let error = outlined(&deformed(), &curves, 1e-3, Sides::Polygons).unwrap_err();
+        let curves = DeformedCurves { electrodes, surface: surface.clone(), half: true, heights: [1.0, 2.1] };
+        let error = outlined(&deformed(), &curves, 2.0, 1e-3, Sides::Polygons).unwrap_err();
         assert!(error.to_string().contains("crosses itself at x1 = 8.2"), "{error}");
         surface[4] = [1.19, 1.9];
         assert_eq!(without_loops(&surface, 0.0), Ok(surface));

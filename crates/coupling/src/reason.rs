@@ -1,0 +1,266 @@
+//! Why a step does not have all that was asked for.
+
+use std::fmt;
+
+use elastocap_electrostatics::{Bounded, Shortfall};
+use elastocap_mechanics::ForceLimit;
+use serde::{Serialize, Serializer};
+
+use crate::failure::StepFailure;
+use crate::status::Missed;
+use crate::words::FORCE_FORMULA;
+
+/// Why a step failed, missed its tolerance or has no force: one cause or several, in the order in which they are reported.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reason(Vec<Cause>);
+
+/// One thing that keeps a step from having all that was asked for. The text is a sentence for the user.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Cause {
+    /// The step failed.
+    #[error(transparent)]
+    Failure(Box<StepFailure>),
+    /// The field solver did not reach its tolerance.
+    #[error(transparent)]
+    Field(Shortfall),
+    /// The bounds are too far apart, and the solver says no more.
+    #[error("the bounds are farther apart than asked for")]
+    TooFarApart,
+    /// All flux of what is measured is blocked.
+    #[error("no flux leaves what is measured: it has no capacitance")]
+    NoFlux,
+    /// The layer may buckle.
+    #[error("the equilibrium of the layer is unstable (its tangent has {negative_pivots} negative pivots)")]
+    UnstableLayer {
+        /// Negative pivots of the tangent.
+        negative_pivots: usize,
+    },
+    /// The finest mesh of the layer is too coarse.
+    #[error("the finest mesh of the layer leaves a relative error of {error:.1e}")]
+    LayerMesh {
+        /// Relative error of the force, an estimate.
+        error: f64,
+    },
+    /// The error of the layer cannot be estimated.
+    #[error("less than three meshes of the layer got to this load, so that its error is not known")]
+    FewLayerMeshes,
+    /// The finite elements of the layer leave too large an error in what the capacitance depends on.
+    #[error(
+        "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of {what}, where \
+         {asked:.0e} was asked for"
+    )]
+    LayerDifferences {
+        /// Relative error, an estimate.
+        error: f64,
+        /// What has it.
+        what: &'static str,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// The polynomials of a map are too far from the bent bodies.
+    #[error(
+        "the polynomials that bend electrodes and layer leave a relative error of about {error:.0e} (an estimate), where {asked:.0e} was \
+         asked for"
+    )]
+    Map {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// A map takes the surface of the layer as level, far from the electrodes.
+    #[error(
+        "the field follows the surface of the layer beside the electrodes and takes it as level farther out, in open space, which leaves a \
+         relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; end the scene by walls, with `boundary` and \
+         `side_margin`"
+    )]
+    LevelBeyond {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// A flat wall lies on the bent surface of the layer.
+    #[error(
+        "the layer's surface is bent, and the wall that lies on it is taken as flat, at the height under the indenter, which leaves a \
+         relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; put a medium on the layer, with \
+         `above = {{ relative_permittivity = 1.0, thickness = .. }}`"
+    )]
+    FlatWall {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// The surface of the layer is not level where its finite elements end.
+    #[error(
+        "the layer's surface has not come back to its height where its finite elements end, at `half_length`, and goes on level from there, \
+         which leaves a relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; make `half_length` larger"
+    )]
+    SurfaceEnds {
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// What stands in for curved or bent bodies is too far from them.
+    #[error(
+        "{instead} leave a relative error of about {error:.0e} (an estimate), with the bounds {together:.1e}, where {asked:.0e} was asked \
+         for"
+    )]
+    Faces {
+        /// What stands in for the bodies.
+        instead: &'static str,
+        /// Relative error of the capacitance, an estimate.
+        error: f64,
+        /// The same with that of the bounds.
+        together: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// The layer is compressed beyond the range of the formula for its force.
+    #[error(
+        "the force has its maximum of {:.4e} N at U/H = {:.4} by {FORCE_FORMULA}; beyond it the formula means nothing and no force is \
+         given; the deformation and the capacitance are not affected",
+        .0.force,
+        .0.compression
+    )]
+    NoForce(ForceLimit),
+    /// There is nothing to compare the capacitance of the step with.
+    #[error("the first step has no capacitance to change against")]
+    NoFirstCapacitance,
+    /// The change against the first step is not known to the tolerance.
+    #[error(transparent)]
+    Change(WideChange),
+    /// An error that the bounds do not hold is too large for the change against the first step.
+    #[error(
+        "{what} an error of about {error:.0e} F (an estimate) in a change of {change:.2e} F, where {asked:.0e} of it was asked for"
+    )]
+    ErrorOfChange {
+        /// Whose error it is.
+        missed: Missed,
+        /// What leaves it.
+        what: &'static str,
+        /// The error, F, an estimate.
+        error: f64,
+        /// The change, F.
+        change: f64,
+        /// The tolerance.
+        asked: f64,
+    },
+    /// What an earlier run reported, in the words of its files.
+    #[error("{text}")]
+    Earlier {
+        /// Which error was too large; `None` for a step without force.
+        missed: Option<Missed>,
+        /// The words.
+        text: String,
+    },
+}
+
+/// A change of capacitance that is not known to its tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WideChange {
+    /// The change, F.
+    pub change: Bounded,
+    /// The tolerance.
+    pub asked: f64,
+    /// Why it is not known better, if that is known.
+    pub why: Option<Unsharpened>,
+}
+
+/// Why the field of a step was not solved more sharply for its change.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unsharpened {
+    /// The run was stopped.
+    #[error("the run was stopped before")]
+    Stopped,
+    /// The step, or the first one, did not reach the tolerance when it was solved again.
+    #[error(transparent)]
+    Solve(Reason),
+    /// It was not solved again, for no reason that is known.
+    #[error("its field could not be solved again")]
+    NotSolved,
+}
+
+impl Cause {
+    /// Which error is larger than asked for; `None` where the step failed or merely has no force.
+    pub fn missed(&self) -> Option<Missed> {
+        match self {
+            Self::Failure(_) | Self::NoForce(_) => None,
+            Self::Field(_) | Self::TooFarApart | Self::NoFlux => Some(Missed::Field),
+            Self::UnstableLayer { .. }
+            | Self::LayerMesh { .. }
+            | Self::FewLayerMeshes
+            | Self::LayerDifferences { .. } => Some(Missed::Mechanics),
+            Self::Map { .. }
+            | Self::LevelBeyond { .. }
+            | Self::FlatWall { .. }
+            | Self::SurfaceEnds { .. }
+            | Self::Faces { .. } => Some(Missed::Geometry),
+            Self::NoFirstCapacitance | Self::Change(_) => Some(Missed::Change),
+            Self::ErrorOfChange { missed, .. } => Some(*missed),
+            Self::Earlier { missed, .. } => *missed,
+        }
+    }
+}
+
+impl Reason {
+    /// The reason of several causes; `None` without any.
+    pub(crate) fn of(causes: Vec<Cause>) -> Option<Self> {
+        (!causes.is_empty()).then_some(Self(causes))
+    }
+
+    /// The causes, in the order in which they are reported.
+    pub fn causes(&self) -> &[Cause] {
+        &self.0
+    }
+
+    /// Adds a cause behind the others.
+    pub(crate) fn push(&mut self, cause: Cause) {
+        self.0.push(cause);
+    }
+}
+
+impl From<Cause> for Reason {
+    fn from(cause: Cause) -> Self {
+        Self(vec![cause])
+    }
+}
+
+impl std::error::Error for Reason {}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, cause) in self.0.iter().enumerate() {
+            write!(f, "{}{cause}", if k == 0 { "" } else { "; " })?;
+        }
+        Ok(())
+    }
+}
+
+/// Serialised as its text.
+impl Serialize for Reason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl std::error::Error for WideChange {}
+
+impl fmt::Display for WideChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Bounded { lower, upper, .. }, asked) = (self.change, self.asked);
+        if self.change.holds_zero() {
+            write!(
+                f,
+                "the change lies between {lower:e} F and {upper:e} F, and was to be known to {asked:.0e} of itself"
+            )?;
+        } else {
+            let spread = self.change.spread_over_value();
+            write!(f, "the change is known to {spread:.1e} of itself, where {asked:.0e} was asked for")?;
+        }
+        self.why.as_ref().map_or(Ok(()), |why| write!(f, ": {why}"))
+    }
+}

@@ -1,0 +1,73 @@
+//! Why a field was not solved on the route that was meant for it.
+
+use elastocap_electrostatics::{Shortfall, SolveError};
+use serde::{Serialize, Serializer};
+
+use crate::scene::SceneError;
+
+/// A change of the route of a step, with its reason. The text is a sentence for the user.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RouteChange {
+    /// The solver for outlines could not take the curves.
+    #[error("the outlines have polygons in place of curves: {0}")]
+    Polygons(SolveError),
+    /// The solver for outlines could not take the scene.
+    #[error("the field is solved on tetrahedra in place of outlines pulled along an axis: {0}")]
+    Tetrahedra(SolveError),
+    /// There is no map that bends boxes to the electrodes.
+    #[error("the field is solved between boxes inside and around the electrodes in place of boxes under a map: {0}")]
+    EnclosingBoxes(NoMap),
+    /// The field could not be added to that of the scene without its indenter.
+    #[error("the field is solved by itself, and not by what the indenter changes in that without it: {0}")]
+    WithoutBase(NoBase),
+    /// What an earlier run reported, in the words of its files.
+    #[error("{0}")]
+    Earlier(String),
+}
+
+/// Why there is no map for a scene.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoMap {
+    /// The layer is bent too far.
+    #[error("the layer is bent too far for a map, or there is none for such bodies")]
+    Bent,
+    /// The layer is not solved by finite elements.
+    #[error("no displacement of the layer is known")]
+    NoDisplacement,
+    /// A body is in the way of the map.
+    #[error(transparent)]
+    Scene(SceneError),
+    /// The map turns space inside out, or is torn.
+    #[error(transparent)]
+    Solve(SolveError),
+}
+
+/// Why no base serves for a step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoBase {
+    /// The base was solved for another scene.
+    #[error("what is there besides the indenter differs from the first step")]
+    OtherScene,
+    /// Nothing is measured without the indenter.
+    #[error("nothing is measured without the indenter")]
+    NotMeasured,
+    /// The base itself, or what is added to it, misses the tolerance.
+    #[error("that misses the tolerance")]
+    Tolerance,
+    /// The same, for a reason that is known.
+    #[error("that misses the tolerance: {0}")]
+    Shortfall(Shortfall),
+    /// One of the two could not be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+}
+
+/// Serialised as its text.
+impl Serialize for RouteChange {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

@@ -1,0 +1,104 @@
+//! Why a solve ended before its tolerance was reached.
+
+use elastocap_linalg::memory::bytes_in_words;
+
+use crate::SolveError;
+
+/// Why a [`Solution`](crate::Solution) did not reach its tolerance. The text is a sentence for the user.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Shortfall {
+    /// The caller has set the cancel flag, and bounds were known by then.
+    #[error("it was stopped on request")]
+    Stopped,
+    /// The caller has fixed the resolution.
+    #[error("the error is {error:.1e} at the fixed resolution")]
+    FixedResolution {
+        /// Relative error.
+        error: f64,
+    },
+    /// The linear solver does not reach its goal.
+    #[error("the iteration does not converge: sizes or permittivities are too unequal")]
+    NoConvergence,
+    /// The linear solver stopped before its goal, so that an estimate of the error means little.
+    #[error("the linear solver stopped before its goal: the elements of the grid differ too much in size")]
+    LinearSolver,
+    /// The number of grids is limited.
+    #[error("the error is still above the tolerance after {grids} grids")]
+    MaxGrids {
+        /// Grids that were solved on.
+        grids: usize,
+    },
+    /// Rounding alone exceeds the tolerance.
+    #[error(
+        "rounding alone leaves an error of {error:.1e}: permittivities or the couplings of conductors are too unequal for double precision"
+    )]
+    Rounding {
+        /// Relative error that rounding leaves.
+        error: f64,
+    },
+    /// What is missing of the tolerance is no error of the grid.
+    #[error("the error is {error:.1e}: double precision gives no more")]
+    DoublePrecision {
+        /// Relative error.
+        error: f64,
+    },
+    /// Finer grids do not reduce the error.
+    #[error("the error stays at {error:.1e}: double precision gives no more")]
+    Stagnation {
+        /// Relative error.
+        error: f64,
+    },
+    /// Finer meshes do not reduce the error, or there are none.
+    #[error("the error stays at {error:.1e} on the finest mesh that this solver makes")]
+    FinestMesh {
+        /// Relative error.
+        error: f64,
+    },
+    /// A finer grid exceeds the memory limit, or the largest number of unknowns.
+    #[error("a finer grid would take {unknowns} unknowns and {} MB", bytes >> 20)]
+    LargeGrid {
+        /// Its unknowns.
+        unknowns: usize,
+        /// Its memory, bytes.
+        bytes: u64,
+    },
+    /// A finer mesh of tetrahedra exceeds the memory limit, or the number of refinements is at its limit.
+    #[error(
+        "a finer mesh, of {tetrahedra} tetrahedra, would take about {}, more than the limit of {}",
+        bytes_in_words(*bytes),
+        bytes_in_words(*limit)
+    )]
+    LargeMesh {
+        /// Its tetrahedra.
+        tetrahedra: usize,
+        /// Its memory, bytes.
+        bytes: u64,
+        /// The memory allowed, bytes.
+        limit: u64,
+    },
+    /// The error lies where there is no mesh to refine.
+    #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
+    OpenSpace,
+    /// The field on a finer mesh cannot be solved.
+    #[error("a finer mesh cannot be solved: {0}")]
+    FinerMesh(Box<SolveError>),
+    /// The bounds of a capacitance include zero.
+    #[error(
+        "a capacitance may be zero: it is less than {share:e} of what it would be with all other conductors at zero potential, and no \
+         mesh gives zero a relative accuracy"
+    )]
+    MayBeZero {
+        /// The share that it is less than.
+        share: f64,
+    },
+    /// Boxes inside and around bent conductors stand in for them.
+    #[error(
+        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them{}",
+        if *flat_surfaces { ", under flat surfaces at the least and the greatest height of the layer's" } else { "" }
+    )]
+    EnclosingBoxes {
+        /// Whether flat surfaces of the layer stand in for its bent one as well.
+        flat_surfaces: bool,
+    },
+}
