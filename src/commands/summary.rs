@@ -185,7 +185,7 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     for step in &outcome.steps {
         let row = &step.row;
         let mut line = vec![row.compression.map_or_else(|| "-".to_owned(), |c| format!("{c:.4}"))];
-        line.extend(moves.iter().map(|(_, text)| text(&pose(outcome, step))));
+        line.extend(moves.iter().map(|column| (column.text)(&pose(outcome, step))));
         line.push(quantity(row.force_n, 4, "N"));
         if approaches {
             let distance = row.distance_m.filter(|_| row.is_before_contact());
