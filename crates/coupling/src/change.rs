@@ -16,10 +16,10 @@ use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
+use crate::reason::{Cause, Unsharpened, WideChange};
+use crate::route_change::{NoBase, RouteChange};
 use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
-use crate::route_change::{NoBase, RouteChange};
-use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::step::{Sharper, Solver};
 
 /// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
@@ -224,7 +224,9 @@ impl ChangeSearch<'_> {
                 Some(again)
             });
             for ((place, _), again) in wanted.iter().zip(again) {
-                let (Some(Some(step)), Some(Some(mut again))) = (found.get_mut(*place), again) else { continue };
+                let (Some(Some(step)), Some(Some(mut again))) = (found.get_mut(*place), again) else {
+                    continue;
+                };
                 if let Some(why) = exhausted.get_mut(*place) {
                     *why = without_tolerance(&again);
                 }

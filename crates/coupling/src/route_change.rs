@@ -16,7 +16,9 @@ pub enum RouteChange {
     #[error("the field is solved on tetrahedra in place of outlines pulled along an axis: {0}")]
     Tetrahedra(SolveError),
     /// There is no map that bends boxes to the electrodes.
-    #[error("the field is solved between boxes inside and around the electrodes in place of boxes under a map: {0}")]
+    #[error(
+        "the field is solved between boxes inside and around the electrodes in place of boxes under a map: {0}"
+    )]
     EnclosingBoxes(NoMap),
     /// The field could not be added to that of the scene without its indenter.
     #[error("the field is solved by itself, and not by what the indenter changes in that without it: {0}")]

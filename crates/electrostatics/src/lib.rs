@@ -80,11 +80,11 @@ pub use boxes::solve::{solve, solve_mapped, solve_superposed};
 pub use boxes::superposed::{Additions, Base, solve_base};
 pub use extruded::search::ExtrudedSolution;
 pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
+pub use shortfall::Shortfall;
 pub use solution::{
     Bounded, CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight,
     PhaseSeconds, ResolutionLevel, Settings, Solution,
 };
-pub use shortfall::Shortfall;
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
 pub use tets::flux::FluxError;

@@ -34,9 +34,11 @@ fn check_room(problem: &PlaneLayer, goals: &[Goal]) -> Result<(), LayerSetupErro
     let Err(_no_room) = problem.check_room(goals) else { return Ok(()) };
     let (half_length, thickness) = (problem.half_length, problem.thickness);
     Err(match problem.indenter.half_width() {
-        Some(half_width) if half_length > thickness => {
-            LayerSetupError::PunchNearEnd { reach: problem.position.abs() + half_width, half_length, thickness }
-        }
+        Some(half_width) if half_length > thickness => LayerSetupError::PunchNearEnd {
+            reach: problem.position.abs() + half_width,
+            half_length,
+            thickness,
+        },
         Some(_) | None => LayerSetupError::Short { half_length, thickness },
     })
 }

@@ -134,7 +134,11 @@ fn a_change_that_is_out_of_reach_is_marked_and_what_is_known_kept() {
     let [first, second] = outcome.steps.as_slice() else { panic!("{outcome:?}") };
     assert_eq!((&first.row.status, first.reason.as_ref()), (&Status::Ok, None));
     assert_eq!(second.row.status, Status::ToleranceNotReached(Missed::Change));
-    assert!(second.reason.as_ref().is_some_and(|reason| reason.to_string().contains("change")), "{:?}", second.reason);
+    assert!(
+        second.reason.as_ref().is_some_and(|reason| reason.to_string().contains("change")),
+        "{:?}",
+        second.reason
+    );
     let error = second.row.relative_error_estimate.unwrap();
     assert!(error <= 0.025, "the capacitance itself: {error:e}");
     assert!(!outcome.is_complete() && !outcome.stopped);

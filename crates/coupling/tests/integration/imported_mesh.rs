@@ -189,7 +189,11 @@ fn a_mesh_that_ends_too_near_says_so_instead_of_being_refined_without_end() {
     let outcome = solved(&accepted(&[("grounded", "open"), ("0.9", "2e-3")]));
     let step = &outcome.steps[0];
     assert_eq!(step.row.status, Status::ToleranceNotReached(Missed::Field));
-    assert!(step.reason.as_ref().unwrap().to_string().contains("ends too near the conductors"), "{:?}", step.reason);
+    assert!(
+        step.reason.as_ref().unwrap().to_string().contains("ends too near the conductors"),
+        "{:?}",
+        step.reason
+    );
     let found = matrix(&outcome)[0][0];
     assert_holds(&found, [1e-3 * CUBE; 2]);
     assert!(found.upper - found.lower < 2e-2 * found.value, "{found:?}");

@@ -103,8 +103,7 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
     if !is_usable(outcome.converged, if settings.bounds { error } else { f64::INFINITY }) {
         return Err(SolveError::NotConverged);
     }
-    let shortfall = (error.is_nan() || error > tolerance)
-        .then_some(Shortfall::FixedResolution { error });
+    let shortfall = (error.is_nan() || error > tolerance).then_some(Shortfall::FixedResolution { error });
     Ok(Found { outcome, grid, shortfall, grids, choosing, foresight: None })
 }
 

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use elastocap_electrostatics::{
-    MeshScene, MeshSolution, Settings, Shortfall, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, forecast_mesh,
-    solve, solve_mesh,
+    MeshScene, MeshSolution, Settings, Shortfall, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY,
+    forecast_mesh, solve, solve_mesh,
 };
 use elastocap_geometry::meshing::tets::{LayeredSizing, Sizing, TetMesh, layered, mesh};
 use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};

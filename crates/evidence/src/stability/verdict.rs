@@ -112,7 +112,9 @@ pub(super) fn judge(
         );
         return (Verdict::Wrong(reason), vec![wrong]);
     }
-    let reason = |step: &StepResult| step.reason.as_ref().map_or_else(|| "no reason was given".to_owned(), ToString::to_string);
+    let reason = |step: &StepResult| {
+        step.reason.as_ref().map_or_else(|| "no reason was given".to_owned(), ToString::to_string)
+    };
     let of = |wanted: fn(&Status) -> bool| steps().find(|step| wanted(&step.row.status));
     let not_reached = of(|status| matches!(status, Status::ToleranceNotReached(_)));
     let verdict = match (not_reached, of(|status| *status == Status::BeyondForceLimit)) {

@@ -229,10 +229,11 @@ impl LayerMesh {
     /// [`ModelError::NoRoom`].
     pub fn check(&self) -> Result<(), ModelError> {
         let ascends = |x: &[f64]| x.windows(2).all(|two| two[0] < two[1]);
-        let fan_fits = self.punch.as_ref().is_none_or(|PunchFan { along: [first, last], up, corner, .. }| {
-            let side = |k: &usize| self.along.get(*k).copied().unwrap_or(f64::NAN);
-            side(first) < *corner && *corner < side(last) && *up + 1 < self.up.len()
-        });
+        let fan_fits =
+            self.punch.as_ref().is_none_or(|PunchFan { along: [first, last], up, corner, .. }| {
+                let side = |k: &usize| self.along.get(*k).copied().unwrap_or(f64::NAN);
+                side(first) < *corner && *corner < side(last) && *up + 1 < self.up.len()
+            });
         let all = [&self.along, &self.up, &self.end_top];
         let fits = all.into_iter().all(|x| ascends(x)) && fan_fits;
         if fits { Ok(()) } else { Err(ModelError::NoRoom) }
