@@ -36,6 +36,26 @@ fn the_files_that_once_aborted_or_never_ended_are_refused_with_a_reason() {
 }
 
 #[test]
+fn punches_that_the_mesh_at_the_end_of_the_layer_leaves_no_room_for_are_refused_with_what_would_do() {
+    for (name, reason) in [
+        (
+            "panic-punch-check.toml",
+            "make `half_length` in [layer] 305.0 um or more, or let the punch reach to 75.00 um at most",
+        ),
+        ("panic-punch-run.toml", "there is no room for those around the corner of the punch"),
+        ("panic-punch-rounded.toml", "is not more than its thickness"),
+    ] {
+        let sandbox = Sandbox::new();
+        let path = acceptance("found3").join(name);
+        let path = path.to_str().expect("UTF-8");
+        let said = limited(&sandbox, 4_000_000, &["check", path]).exits_with(2);
+        assert!(said.stdout.contains(reason), "{name}: {}", said.stdout);
+        let said = limited(&sandbox, 4_000_000, &["run", path, "-o", "out"]).exits_with(3);
+        assert!(said.stderr.contains(reason), "{name}: {}", said.stderr);
+    }
+}
+
+#[test]
 fn planes_closer_together_than_rounding_are_planned_in_time() {
     let sandbox = Sandbox::new();
     let path = acceptance("found").join("planes-1e-21m-apart.toml");

@@ -20,9 +20,6 @@ pub enum Shortfall {
     /// The linear solver does not reach its goal.
     #[error("the iteration does not converge: sizes or permittivities are too unequal")]
     NoConvergence,
-    /// The linear solver stopped before its goal, so that an estimate of the error means little.
-    #[error("the linear solver stopped before its goal: the elements of the grid differ too much in size")]
-    LinearSolver,
     /// The number of grids is limited.
     #[error("the error is still above the tolerance after {grids} grids")]
     MaxGrids {

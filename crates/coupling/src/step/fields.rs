@@ -268,3 +268,64 @@ fn bent_between(state: Option<&Deformation<'_>>) -> Option<[f64; 2]> {
         Some(Deformation::ClosedForm(_)) | None => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::deform::Prepared;
+    use crate::plan::{Options, Plan};
+
+    const DISCS: &str = r#"
+        format = 1
+        [[conductor]]
+        name = "a"
+        cylinder = { axis = "x2", base = ["0 mm", "0 mm", "0 mm"], radius = "1 mm", height = "0.1 mm" }
+        [[conductor]]
+        name = "b"
+        cylinder = { axis = "x2", base = ["0 mm", "1 mm", "0 mm"], radius = "1 mm", height = "0.1 mm" }
+        [surroundings]
+        boundary = "open"
+    "#;
+
+    /// What becomes of an error of the solver for outlines: whether tetrahedra follow, with how many changes of the route, or the failure.
+    fn after(error: SolveError, text: &str) -> (Result<bool, StepFailure>, usize) {
+        let case = elastocap_case::parse(text, Path::new("discs.toml")).unwrap();
+        let options = Options::default();
+        let settings = Plan::new(&case, &options).solver_settings(&case, &options);
+        let layer = Prepared::StepByStep;
+        let solver = Solver {
+            case: &case,
+            settings,
+            prune: true,
+            force_limit: None,
+            layer: &layer,
+            coarser: 0,
+            base: None,
+        };
+        let mut changes = Vec::new();
+        let went = match solver.or_tetrahedra(Err(error), &mut changes) {
+            Ok(found) => Ok(found.is_none()),
+            Err(Stop::Failed(failure)) => Err(*failure),
+            Err(Stop::Cancelled) => unreachable!(),
+        };
+        (went, changes.len())
+    }
+
+    #[test]
+    fn tetrahedra_follow_what_outlines_cannot_take_and_no_error() {
+        assert_eq!(after(SolveError::NoPlan, DISCS), (Ok(true), 1));
+        assert_eq!(after(SolveError::TooLarge { bytes: 2, limit: 1 }, DISCS), (Ok(true), 1));
+        let touching = SolveError::Touching { first: "a".to_owned(), second: "b".to_owned() };
+        for error in [touching, SolveError::Contradiction("a diagonal is negative".to_owned())] {
+            let is_defect = error.is_contradiction();
+            let (went, changes) = after(error.clone(), DISCS);
+            let failure = went.unwrap_err();
+            assert_eq!((&failure, changes), (&StepFailure::Field(error), 0));
+            assert_eq!(failure.is_defect(), is_defect);
+        }
+        let asked = format!("{DISCS}[electrostatics]\nsolver = \"extruded\"");
+        assert_eq!(after(SolveError::NoPlan, &asked), (Err(StepFailure::Field(SolveError::NoPlan)), 0));
+    }
+}

@@ -1,12 +1,12 @@
 //! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
 
-use super::marks::marks;
+use super::marks::{dielectric_edges, marks};
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
 use elastocap_geometry::recognition::{Prism, boxes_of, prisms_of};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Cells that the grid of a surface's coordinates may have when it is tested for being made of boxes.
 const MOST_CELLS: usize = 12_000;
@@ -198,6 +198,18 @@ impl Layout {
         self.frame.map(|corner| corner.map(limit))
     }
 
+    /// The planes along the axis, with those among the edges where the dielectrics of a plan have edges.
+    pub(super) fn planes_at_dielectrics(&self, plan: &Plan) -> Vec<Plane> {
+        let shift = usize::from(self.axis_walls[0] == Wall::Open);
+        let mut planes = self.planes.clone();
+        for cut in plan.dielectric_edges() {
+            if let Some(plane) = cut.checked_sub(shift).and_then(|k| planes.get_mut(k)) {
+                plane.edge = true;
+            }
+        }
+        planes
+    }
+
     /// The number of the cut at a coordinate along the axis.
     fn cut(&self, at: f64) -> usize {
         let distance = |k: &usize| (self.planes[*k].at - at).abs();
@@ -291,11 +303,11 @@ impl Layout {
         Ok((chains, of_side))
     }
 
-    /// The coarsest mesh of the plan.
+    /// The coarsest mesh of the plan, graded toward the edges of conductors and, where asked for, of dielectrics.
     ///
     /// # Errors
     /// [`PlanError`].
-    pub(super) fn plan(&self, radius: f64) -> Result<Plan, PlanError> {
+    pub(super) fn plan(&self, radius: f64, at_dielectrics: bool) -> Result<Plan, PlanError> {
         let frame = self.frame(radius);
         let solids = self.conductors.iter().map(|(_, s)| s).chain(self.dielectrics.iter().map(|(_, s)| s));
         let outlines: Vec<Outline> = solids.flat_map(|s| s.outlines.iter().cloned()).collect();
@@ -322,7 +334,7 @@ impl Layout {
         if let Some(c) = self.on_a_grounded_wall(&mesh.points, &held, frame) {
             return Err(PlanError::OnGround(c));
         }
-        let marks = marks(&coarse, &of_triangle, &columns, frame, (&chains, of_side));
+        let marks = marks(&coarse, &of_triangle, &columns, frame, (&chains, of_side), at_dielectrics);
         Ok(Plan { coarse, columns, of_triangle, chains, marks, frame })
     }
 }
@@ -406,6 +418,24 @@ pub(super) struct Plan {
     pub chains: Vec<Chain>,
     pub marks: Marks,
     pub frame: [[f64; 2]; 2],
+}
+
+impl Plan {
+    /// The cuts at which dielectrics have edges across the axis, in no order and some of them more than once.
+    pub(super) fn dielectric_edges(&self) -> impl Iterator<Item = usize> + '_ {
+        let mut beside: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut pairs: HashSet<[u32; 2]> = HashSet::new();
+        for ([a, b, c], column) in self.coarse.mesh.triangles.iter().zip(&self.of_triangle) {
+            for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
+                let other = *beside.entry([p.min(q), p.max(q)]).or_insert(*column);
+                if other != *column {
+                    pairs.insert([other.min(*column), other.max(*column)]);
+                }
+            }
+        }
+        let columns = |pair: [u32; 2]| pair.map(|column| &self.columns[column as usize]);
+        pairs.into_iter().map(columns).flat_map(|[one, other]| dielectric_edges(one, other))
+    }
 }
 
 /// The outlines along an axis that a shape consists of, in m; `None` if it does not.

@@ -18,6 +18,7 @@ pub(super) fn marks(
     columns: &[Column],
     frame: [[f64; 2]; 2],
     (chains, of_side): (&[Chain], ChainOfSide),
+    at_dielectrics: bool,
 ) -> Marks {
     let mesh = &coarse.mesh;
     let mut beside: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
@@ -51,7 +52,10 @@ pub(super) fn marks(
         at_point[side[0] as usize].push((begins, boundary));
         at_point[side[1] as usize].push((ends, boundary));
         let is_rim = chain.is_some_and(|chain| chains[chain as usize].ends_between());
-        if is_rim || ends_between(&columns[one as usize], &columns[other as usize]) {
+        let [one, other] = [one, other].map(|column| &columns[column as usize]);
+        let has_edge =
+            ends_between(one, other) || at_dielectrics && dielectric_edges(one, other).next().is_some();
+        if is_rim || has_edge {
             edges.insert(*side);
         }
     }
@@ -77,6 +81,16 @@ pub(super) fn marks(
     let bands =
         bands(coarse, &edges, &of_side, &corners, |one, other| of_triangle[one] == of_triangle[other]);
     Marks { corners, edges, chains: of_side, bands }
+}
+
+/// The cuts at which three or four dielectrics meet between two columns, along an edge across the axis. Where only two do, there is a plane
+/// between them, and a plane that ends at a conductor does so at a right angle.
+pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl Iterator<Item = usize> + 'a {
+    (1..one.held.len() - 1).filter(move |&m| {
+        let [below, above] = [m - 1, m].map(|k| [one.permittivity[k], other.permittivity[k]]);
+        let is_metal = [one, other].iter().any(|c| c.held[m].is_some());
+        !is_metal && below != above && (below[0] != below[1] || above[0] != above[1])
+    })
 }
 
 /// What a side of triangles separates: two columns, or two sides of a chain.

@@ -23,7 +23,7 @@ use crate::shortfall::Shortfall;
 use crate::solution::{Discretisation, PhaseSeconds, ResolutionLevel, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use crate::{SolveError, VACUUM_PERMITTIVITY};
-use elastocap_geometry::meshing::grid::{End, Resolution, graded_axis};
+use elastocap_geometry::meshing::grid::{End, Plane, Resolution, graded_axis};
 use elastocap_geometry::meshing::plane::graded::Layers;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_geometry::mirror;
@@ -101,6 +101,9 @@ pub(super) struct Search<'a> {
     /// Of the part of the scene that is solved.
     layout: Layout,
     plan: Plan,
+    /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to matter.
+    axis_planes: Vec<Plane>,
+    at_dielectrics: bool,
     /// Where open sides end.
     radius: Option<f64>,
     /// Whether the scene is confined and nothing but its conductors can hold charge.
@@ -150,7 +153,7 @@ impl<'a> Search<'a> {
         });
         let name =
             |c: u32| scene.conductors().nth(c as usize).map_or_else(String::new, |c| c.body.name.clone());
-        let plan = layout.plan(radius.unwrap_or(f64::INFINITY)).map_err(|error| match error {
+        let plan = layout.plan(radius.unwrap_or(f64::INFINITY), false).map_err(|error| match error {
             PlanError::NoMesh => SolveError::NoPlan,
             PlanError::OnGround(c) => SolveError::OnGround { conductor: name(c) },
             PlanError::Touching([a, b]) => SolveError::Touching { first: name(a), second: name(b) },
@@ -167,6 +170,8 @@ impl<'a> Search<'a> {
         Ok(Self {
             settings,
             neutral: enclosed && layout.is_confined() && !floating.any_grounded(),
+            axis_planes: layout.planes.clone(),
+            at_dielectrics: false,
             layout,
             plan,
             radius,
@@ -192,8 +197,23 @@ impl<'a> Search<'a> {
     /// Lets open sides end farther out. Returns whether there are any.
     fn widen(&mut self) -> bool {
         let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
-        let Ok(plan) = self.layout.plan(radius) else { return false };
+        let Ok(plan) = self.layout.plan(radius, self.at_dielectrics) else { return false };
         (self.plan, self.radius) = (plan, Some(radius));
+        true
+    }
+
+    /// Grades plan and axis toward the edges of dielectrics too. Returns whether there are any that were not graded toward.
+    fn grade_at_dielectrics(&mut self) -> bool {
+        if self.at_dielectrics {
+            return false;
+        }
+        self.at_dielectrics = true;
+        if self.plan.dielectric_edges().next().is_none() {
+            return false;
+        }
+        let Ok(plan) = self.layout.plan(self.radius.unwrap_or(f64::INFINITY), true) else { return false };
+        self.axis_planes = self.layout.planes_at_dielectrics(&plan);
+        self.plan = plan;
         true
     }
 
@@ -243,7 +263,7 @@ impl<'a> Search<'a> {
         });
         let (order, levels) = (level.axis_degree, level.axis_layers);
         let resolution = Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) };
-        let graded = graded_axis(&self.layout.planes, ends, &resolution).finite();
+        let graded = graded_axis(&self.axis_planes, ends, &resolution).finite();
         Axis {
             line: graded.line,
             cuts: graded.cuts,
@@ -504,9 +524,14 @@ impl<'a> Search<'a> {
                 (widened, just_widened) = (widened + 1, true);
                 continue;
             }
+            // Grading costs unknowns, and edges of dielectrics seldom matter: they do where the error is far from what was expected.
             let next = self.finer(&mut expected, level, spread, most);
             match next.filter(|(next, _)| *next != level && (better || just_widened)) {
                 Some(next) => ((level, unknowns), just_widened) = (next, false),
+                None if self.grade_at_dielectrics() => {
+                    (expected, just_widened, most) = (self.explore()?, true, f64::INFINITY);
+                    (level, unknowns) = self.first(&expected);
+                }
                 None => {
                     let least = best.as_ref().map_or(f64::NAN, |(spread, ..)| *spread);
                     return self.finish(best, Some(Shortfall::FinestMesh { error: least }));

@@ -54,7 +54,7 @@ pub fn has_few_edges(scene: &Scene) -> bool {
     let (_, scene) = turned(scene, axis, true);
     let part = mirror::part(&scene, &mirror::planes(&scene));
     let Some(layout) = Layout::new(&part, axis) else { return false };
-    layout.plan(2.0 * layout.reach).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
+    layout.plan(2.0 * layout.reach, false).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
 }
 
 /// Corners of the outlines of all conductors.

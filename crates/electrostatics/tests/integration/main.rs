@@ -5,6 +5,7 @@
 mod crossing;
 mod extruded;
 mod extruded_confined;
+mod extruded_dielectrics;
 mod extruded_upright;
 mod far_faces;
 mod field;

@@ -423,6 +423,35 @@ mod tests {
     }
 
     #[test]
+    fn a_punch_anywhere_near_the_end_has_a_sound_mesh_or_none() {
+        for half_length in [0.5, 1.0, 1.2, 2.0, 6.0] {
+            for reach in (1..20).map(|k| 0.05 * f64::from(k) * half_length).chain([half_length - 1.0]) {
+                let half_width = reach.max(1e-3);
+                let profile = IndenterProfile::Punch { half_width: 0.5 * half_width, corner_radius: 0.02 };
+                for (indenter, position) in [
+                    (Indenter::Sharp { half_width }, 0.0),
+                    (Indenter::Held { half_width }, 0.0),
+                    (Indenter::Bonded { half_width }, 0.0),
+                    (Indenter::Smooth(profile), 0.0),
+                    (Indenter::Smooth(profile), 0.5 * half_width),
+                    (Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }), -half_width),
+                ] {
+                    let layer =
+                        PlaneLayer { half_length, position, ..problem(indenter, End::FreeOnSubstrate) };
+                    for compression in [0.01, 0.3] {
+                        let room = layer.check_room(&[Goal::Compression(compression)]);
+                        let mesh = layer.mesh_within_limit(0, compression);
+                        assert!(mesh.is_ok() || room.is_err(), "{indenter:?} on {half_length}");
+                        if let Ok(mesh) = mesh {
+                            assert_eq!(mesh.check(), Ok(()), "{indenter:?} on {half_length}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn every_mesh_is_finer_than_the_one_before() {
         let half_width = 500.0 / 450.0;
         for indenter in [
