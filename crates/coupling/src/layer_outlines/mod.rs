@@ -17,7 +17,7 @@ use crate::failure::SurfaceCrossesItself;
 use crate::outline_curves::{self, Curved, Piece, both_halves as both_curved_halves, closed, followed};
 use crate::scene::{DeformedScene, ElectrodePlace};
 use surface::{below_surface, cut, fill};
-pub(crate) use surface::{under_wall, with_surface_at};
+pub(crate) use surface::{far_off, under_wall, with_surface_at};
 
 /// Share of the tolerance that polygons may use up.
 const SHARE: f64 = 0.2;
@@ -374,8 +374,8 @@ mod tests {
         for sides in [Sides::Curves, Sides::Polygons] {
             let LayerScene { scene, ends, .. } = outlined(&open, &curves, 2.0, 1e-3, sides).unwrap();
             assert_eq!(dielectrics(&scene), ["cover", "substrate", "layer"]);
-            // The surface ends 0.1 above where it was, 10 from the electrode.
-            assert!((ends - 0.01).abs() < 1e-12, "{ends}");
+            // The surface ends 0.1 above where it was, 10 from electrodes of half a width of 3.
+            assert!((ends - 0.1 / 10.0 * 3.0 / 13.0).abs() < 1e-12, "{ends}");
             let layer = scene.bodies.iter().find(|body| body.name == "layer").unwrap();
             let [middle, left, right] = &layer.parts[..] else { panic!("{layer:?}") };
             let [Some(middle), Some(left), Some(right)] = [middle, left, right].map(Shape::bounds) else {

@@ -191,8 +191,7 @@ fn back_to_level(curve: &mut Curve, within: f64) -> f64 {
 }
 
 /// The relative error of a capacitance for a surface that goes on beyond its end at the height `off` from where it should come back to, m,
-/// as far as there is no wall before it: that height over the distance of the end from the nearest conductor. A layer of air or rubber
-/// that thin takes no larger share of the flux at that distance, and most of it stays nearer.
+/// as far as there is no wall before it: see [`far_off`].
 fn left_at_end(scene: &Scene, side: usize, end: f64, off: f64) -> f64 {
     let outward = if side == 0 { -1.0 } else { 1.0 };
     let wall = if side == 0 { scene.domain.min[0] } else { scene.domain.max[0] };
@@ -200,11 +199,18 @@ fn left_at_end(scene: &Scene, side: usize, end: f64, off: f64) -> f64 {
         return 0.0;
     }
     let bounds = scene.conductors().filter_map(|own| own.body.bounds());
-    let nearest = bounds
-        .map(|own| outward * if side == 0 { own.min[0] } else { own.max[0] })
-        .fold(f64::NEG_INFINITY, f64::max);
-    let room = outward * end - nearest;
-    if room > off.abs() { off.abs() / room } else { 1.0 }
+    bounds.reduce(|a, b| a.union(&b)).map_or(0.0, |hull| {
+        let room = if side == 0 { hull.min[0] - end } else { end - hull.max[0] };
+        far_off(off, room, &hull)
+    })
+}
+
+/// The relative error of a capacitance for a surface that is off by some height at this distance from the conductors, whose `hull` is given,
+/// m: an estimate. Of the energy of a charge, the size of what holds it over the distance is farther away, and of that the height over the
+/// distance is where the surface is off. Charges that are opposite have less there.
+pub(crate) fn far_off(off: f64, distance: f64, hull: &Box3) -> f64 {
+    let size = 0.5 * (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max);
+    if distance > off.abs() { off.abs() / distance * (size / (size + distance)) } else { 1.0 }
 }
 
 /// The curve without the loops that it makes where finite elements press the surface into itself, which nothing hinders: as the

@@ -3,13 +3,14 @@
 use elastocap_geometry::scene::{Purpose, Scene, Wall};
 
 use crate::deform::Material;
+use crate::layer_outlines::far_off;
 
 /// Places on each side at which the surface is looked at.
 const PLACES: usize = 40;
 
 /// The relative error of a capacitance for a surface that is level where the map ends and in truth comes back to its height, `flat`, later:
-/// the largest of its distances from the true one over those from the nearest conductor, or over the thickness where that is less. An
-/// estimate. `image` takes points of the boxes' surface, at this height, to where the map has them. All lengths in m.
+/// the largest of [`far_off`] for its distances from the true one, at those from the conductors, but at a thickness at least. An estimate.
+/// `image` takes points of the boxes' surface, at this height, to where the map has them. All lengths in m.
 pub(super) fn level_beyond(
     scene: &Scene,
     image: &dyn Fn([f64; 3]) -> [f64; 3],
@@ -19,18 +20,17 @@ pub(super) fn level_beyond(
     is_plane: bool,
 ) -> f64 {
     let thickness = material.pad[1];
+    let conductors = scene.conductors().filter(|own| own.body.purpose != Purpose::Indenter);
+    let bounds = conductors.filter_map(|own| own.body.bounds());
+    let Some(hull) = bounds.reduce(|a, b| a.union(&b)) else { return 0.0 };
     let mut largest: f64 = 0.0;
     // In plane strain the surface is the same all along x3.
     for axis in if is_plane { &[0][..] } else { &[0, 2][..] } {
         for side in (0..2).filter(|side| scene.walls[*axis][*side] == Wall::Open) {
             let outward = if side == 0 { -1.0 } else { 1.0 };
-            let conductors = scene.conductors().filter(|own| own.body.purpose != Purpose::Indenter);
-            let bounds = conductors.filter_map(|own| own.body.bounds());
-            let edge = bounds
-                .map(|own| if side == 0 { -own.min[*axis] } else { own.max[*axis] })
-                .fold(0.0, f64::max);
+            let edge = (if side == 0 { -hull.min[*axis] } else { hull.max[*axis] }).max(0.0);
             let end = material.pad[*axis];
-            let error = |at: f64, off: f64| off.abs() / (at - edge).max(thickness);
+            let error = |at: f64, off: f64| far_off(off, (at - edge).max(thickness), &hull);
             for k in 1..PLACES {
                 let at = edge + (end - edge).max(0.0) * k as f64 / PLACES as f64;
                 let mut point = [0.0, surface, 0.0];

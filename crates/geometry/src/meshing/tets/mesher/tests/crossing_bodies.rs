@@ -196,25 +196,3 @@ fn conductors_may_neither_cross_nor_touch() {
         assert_eq!([&first[..], &second[..]], ["c0", "c1"]);
     }
 }
-
-#[test]
-fn a_rod_on_a_wall_whose_axis_lies_in_a_face_of_a_block_that_it_crosses_is_meshed() {
-    let block = Shape::Box(Box3 { min: [-900.0, 900.0, -450.0], max: [900.0, 2700.0, 450.0] });
-    let slab = |low: f64, high: f64| {
-        let (mut b, inf) = (Box3::SPACE, f64::INFINITY);
-        (b.min[1], b.max[1]) = (low, if high > 4000.0 { inf } else { high });
-        Shape::Box(b)
-    };
-    let mut scene = between(
-        1.0,
-        vec![block],
-        vec![slab(0.0, 450.0), slab(450.0, 4950.0), rod(1, [900.0, 585.0, 0.0], 225.0, 450.0)],
-    );
-    for margin in [225.0, 224.9, 225.5] {
-        let x = 900.0 + margin;
-        for z in [0.0, -675.0] {
-            scene.domain = Box3 { min: [-x, 0.0, z], max: [x, 4950.0, 675.0] };
-            volumes(&scene, 0.3);
-        }
-    }
-}
