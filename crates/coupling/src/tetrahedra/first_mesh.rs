@@ -34,8 +34,8 @@ const MAX_EDGE_POINTS: f64 = 8_000.0;
 /// The same for a mesh that is to say no more than what the solve will take.
 pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 
-/// How often the mesher may try a point for such a mesh: about a second's work.
-const FORECAST_INSERTIONS: usize = 60_000;
+/// How often the mesher may try a point for such a mesh: a second or two for each size that is tried.
+const FORECAST_INSERTIONS: usize = 20_000;
 
 /// The most corners of outlines in such a mesh.
 const FORECAST_CORNERS: usize = 5_000;
