@@ -108,10 +108,6 @@ fn terminal<'a>(
     let mut listed: HashSet<&str> = HashSet::new();
     let mut all_usable = true;
     for entry in entries {
-        // A list of any length is looked at in no time: one that is longer than there are conductors has mistakes enough.
-        if !all_usable && log.is_full() {
-            return None;
-        }
         let member = &entry.get()?.0;
         if let Some(role) = raw.indenter.as_ref().filter(|_| member == FieldIndenter::NAME) {
             let is_ground = given(&raw.indenter)
