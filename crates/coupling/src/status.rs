@@ -100,7 +100,7 @@ pub enum EntryStatus {
     Ok,
     /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
     // The second name is that in results of earlier versions.
-    #[serde(rename = "ok: small, known less closely", alias = "ok: to a tenth of the diagonal")]
+    #[serde(rename = "ok: small and less closely known", alias = "ok: to a tenth of the diagonal")]
     ToDiagonal,
     /// It is more than that.
     #[serde(rename = "tolerance not reached")]

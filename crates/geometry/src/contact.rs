@@ -8,10 +8,16 @@ use crate::winding;
 /// Halvings of a segment that look for its point nearest to a box.
 const HALVINGS: usize = 60;
 
+/// Shapes as far apart as this share of the largest coordinate of the box touch it: rounding parts them.
+const ROUNDING: f64 = 1e-12;
+
 impl Shape {
     /// Whether the closed shape and the closed box share a point. Never for a group of a mesh, whose cells only the mesh knows; arcs of an
     /// outline are the sides that stand for them.
     pub fn touches_box(&self, region: &Box3) -> bool {
+        // Sums of coordinates are rounded: what touches in the file must not come apart by that.
+        let slack = ROUNDING * region.min.iter().chain(&region.max).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let region = &Box3 { min: region.min.map(|x| x - slack), max: region.max.map(|x| x + slack) };
         match self {
             Self::Box(own) => own.touches(region),
             Self::Sphere { center, radius } => nearest(region, *center) <= *radius,

@@ -242,7 +242,7 @@ mod tests {
             step.row.status = status;
             lines(&["a", "b"], &step).into_iter().map(|line| line[9].clone()).collect::<Vec<_>>()
         };
-        let [ok, small, missed] = ["ok", "ok: small, known less closely", "tolerance not reached"];
+        let [ok, small, missed] = ["ok", "ok: small and less closely known", "tolerance not reached"];
         assert_eq!(statuses(Status::OkToDiagonal), [ok, small, small, missed, small, ok]);
         let field = Status::ToleranceNotReached(Missed::Field);
         assert_eq!(statuses(field), [ok, small, small, missed, small, missed]);
