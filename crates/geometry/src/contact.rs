@@ -16,7 +16,8 @@ impl Shape {
     /// outline are the sides that stand for them.
     pub fn touches_box(&self, region: &Box3) -> bool {
         // Sums of coordinates are rounded: what touches in the file must not come apart by that.
-        let slack = ROUNDING * region.min.iter().chain(&region.max).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let slack =
+            ROUNDING * region.min.iter().chain(&region.max).fold(0.0, |most: f64, x| most.max(x.abs()));
         let region = &Box3 { min: region.min.map(|x| x - slack), max: region.max.map(|x| x + slack) };
         match self {
             Self::Box(own) => own.touches(region),

@@ -283,7 +283,11 @@ fn a_file_that_is_no_mesh_is_refused_with_its_path_and_the_cause() {
         "\"none.msh\"",
         &["cannot be read", "tests/data/none.msh", "relative to"],
     );
-    refused(&[("boxes-41-ascii.msh", "cube.obj")], "\"cube.obj\"", &["OBJ", "name it as the `surface` of a body"]);
+    refused(
+        &[("boxes-41-ascii.msh", "cube.obj")],
+        "\"cube.obj\"",
+        &["OBJ", "name it as the `surface` of a body"],
+    );
     refused(
         &[("boxes-41-ascii.msh", "second-order-41-ascii.msh")],
         "\"second-order",
