@@ -74,6 +74,9 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
 /// An error that is this many times the one expected says that the expectation is wrong.
 const SURPRISE: f64 = 2.0;
 
+/// An error that is so far from the tolerance, and not expected, may come from edges of dielectrics.
+const FAR: f64 = 3.0;
+
 /// Unknowns of the next mesh at most over those of one that cannot be solved.
 const SMALLER: f64 = 0.7;
 
@@ -524,7 +527,14 @@ impl<'a> Search<'a> {
                 (widened, just_widened) = (widened + 1, true);
                 continue;
             }
-            // Grading costs unknowns, and edges of dielectrics seldom matter: they do where the error is far from what was expected.
+            // Grading costs unknowns, and edges of dielectrics seldom matter: they do where the error is far from what was expected, and
+            // where no finer mesh helps.
+            let is_far = spread > FAR * tolerance && spread > SURPRISE * expected.error(level);
+            if is_far && self.grade_at_dielectrics() {
+                (expected, just_widened, most) = (self.explore()?, true, f64::INFINITY);
+                (level, unknowns) = self.first(&expected);
+                continue;
+            }
             let next = self.finer(&mut expected, level, spread, most);
             match next.filter(|(next, _)| *next != level && (better || just_widened)) {
                 Some(next) => ((level, unknowns), just_widened) = (next, false),
