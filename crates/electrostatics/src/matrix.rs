@@ -27,6 +27,10 @@ pub(crate) fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
 /// Bounds that cross by less than this share of the value, beyond the rounding that is counted, are taken to have crossed by rounding.
 const CROSSING: f64 = 1e-9;
 
+/// Bounds that cross by less than this, F, have crossed by rounding whatever their size: it is a billionth of the capacitance of a body of a
+/// nanometre. Where no flux can leave a conductor its upper bound is zero exactly, and no share of it allows for rounding of the lower one.
+const NEGLIGIBLE: f64 = 1e-29;
+
 /// What rounding may change of an energy, as a share of it and for each conductor, where the permittivity is uniform.
 ///
 /// Energies are sums of squares of differences of potentials, in which little cancels; what is counted here is the length
@@ -100,8 +104,7 @@ impl MatrixBounds {
     /// How the bounds contradict each other once rounding has been counted, as the end of a sentence, if they do.
     pub(crate) fn crossing(&self) -> Option<String> {
         let of = |i: usize| [self.lower[(i, i)], self.upper[(i, i)]];
-        // Where no flux can leave a conductor its energy is zero exactly, and the lower bound is not needed.
-        let crossed = |i: &usize| of(*i)[1] > 0.0 && of(*i)[0] > of(*i)[1] * (1.0 + CROSSING);
+        let crossed = |i: &usize| of(*i)[0] > of(*i)[1] * (1.0 + CROSSING) + NEGLIGIBLE;
         let [lower, upper] = of((0..self.upper.nrows()).find(crossed)?);
         Some(format!("a capacitance is proved to be at least {lower:e} F and at most {upper:e} F"))
     }
@@ -113,11 +116,14 @@ impl MatrixBounds {
         exact
     }
 
-    /// Separates bounds on energies that have crossed by rounding: each is moved by twice the distance by which they crossed.
+    /// Separates bounds on energies that have crossed by rounding: each is moved by twice the distance by which they crossed. An energy that is
+    /// at most zero is zero.
     pub(crate) fn uncross(&mut self) {
         for i in 0..self.upper.nrows() {
             let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);
-            if upper < lower && lower - upper <= CROSSING * upper {
+            if upper == 0.0 && (0.0..=NEGLIGIBLE).contains(&lower) {
+                self.lower[(i, i)] = 0.0;
+            } else if upper < lower && lower - upper <= CROSSING * upper {
                 self.upper[(i, i)] += 2.0 * (lower - upper);
                 self.lower[(i, i)] -= 2.0 * (lower - upper);
             }

@@ -382,7 +382,8 @@ impl<'a> Search<'a> {
             rounding = changed(&rounding, &change);
         }
         found.all.count_rounding(&rounding, of_products(self.contrast));
-        if let Some(what) = found.all.crossing() {
+        // Where the upper bound was solved for alone, what stands for the lower one proves nothing.
+        if let Some(what) = found.all.crossing().filter(|_| lower_too) {
             return Err(SolveError::Contradiction(what));
         }
         found.all.widen(&rounding, self.left_out);
