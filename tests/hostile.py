@@ -51,6 +51,7 @@ def main():
     parser.add_argument("--run-share", type=float, default=0.05, help="share of the files that are run too")
     parser.add_argument("--run-seconds", type=float, default=3.0, help="--max-time of a run")
     parser.add_argument("--memory", type=int, default=4_000_000_000, help="address space of a process, bytes")
+    parser.add_argument("--seconds", type=float, help="begin no further file after so long")
     parser.add_argument("--keep", help="folder for the files with faults")
     parser.add_argument("--write", help="only write the drawn cases to this folder")
     parser.add_argument("--coverage", action="store_true", help="print the keys that no accepted case had")
@@ -63,7 +64,7 @@ def try_all(arguments):
     work = [(arguments, k, kind) for kind, count in (("drawn", arguments.drawn), ("case", arguments.cases), ("mesh", arguments.meshes))
             for k in range(arguments.first, arguments.first + count)]
     statuses, kinds = collections.Counter(), collections.Counter()
-    slowest, faulty, began, exercised = 0.0, 0, time.monotonic(), collections.Counter()
+    slowest, tried, faulty, began, exercised = 0.0, 0, 0, time.monotonic(), collections.Counter()
     with concurrent.futures.ProcessPoolExecutor(arguments.jobs, initializer=jobs.prepare, initargs=(arguments.binary,)) as pool:
         for number, kind, report in pool.map(jobs.one, work, chunksize=4):
             for command, status in report.statuses:
@@ -73,7 +74,11 @@ def try_all(arguments):
                 kinds[re.split(r": ", fault)[1]] += 1
             slowest = max(slowest, report.slowest_check)
             exercised.update(report.keys)
+            tried += 1
             faulty += bool(report.faults)
+            if arguments.seconds and time.monotonic() - began > arguments.seconds:
+                pool.shutdown(wait=True, cancel_futures=True)
+                break
     for kind, command in sorted({(kind, command) for kind, command, _ in statuses}):
         counts = [f"{'ended' if status is None else f'exit status {status}'}: {n}"
                   for (k, c, status), n in sorted(statuses.items(), key=str) if (k, c) == (kind, command)]
@@ -85,7 +90,7 @@ def try_all(arguments):
             print("never:", *sorted(known - set(exercised)), sep="\n    ")
     print("faults:", ", ".join(f"{kind}: {n}" for kind, n in sorted(kinds.items())) or "none")
     print(f"slowest check {slowest:.1f} s of processor time; {time.monotonic() - began:.0f} s in all")
-    print(f"{len(work) - faulty} passed, {faulty} failed")
+    print(f"{tried} of {len(work)} tried: {tried - faulty} passed, {faulty} failed")
     return 1 if faulty else 0
 
 

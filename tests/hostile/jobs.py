@@ -11,7 +11,7 @@ import tempfile
 
 from . import commands, damage, drawn, faults, oracles, process, schema, spoil, toml
 
-SECONDS_OF_WALL = 120.0
+SECONDS_OF_WALL = 600.0
 
 
 @dataclasses.dataclass
