@@ -63,19 +63,50 @@ pub enum Measurement {
 }
 
 impl Case {
-    /// The terminal that a conductor belongs to: one that the file names, or itself.
+    /// The terminal that a conductor belongs to, one that the file names or itself, and whether it is at potential zero: as the file
+    /// says, or because something else is measured.
     fn terminal_of<'a>(&'a self, conductor: &'a str) -> (&'a str, bool) {
         let own = self.terminals.iter().find(|terminal| terminal.holds(conductor));
-        own.map_or((conductor, false), |terminal| (terminal.name.as_str(), terminal.is_grounded))
+        let (name, is_grounded) =
+            own.map_or((conductor, false), |terminal| (terminal.name.as_str(), terminal.is_grounded));
+        (name, is_grounded || !self.is_measured(name))
+    }
+
+    /// Whether the capacitance of this terminal is asked for: without [measure], that of each one that is not grounded.
+    fn is_measured(&self, terminal: &str) -> bool {
+        self.measured.as_ref().is_none_or(|names| names.iter().any(|name| name == terminal))
+    }
+
+    /// The bodies with the conductors of each terminal as one, like [`Terminal::join`], and those at potential zero whose capacitance is
+    /// not asked for: nothing has to be solved for them.
+    pub fn joined(&self, bodies: Vec<Body>) -> Vec<Body> {
+        let mut bodies = Terminal::join(&self.terminals, bodies);
+        for body in &mut bodies {
+            if body.is_driven() && !self.is_measured(&body.name) {
+                body.role = Role::Conductor { potential: Potential::Grounded };
+            }
+        }
+        bodies
+    }
+
+    /// The terminals that are no floating conductors, with whether they are at potential zero; electrodes before fixed ones, those of
+    /// several conductors more than once.
+    fn wired(&self) -> impl Iterator<Item = (&str, bool)> {
+        let electrodes = self.electrodes.iter().flat_map(|own| own.names().map(|name| -> &str { name }));
+        let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str());
+        electrodes.chain(fixed).map(|conductor| self.terminal_of(conductor))
+    }
+
+    /// Whether some conductor is at potential zero, as the file says or because something else is measured.
+    pub fn has_grounded_terminals(&self) -> bool {
+        self.wired().any(|(_, is_grounded)| is_grounded)
     }
 
     /// Names of the driven terminals, in the order of the capacitance matrix: that of their first conductors, of which electrodes come
-    /// before the fixed ones.
+    /// before the fixed ones. With [measure] they are those that it names.
     pub fn driven_terminals(&self) -> Vec<String> {
-        let electrodes = self.electrodes.iter().flat_map(|own| own.names().map(|name| -> &str { name }));
-        let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str());
         let mut names: Vec<String> = Vec::new();
-        for (name, is_grounded) in electrodes.chain(fixed).map(|conductor| self.terminal_of(conductor)) {
+        for (name, is_grounded) in self.wired() {
             if !is_grounded && !names.iter().any(|known| known == name) {
                 names.push(name.to_owned());
             }

@@ -154,6 +154,8 @@ pub enum Bending {
     UnderIndenter,
     /// Not by the load, but bodies that are attached to layer or indenter are tilted.
     Tilted,
+    /// By the load, while bodies that are attached are tilted.
+    TiltedAndBent,
 }
 
 /// How electrodes are bent in the plane, as far as it matters to the solvers.
@@ -169,9 +171,20 @@ impl Bending {
     /// What `load` is expected to do to the electrodes of a case, known before the layer is deformed: plane strain and finite
     /// elements in space bend them at any load, the closed form never does. `pose` is that of what is attached.
     pub fn expected(case: &Case, load: StepLoad, pose: &Pose) -> Self {
-        if pose.tilt != [0.0; 2] {
-            return Self::Tilted;
+        Self::level(case, load, pose).tilted(pose.tilt != [0.0; 2])
+    }
+
+    /// The bending under `load` with bodies tilted as well, if they are.
+    fn tilted(self, is_tilted: bool) -> Self {
+        match self {
+            untilted if !is_tilted => untilted,
+            Self::Straight => Self::Tilted,
+            _ => Self::TiltedAndBent,
         }
+    }
+
+    /// What `load` is expected to do, without the tilt of `pose`.
+    fn level(case: &Case, load: StepLoad, pose: &Pose) -> Self {
         if bends_the_field(case, load.is_zero(), pose.distance > 0.0) {
             return Self::UnderIndenter;
         }
@@ -195,9 +208,16 @@ impl Bending {
         state: Option<&Deformation<'_>>,
         distance: f64,
     ) -> Self {
-        if deformed.tilt.is_some() {
-            return Self::Tilted;
-        }
+        Self::found_level(case, deformed, state, distance).tilted(deformed.tilt.is_some())
+    }
+
+    /// What the load did to the electrodes, without the tilt of other bodies.
+    fn found_level(
+        case: &Case,
+        deformed: &DeformedScene,
+        state: Option<&Deformation<'_>>,
+        distance: f64,
+    ) -> Self {
         let is_at_rest = state.is_none_or(|state| state.top_displacement() == 0.0);
         if bends_the_field(case, is_at_rest, distance > 0.0) {
             return Self::UnderIndenter;
@@ -252,6 +272,12 @@ pub enum RouteError {
          left out or \"boxes\""
     )]
     TiltedShapes,
+    /// Bodies are tilted while the finite elements of the layer bend what the field sees.
+    #[error(
+        "`tilt` turns bodies about a layer that stays flat, and here the load bends its surface or the electrodes in it: leave out `tilt` \
+         in this step, or use [mechanics.closed_form]"
+    )]
+    TiltedAndBent,
     /// The box solver is asked for, and a body is no box.
     #[error(
         "the box solver cannot take bodies of other shapes: leave out `solver` in [electrostatics], or say \
@@ -290,6 +316,7 @@ pub enum RouteError {
 pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Result<Route, RouteError> {
     let along = bodies.along();
     match (asked, bending) {
+        (_, Bending::TiltedAndBent) => Err(RouteError::TiltedAndBent),
         (Some(FieldSolver::Boxes), _) => by_boxes(bodies, bending),
         (None, Bending::Tilted | Bending::UnderIndenter) if matches!(bodies, Bodies::Boxes { .. }) => {
             Ok(Route::MappedBoxes)
@@ -414,6 +441,18 @@ mod tests {
                 assert_eq!(route(pair, bending, TETRAHEDRA), Ok(Route::OutlinesOnTetrahedra));
             }
         }
+    }
+
+    #[test]
+    fn nothing_takes_a_tilt_while_the_load_bends_what_the_field_sees() {
+        for bending in [FLAT, BULGING, Bending::InSpace, Bending::UnderIndenter] {
+            assert_eq!(bending.tilted(false), bending);
+            for asked in [None, BOXES, EXTRUDED, TETRAHEDRA] {
+                assert_eq!(route(PAIR, bending.tilted(true), asked), Err(RouteError::TiltedAndBent));
+            }
+        }
+        assert_eq!(Bending::Straight.tilted(true), Bending::Tilted);
+        assert_eq!(route(PAIR, Bending::Tilted, None), Ok(Route::MappedBoxes));
     }
 
     #[test]

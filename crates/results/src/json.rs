@@ -79,9 +79,9 @@ struct Wire<'a> {
 }
 
 impl<'a> Wire<'a> {
-    fn of(terminal: &'a Terminal) -> Self {
-        let Terminal { name, conductors, is_grounded } = terminal;
-        Self { name, conductors, potential: if *is_grounded { "ground" } else { "driven" } }
+    fn of(terminal: &'a Terminal, driven: &[String]) -> Self {
+        let Terminal { name, conductors, .. } = terminal;
+        Self { name, conductors, potential: if driven.contains(name) { "driven" } else { "ground" } }
     }
 }
 
@@ -284,7 +284,7 @@ pub fn document(
             (false, false) => "incomplete",
         },
         conductors: &outcome.conductors,
-        terminals: case.terminals.iter().map(Wire::of).collect(),
+        terminals: case.terminals.iter().map(|own| Wire::of(own, &outcome.conductors)).collect(),
         measurement: outcome.measurement.map(|own| {
             let (kind, terminals) = named(own, &outcome.conductors);
             Measured { kind, terminals }

@@ -44,7 +44,8 @@ table! {
         conductor: Option<Read<Vec<Read<Conductor>>>>,
         /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
         terminal: Option<Read<Vec<Read<Terminal>>>>,
-        /// What is measured. Default: the pair of two terminals, or of [electrodes]; of more, the whole matrix.
+        /// What is measured; conductors that it does not name are at potential zero. Default: the pair of two terminals, or of
+        /// [electrodes]; of more, the whole matrix.
         measure: Option<Read<Measure>>,
         /// Dielectric bodies; where two overlap, the later one in the file wins.
         dielectric: Option<Read<Vec<Read<Dielectric>>>>,

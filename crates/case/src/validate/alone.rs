@@ -27,9 +27,10 @@ pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'
         Role::Conductor { potential: Potential::Grounded | Potential::Driven } => true,
         Role::Conductor { potential: Potential::Floating { .. } } | Role::Dielectric { .. } => false,
     });
-    let is_grounded = case.terminals.iter().any(|terminal| terminal.is_grounded);
-    let flux_ends =
-        surroundings.boundary != Wall::Insulated || face_takes_flux || indenter_takes_flux || is_grounded;
+    let flux_ends = surroundings.boundary != Wall::Insulated
+        || face_takes_flux
+        || indenter_takes_flux
+        || case.has_grounded_terminals();
     let terminals = case.driven_terminals();
     let ([only], false) = (terminals.as_slice(), flux_ends) else { return };
     let what = if case.terminals.iter().any(|own| own.name == *only) { "terminal" } else { "conductor" };

@@ -91,6 +91,17 @@ fn without_a_measurement_two_terminals_are_a_pair_and_more_have_a_matrix() {
 }
 
 #[test]
+fn what_is_not_measured_is_grounded_and_has_no_row() {
+    let one = accepted(FOUR, &[("\"left\", \"c\"", "\"c\"")]);
+    assert_eq!((one.driven_terminals(), one.measurement()), (vec!["c".to_owned()], Measurement::Own(0)));
+    assert!(one.has_grounded_terminals());
+    let bodies = one.joined(one.bodies.clone());
+    let driven: Vec<&str> = bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str()).collect();
+    assert_eq!(driven, ["c"]);
+    assert!(bodies.iter().any(|body| body.name == "left" && body.is_conductor() && !body.floats()));
+}
+
+#[test]
 fn conductors_of_one_terminal_may_touch_and_others_may_not() {
     let beside = ("\"5 mm\", \"0 mm\"", "\"2 mm\", \"0 mm\"");
     refused(FOUR, &[beside], "{ min", &["\"a\" and \"c\" touch", "[[terminal]]"]);

@@ -60,7 +60,7 @@ pub fn scene_of(
     if tilt.is_some() {
         stays.extend(bodies.iter().chain(&metal).filter(|body| !attached::is_attached(body)).cloned());
     }
-    let mut bodies = Terminal::join(&case.terminals, bodies);
+    let mut bodies = case.joined(bodies);
     match (metal, touched) {
         (Some(own), Some(with)) => contacts::join(&mut bodies, &case.terminals, &with, own),
         (metal, _) => bodies.extend(metal),
