@@ -96,7 +96,8 @@ fn what_is_not_measured_is_grounded_and_has_no_row() {
     assert_eq!((one.driven_terminals(), one.measurement()), (vec!["c".to_owned()], Measurement::Own(0)));
     assert!(one.has_grounded_terminals());
     let bodies = one.joined(one.bodies.clone());
-    let driven: Vec<&str> = bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str()).collect();
+    let driven: Vec<&str> =
+        bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str()).collect();
     assert_eq!(driven, ["c"]);
     assert!(bodies.iter().any(|body| body.name == "left" && body.is_conductor() && !body.floats()));
 }

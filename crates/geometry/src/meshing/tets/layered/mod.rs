@@ -9,6 +9,7 @@ mod layer_planes;
 mod prisms;
 
 use crate::meshing::plane::{self, Outline, OutlineFault, PlaneMesh, triangulate};
+use crate::outline::on_circle;
 use crate::scene::{Box3, Scene, Wall, across};
 use crate::shapes::Shape;
 use layer_planes::{Layering, layer_planes};
@@ -221,8 +222,7 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
         Shape::Cylinder { base, radius, .. } => {
             let turn = std::f64::consts::TAU / circle.max(3) as f64;
             let wide = radius * (turn / turn.sin()).sqrt();
-            let corner = |i: usize| (i as f64 * turn).sin_cos();
-            (0..circle.max(3)).map(corner).map(|(s, c)| [base[u] + wide * c, base[v] + wide * s]).collect()
+            on_circle([base[u], base[v]], wide, circle.max(3))
         }
         Shape::Extrusion { outline, .. } => outline.clone(),
         Shape::Sphere { .. }

@@ -233,6 +233,7 @@ impl<'a> Intersections<'a> {
 
     fn run(&mut self) -> Result<(), MeshError> {
         self.join_coplanar_facets();
+        self.pair_with_planes();
         let mut points: Vec<u32> = (0..self.complex.points.len() as u32).collect();
         let mut segments: Vec<[u32; 2]> = self.complex.segments.keys().copied().collect();
         for _ in 0..MAX_ROUNDS {
@@ -253,6 +254,17 @@ impl<'a> Intersections<'a> {
         }
         let at = points.first().map_or([0.0; 3], |&p| self.complex.points[p as usize]);
         Err(MeshError::Tangled { at })
+    }
+
+    /// Pairs the planes with the other facets of the points that lie exactly on them: these points are on both already, and yet the line
+    /// between them may be none of the complex.
+    fn pair_with_planes(&mut self) {
+        for facets in &self.complex.facets_of_point {
+            for &plane in facets.iter().filter(|&&f| self.complex.facets[f as usize].plane.is_some()) {
+                let others = facets.iter().filter(|&&f| f != plane);
+                self.pairs.extend(others.map(|&other| sorted(plane, other)));
+            }
+        }
     }
 
     /// Removes seeds on a surface or next to one; they are meant to be inside.

@@ -196,3 +196,18 @@ fn conductors_may_neither_cross_nor_touch() {
         assert_eq!([&first[..], &second[..]], ["c0", "c1"]);
     }
 }
+
+#[test]
+fn a_block_takes_half_of_a_rod_whose_axis_lies_in_its_side_and_corners_of_the_rod_with_it() {
+    let walls = Box3 { min: [-1.125, 0.0, -0.675], max: [1.125, 4.95, 0.675] };
+    let block = Shape::Box(Box3 { min: [-0.9, 0.9, -0.45], max: [0.9, 2.9, 0.45] });
+    let mut all = scene(walls, Wall::Grounded, vec![block]);
+    all.bodies.push(Body::dielectric("rod", rod(1, [0.9, 0.585, 0.0], 0.225, 0.45), 2.0));
+    // A quarter of the rod is above the lower face of the block, of which half is within the block.
+    let left = PI * 0.225_f64.powi(2) * (0.45 - 0.135 / 2.0);
+    let whole = 2.25 * 4.95 * 1.35 - 1.8 * 2.0 * 0.9;
+    for facet in [0.3, 0.27, 0.243, 0.15] {
+        // What sticks out of the wall is cut off.
+        near(&volumes(&all, facet), &[whole - left, left], 2e-3);
+    }
+}
