@@ -218,7 +218,7 @@ fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> Str
         prefixed(found.rms_residual_at_start_f, 3, "F"),
         found.noise_f.map_or_else(|| "not known".to_owned(), |noise| prefixed(noise, 3, "F")),
         prefixed(found.curve_error_f, 2, "F"),
-        found.interpolation_error_f.map_or_else(|| "not known".to_owned(), |error| prefixed(error, 2, "F")),
+        found.interpolation_error_f.map_or_else(|| "an unknown one (counted as that of any monotonic curve)".to_owned(), |error| prefixed(error, 2, "F")),
     ));
     let comparison = &found.measured_points;
     if let Some(share) = comparison.fraction_within_error {

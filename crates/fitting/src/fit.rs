@@ -332,7 +332,7 @@ fn linearise(
             columns[inner[column]][row] / scales[row]
         }),
         residuals: of_points(&|k| points[k].capacitance - found[k].capacitance),
-        errors: of_points(&|k| found[k].error + found[k].interpolation_error.unwrap_or(0.0)),
+        errors: of_points(&|k| found[k].whole_error),
         noise_is_known,
     }
 }

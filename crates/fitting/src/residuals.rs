@@ -26,6 +26,8 @@ pub(crate) struct Prediction {
     pub(crate) error: f64,
     /// The estimated error of interpolation, in what the meter shows, F; `None` where nothing is known of it.
     pub(crate) interpolation_error: Option<f64>,
+    /// Both errors, or the first and that of any monotonic curve where no other is known of interpolation, F.
+    pub(crate) whole_error: f64,
     /// Its derivatives by offset, parasitic capacitance and gain.
     by_correction: [f64; 3],
 }
@@ -118,6 +120,7 @@ impl<'a> Problem<'a> {
                 capacitance: gain * value.capacitance + parasitic,
                 error: gain * value.error,
                 interpolation_error: value.interpolation_error.map(|error| gain * error),
+                whole_error: gain * value.whole_error(),
                 by_correction: [-gain * value.slope, 1.0, value.capacitance],
             }
         };

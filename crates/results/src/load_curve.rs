@@ -16,6 +16,15 @@ pub struct CurveValue {
     pub error: f64,
     /// The estimated error of interpolation, to either side, in addition; `None` where the steps say nothing of it, as two of them do.
     pub interpolation_error: Option<f64>,
+    /// The error of interpolation of any monotonic curve through the two steps around, to either side, F: its limit where no other is known.
+    pub monotonic_error: f64,
+}
+
+impl CurveValue {
+    /// All errors together, to either side, F.
+    pub fn whole_error(&self) -> f64 {
+        self.error + self.interpolation_error.unwrap_or(self.monotonic_error)
+    }
 }
 
 /// A step as the curve needs it, in SI units.
@@ -130,13 +139,15 @@ impl LoadCurve {
         let k =
             self.steps.partition_point(|step| step.load <= load).saturating_sub(1).min(self.steps.len() - 2);
         let [before, after] = [self.steps[k], self.steps[k + 1]];
-        let slope = self.cubic.slope(load);
+        let (capacitance, slope) = (self.cubic.value(load), self.cubic.slope(load));
+        let is_step = load == before.load || load == after.load;
+        let away = |step: CurveStep| (step.capacitance - capacitance).abs();
         CurveValue {
-            capacitance: self.cubic.value(load),
+            capacitance,
             slope,
             error: before.error.max(after.error) + slope.abs() * before.load_error.max(after.load_error),
-            interpolation_error: self.interpolation_errors[k]
-                .map(|error| if load == before.load || load == after.load { 0.0 } else { error }),
+            interpolation_error: if is_step { Some(0.0) } else { self.interpolation_errors[k] },
+            monotonic_error: if is_step { 0.0 } else { away(before).max(away(after)) },
         }
     }
 }
@@ -167,6 +178,17 @@ mod tests {
             CurveStep { load, load_error: 0.0, capacitance: (-load).exp(), error: 1e-3 }
         };
         LoadCurve::through((0..=count).map(step).collect()).unwrap()
+    }
+
+    #[test]
+    fn between_two_steps_that_are_all_the_error_is_that_of_any_monotonic_curve() {
+        let step = |load: f64, capacitance: f64| CurveStep { load, load_error: 0.0, capacitance, error: 0.5 };
+        let curve = LoadCurve::through(vec![step(0.0, 10.0), step(1.0, 4.0)]).unwrap();
+        let value = curve.at(0.25).unwrap();
+        assert_eq!(value.interpolation_error, None);
+        assert_eq!(value.monotonic_error, value.capacitance - 4.0);
+        assert_eq!(value.whole_error(), value.error + value.monotonic_error);
+        assert_eq!(curve.at(1.0).unwrap().whole_error(), 0.5);
     }
 
     #[test]

@@ -75,9 +75,7 @@ impl Comparison {
             if let Some(value) = value {
                 interpolation = interpolation.zip(value.interpolation_error).map(|(most, own)| most.max(own));
             }
-            let error = value.map(|value| {
-                value.error + value.interpolation_error.unwrap_or(0.0) + point.deviation.unwrap_or(0.0)
-            });
+            let error = value.map(|value| value.whole_error() + point.deviation.unwrap_or(0.0));
             ComparedPoint {
                 line: point.line,
                 load: point.load,

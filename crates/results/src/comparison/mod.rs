@@ -164,6 +164,8 @@ struct Step {
     capacitance_f: Option<f64>,
     capacitance_lower_f: Option<f64>,
     capacitance_upper_f: Option<f64>,
+    mechanics_error_estimate: Option<f64>,
+    geometry_error_estimate: Option<f64>,
     unknowns: Option<u64>,
     seconds: StepSeconds,
     /// What the case asks for; filled in from the plan.
@@ -191,11 +193,18 @@ impl Step {
         }
     }
 
+    /// With limits that hold for the sensor: the bounds of the field, widened by the estimates for the layer's mesh and for flat faces.
     fn value(&self) -> StepValue {
         let capacitance = self.capacitance_f.zip(self.capacitance_lower_f).zip(self.capacitance_upper_f);
+        let estimates =
+            self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
+        let widened = |((value, lower), upper): ((f64, f64), f64)| {
+            let by = estimates * value.abs();
+            [value, lower - by, upper + by]
+        };
         StepValue {
             force_n: self.force_n,
-            capacitance: capacitance.map(|((value, lower), upper)| [value, lower, upper]),
+            capacitance: capacitance.map(widened),
             seconds: self.seconds.total,
         }
     }
@@ -383,11 +392,21 @@ mod tests {
             capacitance_f: Some(1.0 + force),
             capacitance_lower_f: Some(0.9 + force),
             capacitance_upper_f: Some(1.1 + force),
+            mechanics_error_estimate: None,
+            geometry_error_estimate: None,
             unknowns: None,
             seconds: StepSeconds { total: 0.0 },
             load: format!("{force} {pose:?}"),
             pose,
         }
+    }
+
+    #[test]
+    fn estimates_for_the_layer_and_for_flat_faces_widen_the_limits() {
+        let mut own = step(1.0, Pose::default());
+        (own.mechanics_error_estimate, own.geometry_error_estimate) = (Some(0.1), Some(0.05));
+        let [value, lower, upper] = own.value().capacitance.unwrap();
+        assert!(value == 2.0 && (lower - 1.6).abs() < 1e-12 && (upper - 2.4).abs() < 1e-12);
     }
 
     #[test]
