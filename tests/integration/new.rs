@@ -80,19 +80,15 @@ fn the_pads_of_a_new_case_rise_as_the_common_plate_comes_nearer() {
     let sandbox = Sandbox::new();
     let table = run(&sandbox, "array");
     is_pressed_more_and_more(&table);
-    let matrices = sandbox.table("out/capacitance.csv");
-    let compressions = table.numbers("compression");
-    for i in 1..=3 {
-        for j in 1..=2 {
-            let pad = format!("pad-{i}-{j}");
-            let mutual = [0, 1, 2].map(|step| -entry(&matrices, step, &pad, "pad-plate")[0]);
-            // Plates alone would rise by 1 / (1 - U/H); the fringe, and the pads' being level with the board, make it less.
-            for step in [1, 2] {
-                let (rise, plates) = (mutual[step] / mutual[0] - 1.0, 1.0 / (1.0 - compressions[step]) - 1.0);
-                assert!(rise > 0.5 * plates && rise < plates, "{pad}, step {step}: {rise} {plates}");
-            }
-        }
+    let (mutual, compressions) = (table.numbers("capacitance_f"), table.numbers("compression"));
+    // Plates alone would rise by 1 / (1 - U/H); the fringe, and the pads' being level with the board, make it less.
+    for step in [1, 2] {
+        let (rise, plates) = (mutual[step] / mutual[0] - 1.0, 1.0 / (1.0 - compressions[step]) - 1.0);
+        assert!(rise > 0.5 * plates && rise < plates, "step {step}: {rise} {plates}");
     }
+    // Nothing is solved for the pads that are not measured.
+    let rows = sandbox.table("out/capacitance.csv").texts("row");
+    assert!(rows.iter().all(|row| row == "pad-2-1" || row == "pad-plate"), "{rows:?}");
 }
 
 #[test]
