@@ -171,8 +171,9 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
     let corners = |shape: &Shape| match shape {
         Shape::Extrusion { outline, .. } => outline.len(),
         Shape::Cylinder { .. } | Shape::Tube { .. } => (std::f64::consts::TAU / size) as usize,
-        Shape::Box(_)
-        | Shape::Sphere { .. }
+        // The planes of boxes cut one another's faces.
+        Shape::Box(_) => 16,
+        Shape::Sphere { .. }
         | Shape::Shell { .. }
         | Shape::Capsule { .. }
         | Shape::Surface(_)

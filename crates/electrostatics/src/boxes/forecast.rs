@@ -26,8 +26,8 @@ const MAX_LAYOUT: u64 = 40 << 20;
 const MAX_ENUMERATION: u64 = 200_000_000;
 
 /// Seconds of a processor that one small grid may take, by count, and the bytes that its preconditioner may have.
-const MAX_SECONDS: f64 = 1.5;
-const MAX_PRECONDITIONER: f64 = 100e6;
+const MAX_SECONDS: f64 = 1.0;
+const MAX_PRECONDITIONER: f64 = 60e6;
 
 /// Seconds of a processor for each entry of a conductor-free box, iteration and function of an axis, and for the modes of an interval
 /// with n functions, over n^3.

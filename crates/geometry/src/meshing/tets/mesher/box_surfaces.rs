@@ -53,6 +53,8 @@ struct BoxGrid {
     counts: [isize; 3],
     /// What fills each cell; the last axis runs fastest.
     cells: Vec<Region>,
+    /// The sheets in each plane of each axis, by their places in `boxes`.
+    sheets: [Vec<Vec<usize>>; 3],
 }
 
 /// What fills each of so many cells between planes: boxes painted one over the other, those that are not flat.
@@ -98,7 +100,15 @@ impl BoxGrid {
             return Err(MeshError::TooMany);
         }
         let cells = filled(&boxes, &planes, cells);
-        Ok(Self { boxes, parts, planes, counts, cells })
+        let mut sheets = planes.each_ref().map(|line| vec![Vec::new(); line.len()]);
+        for (own, b) in boxes.iter().enumerate() {
+            let Some(axis) = b.region.sheet_normal() else { continue };
+            let plane = planes[axis].partition_point(|x| *x < b.region.min[axis]);
+            if let Some(in_plane) = sheets[axis].get_mut(plane) {
+                in_plane.push(own);
+            }
+        }
+        Ok(Self { boxes, parts, planes, counts, cells, sheets })
     }
 
     /// The part to whose surface a face belongs: the first one of its body, because the boxes of a body are not told apart.
@@ -132,8 +142,8 @@ impl BoxGrid {
             let low = self.planes[a][at[a] as usize];
             if a == axis { low } else { 0.5 * (low + self.planes[a][at[a] as usize + 1]) }
         });
-        let covers = |b: &&FilledBox| b.region.sheet_normal() == Some(axis) && b.region.contains(middle);
-        let sheet = self.boxes.iter().find(covers).map(|b| b.filling);
+        let in_plane = self.sheets[axis][at[axis] as usize].iter().map(|own| &self.boxes[*own]);
+        let sheet = in_plane.into_iter().find(|b| b.region.contains(middle)).map(|b| b.filling);
         let face = GridFace { below: self.cell(below), above: self.cell(at), sheet };
         (face.below != face.above || face.sheet.is_some()).then_some(face)
     }
