@@ -37,7 +37,7 @@ const UNRESOLVED: f64 = 1.4;
 
 /// Factor on a forecast of memory, and what the program takes without a mesh, bytes. With them the forecast was never too low.
 const SPARE: f64 = 1.25;
-const PROGRAM: u64 = 32 << 20;
+const PROGRAM: u64 = 36 << 20;
 
 /// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and extrapolates the spread from
 /// there at the rate that is usual for the order. The estimate is within a factor of about two for scenes whose edges the small
