@@ -87,8 +87,9 @@ fn the_pads_of_a_new_case_rise_as_the_common_plate_comes_nearer() {
         assert!(rise > 0.5 * plates && rise < plates, "step {step}: {rise} {plates}");
     }
     // Nothing is solved for the pads that are not measured.
-    let rows = sandbox.table("out/capacitance.csv").texts("row");
-    assert!(rows.iter().all(|row| row == "pad-2-1" || row == "pad-plate"), "{rows:?}");
+    let matrix = sandbox.table("out/capacitance.csv");
+    let rows = matrix.texts("row");
+    assert!(rows.iter().all(|row| ["pad-2-1", "pad-plate"].contains(row)), "{rows:?}");
 }
 
 #[test]
