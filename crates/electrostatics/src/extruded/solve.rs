@@ -80,7 +80,7 @@ fn corners(scene: &Scene) -> usize {
 const MOST_EDGES: usize = 100;
 
 /// Memory over that of the mesh that is expected to be the last one: of random scenes the worst took 1.45 times as much.
-const SPARE: f64 = 1.5;
+const SPARE: f64 = 1.7;
 
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.
 ///

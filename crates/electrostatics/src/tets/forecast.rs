@@ -35,8 +35,10 @@ const FURTHER_SIDE: f64 = 0.25;
 /// (docs/forecasts.md), most where edges have yet to be resolved.
 const UNRESOLVED: f64 = 1.4;
 
-/// Factor on a forecast of memory, and what the program takes without a mesh, bytes. With them the forecast was never too low.
-const SPARE: f64 = 1.25;
+/// Factor on a forecast of memory, another one on the limit that the solver keeps to, and what the program takes without a mesh, bytes. With
+/// them the forecast was never too low.
+const SPARE: f64 = 2.0;
+const SPARE_OF_LIMIT: f64 = 1.25;
 const PROGRAM: u64 = 36 << 20;
 
 /// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and extrapolates the spread from
@@ -88,7 +90,7 @@ pub fn forecast_mesh(
     let copies = scene.copies();
     Ok(Forecast {
         unknowns,
-        memory_bytes: PROGRAM + (SPARE * memory(growth) as f64) as u64,
+        memory_bytes: with_spare(memory(growth) as f64, settings),
         seconds,
         unmirrored: (copies as usize * unknowns, f64::from(copies) * time(1, n)),
         mirrored: scene.mirrored(),
@@ -96,6 +98,12 @@ pub fn forecast_mesh(
         right_hand_sides: sides,
         is_rough: false,
     })
+}
+
+/// The memory of the program for a last mesh that takes so many bytes.
+fn with_spare(bytes: f64, settings: &TetrahedraSettings) -> u64 {
+    let most = SPARE_OF_LIMIT * bytes.max(settings.memory_limit as f64);
+    PROGRAM + (SPARE * bytes).min(most) as u64
 }
 
 /// Seconds for matrices of so many unknowns and the right-hand sides of all of them together.
@@ -120,7 +128,7 @@ fn rough(
     let copies = 1_usize << mirrored.iter().filter(|m| **m).count();
     Forecast {
         unknowns: unknowns as usize,
-        memory_bytes: PROGRAM + (SPARE * growth * bytes as f64) as u64,
+        memory_bytes: with_spare(growth * bytes as f64, settings),
         seconds,
         unmirrored: (copies * unknowns as usize, copies as f64 * seconds),
         mirrored,

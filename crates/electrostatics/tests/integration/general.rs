@@ -113,11 +113,11 @@ fn what_a_cube_in_a_cube_takes_is_forecast_within_a_factor_of_two() {
     let ratio = forecast.unknowns as f64 / found.solution.unknowns as f64;
     assert!((0.5..2.0).contains(&ratio), "{} forecast, {} taken", forecast.unknowns, found.solution.unknowns);
     assert!(forecast.memory_bytes > 1000 * forecast.unknowns as u64 && forecast.seconds > 0.0);
-    // No more than there is room for is ever made; the forecast has a quarter to spare, and the program itself.
+    // No more than there is room for is ever made; the forecast then has a quarter to spare, and the program itself.
     let little = TetrahedraSettings { relative_tolerance: 1e-6, memory_limit: 500_000_000, ..settings };
     let mesh = self::mesh(&scene, &Sizing::default()).unwrap().mesh;
     let forecast = forecast_mesh(mesh, shapes, &little).unwrap();
-    assert!(forecast.memory_bytes <= 625_000_000 + (32 << 20));
+    assert!(forecast.memory_bytes <= 625_000_000 + (36 << 20));
 }
 
 #[test]
