@@ -72,7 +72,7 @@ impl Case {
         (name, is_grounded || !self.is_measured(name))
     }
 
-    /// Whether the capacitance of this terminal is asked for: without [measure], that of each one that is not grounded.
+    /// Whether the capacitance of this terminal is asked for: without `[measure]`, that of each one that is not grounded.
     fn is_measured(&self, terminal: &str) -> bool {
         self.measured.as_ref().is_none_or(|names| names.iter().any(|name| name == terminal))
     }
@@ -103,7 +103,7 @@ impl Case {
     }
 
     /// Names of the driven terminals, in the order of the capacitance matrix: that of their first conductors, of which electrodes come
-    /// before the fixed ones. With [measure] they are those that it names.
+    /// before the fixed ones. With `[measure]` they are those that it names.
     pub fn driven_terminals(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for (name, is_grounded) in self.wired() {
