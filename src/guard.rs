@@ -60,8 +60,8 @@ mod unix {
     use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read as _, Write as _};
     use std::os::fd::OwnedFd;
     use std::sync::{Arc, OnceLock};
-    use std::thread;
     use std::time::Duration;
+    use std::{panic, thread};
 
     use elastocap_coupling::memory::{is_limited, limit_reached};
     use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -93,6 +93,7 @@ mod unix {
         let waiting = Arc::clone(&reason);
         let stack = || thread::Builder::new().stack_size(STACK);
         stack().spawn(move || wait(&guard, &waiting, waking, ballast))?;
+        take_failed_threads_for_memory(Arc::clone(&reason));
         if is_limited() {
             stack().spawn(move || watch(wakes, &reason))?;
         }
@@ -125,6 +126,20 @@ mod unix {
         while holds.write(&[0]).is_ok() {}
         fcntl_setfl(&blocked, fcntl_getfl(&blocked)? - OFlags::NONBLOCK)?;
         Ok((Waking { woken, _full: (held, blocked) }, wakes))
+    }
+
+    /// A thread for whose stack there is no memory panics in the standard library before it begins: the process ends as where an allocation
+    /// fails.
+    fn take_failed_threads_for_memory(reason: Arc<OnceLock<String>>) {
+        let usual = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            if panic.to_string().contains("Cannot allocate memory") {
+                let _ = reason.set("out of memory: a thread could not be started".to_owned());
+                let _ = low_level::raise(SIGABRT);
+            } else {
+                usual(panic);
+            }
+        }));
     }
 
     /// Waits until it is woken, and ends the process in order.
