@@ -2,7 +2,7 @@
 """What `elastocap check` predicts and what `elastocap run` takes, for case files; prints the table of docs/forecasts.md.
 
     benches/forecast.py [--binary target/release/elastocap] [CASE ...]
-    benches/forecast.py --drawn 200          cases drawn from the schema: peak and time over forecast, worst and median
+    benches/forecast.py --drawn 200 [--seed 2]   cases drawn from the schema: peak and time over forecast, worst and median
 
 Memory is the peak of the resident memory of the process (rusage), time its processor time over all threads, so that the table can
 be made on a machine that does other things too. The forecast of the time is that of two cores; on one, or in processor time, it is
@@ -46,11 +46,11 @@ def row(binary, case):
     return [pathlib.Path(case).name, predicted["unknowns"], largest, memory, peak, seconds, processor, status]
 
 
-def drawn(binary, count):
+def drawn(binary, count, seed):
     """Runs cases drawn from the schema that `check` accepts, and prints how peaks and times compare with their forecasts."""
     memory, time, low, slow = [], [], [], []
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([sys.executable, ROOT / "tests/hostile.py", "--binary", binary, "--drawn", str(3 * count), "--write", folder], check=True)
+        subprocess.run([sys.executable, ROOT / "tests/hostile.py", "--binary", binary, "--drawn", str(3 * count), "--seed", str(seed), "--write", folder], check=True)
         for place in sorted(pathlib.Path(folder).iterdir(), key=lambda path: int(path.name)):
             case = str(place / "case.toml")
             said = subprocess.run([binary, "check", "--json", case], capture_output=True)
@@ -81,11 +81,12 @@ def main():
     parser.add_argument("--binary", default=str(ROOT / "target/release/elastocap"))
     parser.add_argument("cases", nargs="*", default=[str(path) for path in sorted((ROOT / "cases").glob("*.toml"))])
     parser.add_argument("--drawn", type=int, help="number of cases drawn from the schema")
+    parser.add_argument("--seed", type=int, default=1, help="of the drawn cases")
     arguments = parser.parse_args()
     if arguments.drawn:
         print("| | cases | least | median | most |")
         print("|---|---|---|---|---|")
-        return drawn(arguments.binary, arguments.drawn)
+        return drawn(arguments.binary, arguments.drawn, arguments.seed)
     print("| case | unknowns predicted | needed | ratio | memory predicted | peak | ratio | time predicted | processor time | ratio |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     low = False

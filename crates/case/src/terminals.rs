@@ -77,8 +77,8 @@ impl Case {
         self.measured.as_ref().is_none_or(|names| names.iter().any(|name| name == terminal))
     }
 
-    /// The bodies with the conductors of each terminal as one, like [`Terminal::join`], and those at potential zero whose capacitance is
-    /// not asked for: nothing has to be solved for them.
+    /// Joins the conductors of each terminal, as [`Terminal::join`] does, and grounds the terminals that are not measured: nothing has to
+    /// be solved for them.
     pub fn joined(&self, bodies: Vec<Body>) -> Vec<Body> {
         let mut bodies = Terminal::join(&self.terminals, bodies);
         for body in &mut bodies {
@@ -89,8 +89,8 @@ impl Case {
         bodies
     }
 
-    /// The terminals that are no floating conductors, with whether they are at potential zero; electrodes before fixed ones, those of
-    /// several conductors more than once.
+    /// The terminal of every conductor that does not float, and whether it is at potential zero. Those of electrodes come first, and a
+    /// terminal of several conductors comes once for each.
     fn wired(&self) -> impl Iterator<Item = (&str, bool)> {
         let electrodes = self.electrodes.iter().flat_map(|own| own.names().map(|name| -> &str { name }));
         let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str());

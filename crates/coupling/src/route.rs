@@ -183,7 +183,7 @@ impl Bending {
         }
     }
 
-    /// What `load` is expected to do, without the tilt of `pose`.
+    /// The bending that `load` is expected to cause, whether or not bodies are tilted besides.
     fn level(case: &Case, load: StepLoad, pose: &Pose) -> Self {
         if bends_the_field(case, load.is_zero(), pose.distance > 0.0) {
             return Self::UnderIndenter;
@@ -211,7 +211,7 @@ impl Bending {
         Self::found_level(case, deformed, state, distance).tilted(deformed.tilt.is_some())
     }
 
-    /// What the load did to the electrodes, without the tilt of other bodies.
+    /// The bending that the load caused, whether or not bodies are tilted besides.
     fn found_level(
         case: &Case,
         deformed: &DeformedScene,

@@ -13,7 +13,6 @@ use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, USUAL_OVERLAP, first, graded};
 use crate::boxes::two_states;
 use crate::solution::{Forecast, Settings};
-use crate::target::Target;
 use elastocap_geometry::scene::{Potential, Scene};
 use std::collections::BTreeSet;
 
@@ -52,9 +51,9 @@ const USUAL_GROWTH: usize = 4;
 /// Safety factor on the functions of each axis, for the forecast of memory.
 const MARGIN: f64 = 1.12;
 
-/// The same, and one on the time, where the last small grid still lacks more than such a share of the energy and the target is a single
-/// capacitance: how far a small one, which is a difference of large energies, has to be refined cannot be told from that grid. Of 200
-/// random scenes the worst took 3.7 times the memory without it, and 29 times the time.
+/// The same safety factor, and one on the time, for a scene of which the last small grid still misses more than this share of the energy.
+/// Such a grid does not tell how far the search will refine, least of all for a small capacitance, which is a difference of large energies:
+/// docs/forecasts.md has the scenes that these numbers were chosen by, and others that they were tried on.
 const LACKING: f64 = 0.1;
 const MARGIN_OF_LACKING: f64 = 1.9;
 const TIMES_OF_LACKING: f64 = 3.0;
@@ -132,7 +131,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             let outcome = on_grid(&problem, &grid, 1e-4, Lower::None, None)?;
             let indicator = outcome.indicator(&problem);
             let lacking = missing(&grid, &indicator);
-            is_lacking = lacking > LACKING && settings.target != Target::Matrix;
+            is_lacking = lacking > LACKING;
             let goal = goal(settings.bounds) * tolerance / outcome.amplification(tolerance, settings);
             let own = problem.core.domain(&grid).0.primal_dims();
             // Iterations grow little with the grid; the last grid is solved to half as many digits again as this one.

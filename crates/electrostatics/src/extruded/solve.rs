@@ -79,7 +79,8 @@ fn corners(scene: &Scene) -> usize {
 /// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
 const MOST_EDGES: usize = 100;
 
-/// Memory over that of the mesh that is expected to be the last one: of random scenes the worst took 1.45 times as much.
+/// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random scenes in docs/forecasts.md took 1.45
+/// times as much.
 const SPARE: f64 = 1.7;
 
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.

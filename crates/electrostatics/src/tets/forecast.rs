@@ -35,8 +35,8 @@ const FURTHER_SIDE: f64 = 0.25;
 /// (docs/forecasts.md), most where edges have yet to be resolved.
 const UNRESOLVED: f64 = 1.4;
 
-/// Factor on a forecast of memory, another one on the limit that the solver keeps to, and what the program takes without a mesh, bytes. With
-/// them the forecast was never too low.
+/// Safety factor on a forecast of memory, another one on the limit that the solver keeps to, and what the program takes without a mesh,
+/// bytes; see docs/forecasts.md for the scenes that they were chosen by.
 const SPARE: f64 = 2.0;
 const SPARE_OF_LIMIT: f64 = 1.25;
 const PROGRAM: u64 = 36 << 20;
