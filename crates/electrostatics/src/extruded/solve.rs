@@ -79,6 +79,9 @@ fn corners(scene: &Scene) -> usize {
 /// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
 const MOST_EDGES: usize = 100;
 
+/// The growth that a rough count of memory allows for at least: a random scene to 1e-2 took five times what the growth above foretells.
+const LEAST_GROWTH_OF_MEMORY: f64 = 8.0;
+
 /// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random scenes in docs/forecasts.md took 1.45
 /// times as much.
 const SPARE: f64 = 1.7;
@@ -103,7 +106,8 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
         let unknowns = first.iter().map(|size| size.unknowns).max().unwrap_or(0);
         let (at_a_thousandth, power) = USUAL_GROWTH;
         let growth = (at_a_thousandth * (1e-3 / settings.relative_tolerance).powf(power)).max(1.0);
-        ((growth * unknowns as f64) as usize, (growth * bytes as f64) as u64)
+        let memory = SPARE * growth.max(LEAST_GROWTH_OF_MEMORY) * bytes as f64;
+        ((growth * unknowns as f64) as usize, memory as u64)
     } else {
         let expected = search.explore()?;
         let size = size_on(&search, search.first(&expected).0);
