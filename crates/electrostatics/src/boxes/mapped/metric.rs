@@ -6,6 +6,7 @@ use super::points::AxisPoints;
 use super::runs::Runs;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
+use elastocap_linalg::vector::{cross, dot};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -65,23 +66,28 @@ impl<'d> Rule<'d> {
     /// A map that turns space inside out.
     pub(crate) fn slab(&self, i: usize, tensors: &mut [Symmetric]) -> Result<f64, SolveError> {
         let (runs, cells) = (&self.runs.ranges, self.domain.cells());
+        let [first, second, third] = &self.points;
+        let gradients = self.gradients.slab(i);
         let mut largest: f64 = 1.0;
-        for (index, (tensor, f)) in tensors.iter_mut().zip(&self.gradients.slab(i)).enumerate() {
-            let at = [i, index / runs.len(), runs[index % runs.len()].start];
-            let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
-            if self.held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]] {
-                *tensor = [0.0; 6];
-                continue;
+        let rows = tensors.chunks_exact_mut(runs.len()).zip(gradients.chunks_exact(runs.len()));
+        for (j, (tensors, gradients)) in rows.enumerate() {
+            let weight = first.weights[i] * second.weights[j];
+            let row = (first.interval[i] * cells[1] + second.interval[j]) * cells[2];
+            for ((tensor, f), run) in tensors.iter_mut().zip(gradients).zip(runs) {
+                let cell = row + third.interval[run.start];
+                if self.held[cell] {
+                    *tensor = [0.0; 6];
+                    continue;
+                }
+                let (own, stretch) = tensor_of(f, self.of).ok_or(SolveError::InsideOut)?;
+                let eps = self.domain.permittivity[cell];
+                let scale = match self.of {
+                    Of::Permittivity => weight * eps,
+                    Of::Resistance => weight / eps,
+                };
+                *tensor = scaled(scale, &own);
+                largest = largest.max(stretch);
             }
-            let weight: f64 = (0..2).map(|a| self.points[a].weights[at[a]]).product();
-            let (own, stretch) = tensor_of(f, self.of).ok_or(SolveError::InsideOut)?;
-            let eps = self.domain.permittivity_of(cell);
-            let scale = match self.of {
-                Of::Permittivity => weight * eps,
-                Of::Resistance => weight / eps,
-            };
-            *tensor = own.map(|t| scale * t);
-            largest = largest.max(stretch);
         }
         Ok(largest)
     }
@@ -119,7 +125,7 @@ impl Metric {
         let weight = self.points[2].weights.get(k)?;
         let row = i * self.points[1].len() + j;
         let tensor = self.tensors.get(row * self.runs.ranges.len() + self.runs.of(k))?;
-        Some(tensor.map(|t| weight * t))
+        Some(scaled(*weight, tensor))
     }
 
     /// Sum of x K y over points, weighted.
@@ -170,21 +176,30 @@ impl Metric {
 
 /// The tensor for unit permittivity, less the identity, of a map with gradient `f`; and the trace of K^-1, which is no less than its
 /// largest eigenvalue. `None` if the map turns space inside out.
+///
+/// It is called for millions of points, and written out: whether the compiler inlines closures over indices changes with code elsewhere.
+#[inline]
 fn tensor_of(f: &[[f64; 3]; 3], of: Of) -> Option<(Symmetric, f64)> {
     let (adjugate, volume) = adjugate(f);
     if volume.is_nan() || volume <= 0.0 {
         return None;
     }
-    let rows = |r: usize, s: usize| (0..3).map(|k| adjugate[r][k] * adjugate[s][k]).sum::<f64>() / volume;
-    let columns = |r: usize, s: usize| (0..3).map(|k| f[k][r] * f[k][s]).sum::<f64>() / volume;
-    let tensor = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(r, s)| {
-        let one = if r == s { 1.0 } else { 0.0 };
-        match of {
-            Of::Permittivity => rows(r, s) - one,
-            Of::Resistance => columns(r, s) - one,
-        }
-    });
-    Some((tensor, (0..3).map(|r| columns(r, r)).sum()))
+    let columns = transposed(f);
+    let rows = match of {
+        Of::Permittivity => adjugate,
+        Of::Resistance => columns,
+    };
+    let [a, b, c] = rows;
+    let tensor = [
+        dot(a, a) / volume - 1.0,
+        dot(b, b) / volume - 1.0,
+        dot(c, c) / volume - 1.0,
+        dot(a, b) / volume,
+        dot(a, c) / volume,
+        dot(b, c) / volume,
+    ];
+    let [x, y, z] = columns;
+    Some((tensor, dot(x, x) / volume + dot(y, y) / volume + dot(z, z) / volume))
 }
 
 /// The finite elements of an axis whose middles fulfil a condition, from the first to the last of them.
@@ -215,16 +230,25 @@ pub(crate) fn held(domain: &Domain) -> Vec<bool> {
 }
 
 /// J F^-1 and J, of F given by rows.
+#[inline]
 pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
-    let minor = |r: usize, c: usize| {
-        let ([r0, r1], [c0, c1]) = ([(r + 1) % 3, (r + 2) % 3], [(c + 1) % 3, (c + 2) % 3]);
-        f[r0][c0] * f[r1][c1] - f[r0][c1] * f[r1][c0]
-    };
-    let out = [0, 1, 2].map(|r| [0, 1, 2].map(|c| minor(c, r)));
-    (out, (0..3).map(|c| f[0][c] * out[c][0]).sum())
+    let [x, y, z] = *f;
+    let first = cross(y, z);
+    (transposed(&[first, cross(z, x), cross(x, y)]), dot(x, first))
+}
+
+#[inline]
+fn transposed([x, y, z]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
+}
+
+#[inline]
+fn scaled(by: f64, k: &Symmetric) -> Symmetric {
+    [by * k[0], by * k[1], by * k[2], by * k[3], by * k[4], by * k[5]]
 }
 
 /// K x.
+#[inline]
 pub(crate) fn times(k: &Symmetric, x: [f64; 3]) -> [f64; 3] {
     [
         k[0] * x[0] + k[3] * x[1] + k[4] * x[2],
