@@ -74,7 +74,7 @@ mod solution;
 mod target;
 mod tets;
 
-pub use boxes::forecast::{forecast, symmetries};
+pub use boxes::forecast::{Effort, forecast, symmetries};
 pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
 pub use boxes::superposed::{Additions, Base, solve_base};

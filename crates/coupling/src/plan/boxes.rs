@@ -2,7 +2,7 @@
 //! the steps are counted as they are.
 
 use elastocap_case::{Case, Indenter, Mechanics};
-use elastocap_electrostatics::{Forecast, SolveError, forecast, symmetries};
+use elastocap_electrostatics::{Effort, Forecast, SolveError, forecast, symmetries};
 use elastocap_geometry::mirror::planes;
 use elastocap_geometry::scene::Scene;
 
@@ -99,8 +99,10 @@ impl Plan {
         }
         let mut largest: Option<Forecast> = None;
         let (mut seconds, mut unmirrored, mut memory, mut is_rough) = (0.0, 0.0, 0, false);
+        let mut effort = Effort::default();
         for group in &groups {
-            let own = group.map.times(without(forecast(&group.scene, &settings.boxes())?, group.lost));
+            let own = forecast(&group.scene, &settings.boxes(), &mut effort)?;
+            let own = group.map.times(without(own, group.lost));
             seconds += own.seconds * group.steps as f64;
             unmirrored += own.unmirrored.1 * group.steps as f64;
             memory = own.memory_bytes.max(memory);

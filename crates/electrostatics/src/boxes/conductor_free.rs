@@ -13,6 +13,11 @@ pub(crate) struct FreeBox {
 }
 
 impl FreeBox {
+    /// Number of its cells.
+    pub(crate) fn volume(&self) -> usize {
+        (0..3).map(|a| self.block.hi[a] - self.block.lo[a]).product()
+    }
+
     /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an outer plane
     /// that belongs to it.
     fn meets(&self, conductor: &Block, cells: [usize; 3]) -> bool {
@@ -63,14 +68,10 @@ pub(crate) struct Work {
 
 impl Work {
     /// Counts some of it; `None` where no more is left.
-    fn count(&mut self, more: usize) -> Option<()> {
+    pub(crate) fn count(&mut self, more: usize) -> Option<()> {
         self.left = self.left.checked_sub(more as u64)?;
         Some(())
     }
-}
-
-fn volume(b: &FreeBox) -> usize {
-    (0..3).map(|a| b.block.hi[a] - b.block.lo[a]).product()
 }
 
 /// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another one.
@@ -113,12 +114,12 @@ fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
             }
         }
         if kept.len() > ENUMERATION_LIMIT {
-            kept.sort_by_key(|b| std::cmp::Reverse(volume(b)));
+            kept.sort_by_key(|b| std::cmp::Reverse(b.volume()));
             kept.truncate(ENUMERATION_LIMIT);
         }
         boxes = kept;
     }
-    boxes.sort_by_key(|b| (std::cmp::Reverse(volume(b)), *b));
+    boxes.sort_by_key(|b| (std::cmp::Reverse(b.volume()), *b));
     Some(boxes)
 }
 
@@ -159,7 +160,7 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<Fre
                 break;
             }
             // A box of intervals has about eight features for each cell.
-            work.count(8 * volume(&entry.1))?;
+            work.count(8 * entry.1.volume())?;
             entry.0 = features(&entry.1).filter(|&f| !covered[f]).count();
             if best.is_none_or(|(gain, _)| entry.0 > gain) {
                 best = Some((entry.0, index));

@@ -235,7 +235,7 @@ impl Domain {
     }
 
     /// The permittivity as a product of one factor per axis and interval, if the whole domain has such a product.
-    fn product(&self) -> Option<[Vec<f64>; 3]> {
+    pub(crate) fn product(&self) -> Option<[Vec<f64>; 3]> {
         let n = self.cells();
         let corner = self.permittivity_of([0; 3]);
         let along = |a: usize| -> Vec<f64> {

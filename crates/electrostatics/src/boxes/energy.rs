@@ -126,7 +126,7 @@ pub(crate) fn upper(
     let mut matrix = primal.energies(&coefficients)?;
     let n = coefficients.len();
     for i in 0..n {
-        matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON * n as f64 * primal.cancellation();
+        matrix[(i, i)] *= 1.0 + 64.0 * f64::EPSILON * n as f64;
     }
     let energies = Energies {
         matrix,

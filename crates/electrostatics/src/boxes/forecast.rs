@@ -4,17 +4,20 @@
 
 use crate::SolveError;
 use crate::boxes::conductor_free::{Work, free_boxes_within};
+use crate::boxes::domain::Block;
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{STEP, goal};
 use crate::boxes::layout::{Grid, Layout};
 use crate::boxes::one_grid::{Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
+use crate::boxes::primal::axis_keys;
+use crate::boxes::primal::terms::separable_terms;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, USUAL_OVERLAP, first, graded};
 use crate::boxes::two_states;
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::{Potential, Scene};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 /// Largest number of unknowns of a grid that is solved for a forecast.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
@@ -25,17 +28,23 @@ const MAX_LAYOUT: u64 = 40 << 20;
 /// Work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about a second.
 const MAX_ENUMERATION: u64 = 200_000_000;
 
-/// Seconds of a processor that one small grid may take, by count, and the bytes that its preconditioner may have.
-const MAX_SECONDS: f64 = 1.0;
+/// Seconds of a processor that one small grid may take, by count, those that all of them may take together, and the bytes that a
+/// preconditioner may have.
+const MAX_SECONDS: f64 = 2.0;
+const MAX_SECONDS_OF_ALL: f64 = 5.0;
 const MAX_PRECONDITIONER: f64 = 60e6;
 
-/// Seconds of a processor for each entry of a conductor-free box, iteration and function of an axis, and for the modes of an interval
-/// with n functions, over n^3.
+/// Seconds of a processor for each entry of a conductor-free box, iteration and function of an axis, for each function of a term of the
+/// permittivity and iteration, and for the modes of an interval with n functions, over n^3.
 const OF_BOXES: f64 = 1.5e-10;
+const OF_TERMS: f64 = 3e-8;
 const OF_MODES: f64 = 2e-8;
 
-/// Iterations on a small grid.
-const FEW_ITERATIONS: f64 = 15.0;
+/// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of several permittivities.
+const FIRST_ITERATIONS: f64 = 40.0;
+
+/// Work on what a box has of a permittivity that is no product, for each of its cells, as [`Work`] counts it.
+const OF_MEANS: usize = 16;
 
 /// Grids that are solved for a forecast, about: each lists the conductor-free boxes of every part again.
 const GRIDS: u64 = 4;
@@ -87,11 +96,24 @@ fn small_layout(scene: &Scene, settings: &Settings) -> Result<Option<Layout>, So
     }
 }
 
-/// Forecasts unknowns, memory and time of [`crate::solve()`].
+/// What the forecasts of a plan may still take together.
+#[derive(Debug)]
+pub struct Effort {
+    /// Seconds of a processor, by count.
+    seconds: f64,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { seconds: MAX_SECONDS_OF_ALL }
+    }
+}
+
+/// Forecasts unknowns, memory and time of [`crate::solve()`], by which `effort` becomes less.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
-pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
+pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Result<Forecast, SolveError> {
     if small_layout(scene, settings)?.is_none() {
         return Ok(of_largest_grid(scene, settings));
     }
@@ -99,14 +121,16 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     let problem = GridProblem::new(scene, None, None, &explore)?;
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
-    let preconditioner = Preconditioner::of(&problem, &first(&problem.core, distance));
-    let overlap = preconditioner.as_ref().map_or(ROUGH_OVERLAP, |own| own.overlap);
-    let is_small = |grid: &Grid| preconditioner.as_ref().is_some_and(|own| own.is_small(&problem, grid));
+    let cost = Cost::of(&problem, &first(&problem.core, distance));
+    let overlap = cost.as_ref().map_or(ROUGH_OVERLAP, |own| own.overlap);
+    let mut take = |grid: &Grid, iterations: Option<usize>| match &cost {
+        Some(own) => own.take(&problem, grid, iterations, effort),
+        None => false,
+    };
     if settings.resolution.is_none()
-        && is_small(&first(&problem.core, distance))
-        && let Some(plan) = two_states::plan(scene, &problem)?
+        && let Some(plan) = two_states::plan(scene, &problem, &mut take)?
     {
-        let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings));
+        let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings, effort));
         return Ok(both(first?, second?));
     }
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
@@ -117,7 +141,7 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
     } else {
         let mut grid = first(&problem.core, distance);
         problem.check_memory(&grid)?;
-        if !is_small(&grid) {
+        if !take(&grid, None) {
             let dims = problem.core.domain(&grid).0.primal_dims().map(|n| USUAL_GROWTH * n);
             let pace = PACE * (overlap / USUAL_OVERLAP).max(1.0);
             let seconds = pace * USUAL_ITERATIONS * solves as f64 * work(dims);
@@ -140,7 +164,10 @@ pub fn forecast(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveErr
             dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
             let mut next = grid.clone();
             refine(&mut next, &indicator, (STEP * lacking).max(goal));
-            if lacking <= goal || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS || !is_small(&next) {
+            if lacking <= goal
+                || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS
+                || !take(&next, Some(outcome.iterations))
+            {
                 break;
             }
             grid = next;
@@ -184,19 +211,21 @@ fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
     }
 }
 
-/// What the preconditioner of a problem takes on its first grid.
-struct Preconditioner {
+/// What a problem takes on its first grid.
+struct Cost {
     /// Entries of all conductor-free boxes over those of the array.
     overlap: f64,
     /// Unknowns of the grid.
     unknowns: f64,
-    /// Seconds of a processor that a solve for all right-hand sides takes.
-    seconds: f64,
-    /// Of the boxes, bytes.
+    /// Seconds of a processor before the iterations, and for each of them, where there are so many for all right-hand sides.
+    setup: f64,
+    iteration: f64,
+    iterations: f64,
+    /// Of the preconditioner, bytes.
     bytes: f64,
 }
 
-impl Preconditioner {
+impl Cost {
     /// `None` if there are too many boxes to be listed.
     fn of(problem: &GridProblem<'_>, grid: &Grid) -> Option<Self> {
         let parts = || problem.parts.iter().filter(|part| !part.potentials.is_empty());
@@ -205,32 +234,54 @@ impl Preconditioner {
         let boxes = free_boxes_within(&domain, &mut work)?;
         let dims = domain.primal_dims();
         let array = dims.iter().product::<usize>().max(1) as f64;
+        let product = domain.product();
         let (mut entries, mut products) = (0.0, 0.0);
-        let mut intervals = BTreeSet::new();
+        let mut modes = BTreeMap::new();
         for own in &boxes {
+            let cells = if product.is_some() { 0 } else { OF_MEANS * own.volume() };
+            work.count(domain.permittivity.len() + cells)?;
             let shape =
                 [0, 1, 2].map(|a| domain.axes[a].open(own.block.lo[a], own.block.hi[a], own.held[a]).len());
             let volume = shape.iter().map(|n| *n as f64).product::<f64>();
             entries += volume;
             products += volume * shape.iter().sum::<usize>() as f64;
-            intervals.extend((0..3).map(|a| (a, own.block.lo[a], own.block.hi[a], own.held[a], shape[a])));
+            modes.extend(axis_keys(&domain, own).into_iter().zip(shape));
         }
-        let functions = || intervals.iter().map(|(.., n)| *n as f64);
-        let modes = OF_MODES * functions().map(|n| n.powi(3)).sum::<f64>();
+        let functions = |block: &Block| {
+            let of_axis = |a: usize| domain.axes[a].closed(block.lo[a], block.hi[a]).len() as f64;
+            of_axis(0) * of_axis(1) * of_axis(2)
+        };
+        let terms: f64 = separable_terms(&domain).iter().map(|(block, _)| functions(block)).sum();
+        let cubed = modes.values().map(|n| (*n as f64).powi(3)).sum::<f64>();
+        let squared = modes.values().map(|n| (*n as f64).powi(2)).sum::<f64>();
         let sides = parts().map(|part| part.potentials.len()).sum::<usize>() as f64;
         Some(Self {
             overlap: entries / array,
             unknowns: problem.unknowns(grid) as f64,
-            seconds: parts().count() as f64 * modes + OF_BOXES * FEW_ITERATIONS * sides * products,
-            bytes: 8.0 * (entries + functions().map(|n| n * n).sum::<f64>()),
+            setup: parts().count() as f64 * OF_MODES * cubed,
+            iteration: OF_BOXES * products + OF_TERMS * terms,
+            iterations: sides * FIRST_ITERATIONS,
+            bytes: 8.0 * (entries + squared),
         })
     }
 
-    /// Whether a grid of the same scene is solved for a forecast.
-    fn is_small(&self, problem: &GridProblem<'_>, grid: &Grid) -> bool {
+    /// Whether a grid of the same scene is solved for a forecast, which is then counted; `iterations` are those on the grid before.
+    fn take(
+        &self,
+        problem: &GridProblem<'_>,
+        grid: &Grid,
+        iterations: Option<usize>,
+        effort: &mut Effort,
+    ) -> bool {
         let larger = (problem.unknowns(grid) as f64 / self.unknowns).max(1.0);
         let bytes = larger * self.bytes + problem.memory(grid) as f64 / 2.0;
-        larger.powf(4.0 / 3.0) * self.seconds <= MAX_SECONDS && bytes <= MAX_PRECONDITIONER
+        let iterations = iterations.map_or(self.iterations, |known| known as f64);
+        let seconds = larger.powf(4.0 / 3.0) * (self.setup + iterations * self.iteration);
+        let is_small = seconds <= MAX_SECONDS.min(effort.seconds) && bytes <= MAX_PRECONDITIONER;
+        if is_small {
+            effort.seconds -= seconds;
+        }
+        is_small
     }
 }
 
@@ -279,5 +330,34 @@ impl GridProblem<'_> {
             right_hand_sides: solves,
             is_rough: false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use elastocap_geometry::scene::{Body, Box3, Wall};
+    use elastocap_geometry::shapes::Shape;
+
+    #[test]
+    fn forecasts_of_a_plan_share_their_effort_and_are_rough_when_it_is_spent() {
+        let cube = |at: f64, size: f64| Shape::Box(Box3 { min: [at, 0.0, 0.0], max: [at + size, 1.0, 1.1] });
+        let mut scene = Scene {
+            bodies: vec![Body::conductor("one", cube(0.0, 1.0)), Body::conductor("other", cube(2.0, 0.7))],
+            background_permittivity: 1.0,
+            domain: Box3::SPACE,
+            walls: [[Wall::Open; 2]; 3],
+        };
+        scene.bodies.push(Body::dielectric("between", cube(1.2, 0.6), 7.0));
+        let (settings, mut effort) = (Settings::default(), Effort::default());
+        let mut left = effort.seconds;
+        let first = forecast(&scene, &settings, &mut effort).unwrap();
+        assert!(!first.is_rough && effort.seconds < left, "{first:?} {effort:?}");
+        left = effort.seconds;
+        let again = forecast(&scene, &settings, &mut effort).unwrap();
+        assert!(again == first && effort.seconds < left, "{again:?} {effort:?}");
+        effort.seconds = 0.0;
+        let last = forecast(&scene, &settings, &mut effort).unwrap();
+        assert!(last.is_rough && effort.seconds == 0.0, "{last:?} {effort:?}");
     }
 }

@@ -21,6 +21,7 @@ use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
 use crate::boxes::grid_search::{Found, OneState, STEP, Search, goal};
+use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::primal::Primal;
@@ -71,7 +72,7 @@ pub(crate) struct Plan {
 /// A grid whose matrices cannot be factorised, a first one that is too large, a request to stop before anything is known.
 pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Found>, SolveError> {
     let begin = Instant::now();
-    let Some(plan) = plan(scene, problem)? else { return Ok(None) };
+    let Some(plan) = plan(scene, problem, &mut |_, _| true)? else { return Ok(None) };
     let settings = problem.settings;
     let own = OneState { distance: plan.distance, share: ITERATIONS * plan.spread };
     let [first, second] =
@@ -138,11 +139,16 @@ fn only(scene: &Scene, conductor: usize) -> Scene {
     out
 }
 
-/// How two grids are to be found, from two small ones for both states; `None` where one grid for both is better.
+/// How two grids are to be found, from two small ones for both states; `None` where one grid for both is better, or where a grid may not be
+/// solved: `may` is asked with the number of iterations on the one before.
 ///
 /// # Errors
 /// As for [`search`].
-pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Plan>, SolveError> {
+pub(crate) fn plan(
+    scene: &Scene,
+    problem: &GridProblem<'_>,
+    may: &mut impl FnMut(&Grid, Option<usize>) -> bool,
+) -> Result<Option<Plan>, SolveError> {
     const SHARE: f64 = 1e-3;
     if !is_suited(problem) {
         return Ok(None);
@@ -152,10 +158,16 @@ pub(crate) fn plan(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Pl
     let distance = open_space.distance(settings.relative_tolerance);
     let mut grid = first(&problem.core, distance);
     problem.check_memory(&grid)?;
+    if !may(&grid, None) {
+        return Ok(None);
+    }
     let outcome = on_grid(problem, &grid, SHARE, Lower::None, None)?;
     let indicator = outcome.indicator(problem);
     let step = STEP * missing(&grid, &indicator);
     refine(&mut grid, &indicator, step);
+    if !may(&grid, Some(outcome.iterations)) {
+        return Ok(None);
+    }
     let outcome = on_grid(problem, &grid, SHARE, Lower::None, Some(&outcome.potentials()))?;
     let upper = &outcome.bounds.upper;
     let scale = upper[(0, 1)].abs().max(settings.least_scale);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use elastocap_electrostatics::{Bounded, ResolutionLevel, Settings, Solution, forecast, solve};
+use elastocap_electrostatics::{Bounded, Effort, ResolutionLevel, Settings, Solution, forecast, solve};
 
 use super::Refused;
 use elastocap_case::{Case, Measurement};
@@ -110,7 +110,7 @@ impl Subject {
         bounds: bool,
     ) -> Option<f64> {
         let settings = self.settings(tolerance, bounds, level);
-        let found = forecast(&self.deformed.scene, &settings).ok()?;
+        let found = forecast(&self.deformed.scene, &settings, &mut Effort::default()).ok()?;
         (found.memory_bytes <= settings.memory_limit).then_some(found.seconds)
     }
 

@@ -13,16 +13,20 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// D and the coefficient of its rows: the stiffness of an axis is D^T diag(coefficient) D.
-pub(super) struct GradientMatrix {
-    matrix: Mat<f64>,
+/// Entries of slabs that are worth a task of their own.
+const SMALL_TASK: usize = 8192;
+
+/// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T diag(coefficient) D.
+#[derive(Debug)]
+pub(super) struct Gradient {
+    matrix: SparseRows<f64>,
     coefficient: Vec<f64>,
 }
 
-impl GradientMatrix {
+impl Gradient {
     /// Of an axis with a coefficient per interval, held ends trimmed off.
-    pub(super) fn new(axis: &Axis, coefficient: &[f64]) -> Result<Self, SolveError> {
-        let (whole, functions) = (divergence_matrix(&axis.line)?, axis.functions());
+    pub(super) fn new(axis: &Axis, coefficient: &[f64], window: &Range<usize>) -> Result<Self, SolveError> {
+        let (whole, first) = (divergence_matrix(&axis.line)?, axis.functions().start + window.start);
         let offsets = potential_offsets(&axis.line);
         let per_mode: Vec<f64> = per_element(axis, coefficient)
             .iter()
@@ -30,27 +34,12 @@ impl GradientMatrix {
             .flat_map(|(e, c)| std::iter::repeat_n(*c, offsets[e + 1] - offsets[e]))
             .collect();
         let rows: Vec<usize> = (0..per_mode.len()).filter(|r| per_mode[*r] != 0.0).collect();
+        let matrix = Mat::from_fn(rows.len(), window.len(), |i, j| whole[(rows[i], first + j)]);
         Ok(Self {
-            matrix: Mat::from_fn(rows.len(), functions.len(), |i, j| whole[(rows[i], functions.start + j)]),
+            matrix: SparseRows::from_mat(matrix.as_ref()),
             coefficient: rows.iter().map(|r| per_mode[*r]).collect(),
         })
     }
-
-    /// For a window of functions.
-    pub(super) fn cut(&self, window: &Range<usize>) -> Gradient {
-        let columns = self.matrix.as_ref().subcols(window.start, window.len());
-        Gradient { matrix: SparseRows::from_mat(columns), coefficient: self.coefficient.clone() }
-    }
-}
-
-/// Entries of slabs that are worth a task of their own.
-const SMALL_TASK: usize = 8192;
-
-/// A [`GradientMatrix`] on a window of functions.
-#[derive(Debug)]
-pub(super) struct Gradient {
-    matrix: SparseRows<f64>,
-    coefficient: Vec<f64>,
 }
 
 impl Primal {

@@ -7,12 +7,13 @@
 mod energies;
 pub(crate) mod faces;
 mod surplus;
+pub(crate) mod terms;
 #[cfg(test)]
 mod tests;
 
 use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
-use crate::boxes::domain::{Block, Domain, per_element};
+use crate::boxes::domain::{Domain, per_element};
 use crate::boxes::half_turn::fold::Fold;
 use crate::boxes::half_turn::halves::{not_in_quarters, reflected};
 use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
@@ -22,12 +23,13 @@ use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, Window, axpy, clear, target};
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::{ITERATION_LIMIT, Operator};
-use energies::{Gradient, GradientMatrix};
+use energies::Gradient;
 use faces::Faces;
 use faer::Mat;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use terms::{Product, separable_terms};
 
 /// Under a map, so many times as many iterations are made before giving up.
 const UNDER_MAP: usize = 2;
@@ -57,30 +59,28 @@ struct Terms {
     scratch: Vec<f64>,
 }
 
-impl Terms {
-    fn new(dims: Dims, matrices: &[TermMatrices]) -> Self {
-        let terms = matrices
-            .iter()
-            .map(|t| {
-                let cut = |m: &Mat<f64>, a: usize| {
-                    let w = &t.window[a];
-                    m.as_ref().submatrix(w.start, w.start, w.len(), w.len()).to_owned()
-                };
-                let sparse =
-                    |m: &[Mat<f64>; 3]| [0, 1, 2].map(|a| SparseRows::from_mat(cut(&m[a], a).as_ref()));
-                let (mass, stiffness) = (sparse(&t.mass), sparse(&t.stiffness));
-                Term {
-                    last: [&mass, &stiffness].map(|own| Strips::of_rows(&own[2], STRIP)),
-                    mass,
-                    stiffness,
-                    window: t.window.clone(),
-                    gradient: [0, 1, 2].map(|a| t.gradient[a].cut(&t.window[a])),
-                }
-            })
-            .collect();
-        Self { dims, terms, scratch: Vec::new() }
+impl Term {
+    /// Of a product of one factor per axis and interval that is zero outside a block.
+    fn new(domain: &Domain, (block, factors): &Product) -> Result<Self, SolveError> {
+        let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
+        let matrices = [0, 1, 2].map(|a| {
+            let axis = &domain.axes[a];
+            let first = axis.functions().start + window[a].start;
+            let (m, k) = line_matrices(&axis.line, &per_element(axis, &factors[a]));
+            let cut = |m: Mat<f64>| {
+                SparseRows::from_mat(m.as_ref().submatrix(first, first, window[a].len(), window[a].len()))
+            };
+            [cut(m), cut(k)]
+        });
+        let gradient = |a: usize| Gradient::new(&domain.axes[a], &factors[a], &window[a]);
+        let gradient = [gradient(0)?, gradient(1)?, gradient(2)?];
+        let last = matrices[2].each_ref().map(|own| Strips::of_rows(own, STRIP));
+        let [[m0, k0], [m1, k1], [m2, k2]] = matrices;
+        Ok(Self { mass: [m0, m1, m2], stiffness: [k0, k1, k2], last, window, gradient })
     }
+}
 
+impl Terms {
     /// y = A x on all functions, prescribed ones included.
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         let dims = self.dims;
@@ -148,20 +148,10 @@ fn batch(plane: usize) -> usize {
     (2048 / plane.max(1)).max(1)
 }
 
-/// 1D matrices of one separable term, trimmed of held ends.
-struct TermMatrices {
-    window: Window,
-    mass: [Mat<f64>; 3],
-    stiffness: [Mat<f64>; 3],
-    gradient: [GradientMatrix; 3],
-}
-
 /// The primal problem on one domain.
 #[derive(Debug)]
 pub(crate) struct Primal {
     dims: Dims,
-    /// The most that the terms of the permittivity add up to without their signs, over the permittivity.
-    cancellation: f64,
     /// Closed function ranges of the conductors.
     conductors: Vec<Window>,
     vertices: [Vec<usize>; 3],
@@ -190,34 +180,19 @@ impl Primal {
 
     fn preconditioned(domain: &Domain, schwarz: Schwarz<f32>) -> Result<Self, SolveError> {
         let dims = domain.primal_dims();
-        let trimmed = |a: usize, coefficient: &[f64]| {
-            let axis = &domain.axes[a];
-            let (m, k) = line_matrices(&axis.line, &per_element(axis, coefficient));
-            let f = axis.functions();
-            let cut = |m: Mat<f64>| m.as_ref().submatrix(f.start, f.start, f.len(), f.len()).to_owned();
-            (cut(m), cut(k))
-        };
-        let assemble = |window: Window, coefficient: &[Vec<f64>; 3]| -> Result<TermMatrices, SolveError> {
-            let [(m0, k0), (m1, k1), (m2, k2)] = [0, 1, 2].map(|a| trimmed(a, &coefficient[a]));
-            let [g0, g1, g2] = [0, 1, 2].map(|a| GradientMatrix::new(&domain.axes[a], &coefficient[a]));
-            let gradient = [g0?, g1?, g2?];
-            Ok(TermMatrices { window, mass: [m0, m1, m2], stiffness: [k0, k1, k2], gradient })
-        };
-        let window = |block: &Block| [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
         let terms = separable_terms(domain)
             .iter()
-            .map(|(block, factors)| assemble(window(block), factors))
+            .map(|product| Term::new(domain, product))
             .collect::<Result<Vec<_>, SolveError>>()?;
         Ok(Self {
             dims,
-            cancellation: cancellation(domain),
             conductors: domain
                 .conductors
                 .iter()
                 .map(|c| [0, 1, 2].map(|a| domain.axes[a].closed(c.lo[a], c.hi[a])))
                 .collect(),
             vertices: [0, 1, 2].map(|a| domain.axes[a].vertices()),
-            terms: Terms::new(dims, &terms),
+            terms: Terms { dims, terms, scratch: Vec::new() },
             faces: Faces::new(domain),
             bent: Gradients::new(domain, EXTRA)?.map(|gradients| (gradients, domain.clone())),
             bent_work: Work::default(),
@@ -225,11 +200,6 @@ impl Primal {
             schwarz,
             work: SchwarzWork::default(),
         })
-    }
-
-    /// What the rounding of an energy is multiplied by at most, because its terms do not all have one sign.
-    pub(crate) fn cancellation(&self) -> f64 {
-        self.cancellation
     }
 
     /// Iterations before giving up. The preconditioner is that of the boxes without their map: where this squeezes space a hundredfold, as
@@ -305,61 +275,6 @@ impl Operator for Primal {
     fn precondition(&mut self, r: &[f32], z: &mut [f32]) {
         self.schwarz.apply(r, z, &mut self.work);
     }
-}
-
-/// The permittivity as a sum of terms, each a product of one factor per axis and interval that is zero outside a block: one of the whole
-/// domain, and what differs from it.
-pub(crate) fn separable_terms(domain: &Domain) -> Vec<(Block, [Vec<f64>; 3])> {
-    let whole = Block { lo: [0; 3], hi: domain.cells() };
-    let factors = domain.separable(&whole);
-    let correction = |(block, difference): (Block, f64)| {
-        let indicator = [0, 1, 2].map(|a| {
-            let height = if a == 0 { difference } else { 1.0 };
-            (0..domain.cells()[a])
-                .map(|m| if (block.lo[a]..block.hi[a]).contains(&m) { height } else { 0.0 })
-                .collect::<Vec<_>>()
-        });
-        (block, indicator)
-    };
-    let corrections = corrections(domain, &factors);
-    std::iter::once((whole, factors)).chain(corrections.into_iter().map(correction)).collect()
-}
-
-/// The most that a product of factors and what differs from it are in any cell without their signs, over the permittivity of the cell.
-fn cancellation(domain: &Domain) -> f64 {
-    let cells = domain.cells();
-    let [x, y, z] = domain.separable(&Block { lo: [0; 3], hi: cells });
-    let places =
-        (0..cells[0]).flat_map(|i| (0..cells[1]).flat_map(move |j| (0..cells[2]).map(move |k| [i, j, k])));
-    let of = |[i, j, k]: [usize; 3]| {
-        let (own, product) = (domain.permittivity_of([i, j, k]), x[i] * y[j] * z[k]);
-        (product + (own - product).abs()) / own
-    };
-    places.map(of).fold(1.0, f64::max)
-}
-
-/// Cells where the permittivity differs from the product of factors, merged to boxes along the last axis.
-fn corrections(domain: &Domain, factors: &[Vec<f64>; 3]) -> Vec<(Block, f64)> {
-    let cells = domain.cells();
-    let mut out: Vec<(Block, f64)> = Vec::new();
-    for i in 0..cells[0] {
-        for j in 0..cells[1] {
-            for k in 0..cells[2] {
-                let true_value = domain.permittivity_of([i, j, k]);
-                let difference = true_value - factors[0][i] * factors[1][j] * factors[2][k];
-                if difference.abs() <= 1e-14 * true_value {
-                    continue;
-                }
-                match out.last_mut() {
-                    Some((b, d)) if b.lo[0] == i && b.lo[1] == j && b.hi[2] == k && *d == difference => {
-                        b.hi[2] = k + 1
-                    }
-                    _ => out.push((Block { lo: [i, j, k], hi: [i + 1, j + 1, k + 1] }, difference)),
-                }
-            }
-        }
-    }
-    out
 }
 
 /// How potentials on the half of a scene fall into parts on quarters of it, where the domain is such a half.

@@ -4,7 +4,7 @@
 use super::grids::joined_domain;
 use crate::boxes::domain::{Block, Domain, per_element};
 use crate::boxes::primal::faces::Faces;
-use crate::boxes::primal::separable_terms;
+use crate::boxes::primal::terms::separable_terms;
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::tensor::{Dims, SparseRows, Window, along, axpy, dot};
 use elastocap_geometry::scene::across;
