@@ -7,6 +7,7 @@ use super::delaunay::{Delaunay, Encroachment, FlatTets, Insertion, Refusal, sort
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Seed};
 use super::{MeshError, Point, Sizing};
 use elastocap_linalg::vector::{length, minus};
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +22,10 @@ struct Subsegment {
     /// The segment, by its place in [`MeshInProgress::segments`].
     segment: u32,
 }
+
+/// How many questions on which side of a plane a point lies take as long as a point that is tried, about: many of these points lie in the plane, which
+/// takes exact arithmetic.
+const ORIENTATIONS: usize = 500;
 
 /// The triangulation and the complex that it has to contain.
 #[derive(Debug)]
@@ -47,6 +52,8 @@ pub(super) struct MeshInProgress {
     cancel: Option<Arc<AtomicBool>>,
     /// See [`Sizing::most_insertions`].
     most_insertions: usize,
+    /// How often the side of a plane that a point lies on was asked for while cavities were filled.
+    orientations: Cell<usize>,
 }
 
 /// The place of a point on a space-filling curve: points with near places are near in space (Morton order).
@@ -82,6 +89,7 @@ impl MeshInProgress {
             least_roundness: f64::NEG_INFINITY,
             cancel,
             most_insertions,
+            orientations: Cell::new(0),
             complex,
         };
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
@@ -121,9 +129,14 @@ impl MeshInProgress {
         Ok(out)
     }
 
+    /// Counts how often the side of a plane that a point lies on was asked for.
+    pub(super) fn count_orientations(&self, more: usize) {
+        self.orientations.set(self.orientations.get() + more);
+    }
+
     /// Whether the caller has asked the mesher to stop, or it has worked for as long as it may.
     pub(super) fn cancelled(&self) -> bool {
-        self.mesh.insertions > self.most_insertions
+        self.mesh.insertions + self.orientations.get() / ORIENTATIONS > self.most_insertions
             || self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 

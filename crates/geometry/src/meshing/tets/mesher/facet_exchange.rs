@@ -98,7 +98,7 @@ impl MeshInProgress {
                     }
                     Err(stuck) => {
                         growths += 1;
-                        if growths > MAX_GROWTHS || !self.grow_half(&mut half, &mut cavity, stuck) {
+                        if growths > MAX_GROWTHS || self.cancelled() || !self.grow_half(&mut half, &mut cavity, stuck) {
                             return false;
                         }
                     }
@@ -118,7 +118,10 @@ impl MeshInProgress {
     fn filled_half(&self, half: &Half) -> Result<Vec<[u32; 4]>, [u32; 3]> {
         let surface: Vec<[u32; 3]> = half.region.iter().chain(half.rim.keys()).copied().collect();
         let corners: Vec<u32> = half.corners.iter().copied().collect();
-        self.mesh.filled(&surface, &corners)
+        self.mesh.filled(&surface, &corners, &|orientations| {
+            self.count_orientations(orientations);
+            !self.cancelled()
+        })
     }
 
     /// The two parts, above and below, into which a region of a facet divides the tetrahedra that it pierces. `None` if it

@@ -28,7 +28,7 @@ impl MeshInProgress {
     /// consist of kept edges.
     ///
     /// # Errors
-    /// [`MeshError::Unreachable`] if that takes too many points.
+    /// [`MeshError::Unreachable`] if that takes too many points, and [`MeshError::Cancelled`].
     pub(super) fn recover_facets(&mut self, max_points: usize) -> Result<(), MeshError> {
         let mut open: Vec<usize> = (0..self.complex.facets.len()).collect();
         for _ in 0..MAX_ROUNDS {
@@ -62,6 +62,7 @@ impl MeshInProgress {
         }
         let mut complete = true;
         for region in self.regions(missing) {
+            self.go_on()?;
             if self.mesh.points.len() > max_points {
                 return Err(self.unreachable(self.centroid(region.triangles[0])));
             }
@@ -70,6 +71,7 @@ impl MeshInProgress {
                     complete &= self.keep_face(f, t);
                 }
             } else {
+                self.go_on()?;
                 self.add_point_in(f, &region)?;
                 complete = false;
             }

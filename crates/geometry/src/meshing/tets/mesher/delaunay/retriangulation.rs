@@ -8,6 +8,7 @@
 use super::predicates::{in_sphere, orientation};
 use super::{Delaunay, FACES, OptionalIndex, Point, TetFace};
 use crate::import::intersect::flat_turn;
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
 
 /// The corners of a face in the order that shows its inner side, the smallest first.
@@ -38,6 +39,9 @@ fn reversed([a, b, c]: [u32; 3]) -> OrientedFace {
     rotated([a, c, b])
 }
 
+/// Points whose sides are asked for where a triangle is compared with a tetrahedron, at most.
+const ORIENTATIONS: usize = 140;
+
 /// A face of the surface of what is still to be filled.
 #[derive(Debug, Clone, Copy)]
 struct OpenFace {
@@ -60,6 +64,8 @@ struct Front<'a> {
     faces: Vec<OpenFace>,
     /// The places in `faces` of those that are open.
     open: HashMap<OrientedFace, usize>,
+    /// How often the side of a plane that a point lies on was asked for, about.
+    orientations: Cell<usize>,
 }
 
 impl Front<'_> {
@@ -70,6 +76,10 @@ impl Front<'_> {
         let place = self.faces.len();
         self.faces.push(OpenFace { corners, low, high });
         self.open.insert(corners, place).is_none()
+    }
+
+    fn count(&self, orientations: usize) {
+        self.orientations.set(self.orientations.get() + orientations);
     }
 
     /// Whether a tetrahedron on an open face lies in what is to be filled, and leaves a proper surface.
@@ -85,6 +95,7 @@ impl Front<'_> {
                     orientation(a, b, c, q) >= 0.0
                 })
         };
+        self.count(corners.len());
         if corners.iter().any(|&p| !tet.contains(&p) && inside(p)) {
             return false;
         }
@@ -98,9 +109,11 @@ impl Front<'_> {
         }
         self.faces.iter().enumerate().all(|(place, face)| {
             let apart = (0..3).any(|a| face.high[a] < low[a] || high[a] < face.low[a]);
-            apart
-                || self.open.get(&face.corners) != Some(&place)
-                || (!self.enters(face.corners, tet) && !self.crosses(face.corners, tet))
+            if apart || self.open.get(&face.corners) != Some(&place) {
+                return true;
+            }
+            self.count(ORIENTATIONS);
+            !self.enters(face.corners, tet) && !self.crosses(face.corners, tet)
         })
     }
 
@@ -169,10 +182,19 @@ impl Delaunay {
     /// a positive tetrahedron is on that side), without further points than `corners`. None of them has all its corners on one
     /// facet.
     ///
+    /// `goes_on` is told how often the side of a plane that a point lies on was asked for since the last time, about, which is what takes time,
+    /// and says whether to go on.
+    ///
     /// # Errors
-    /// A face for which no corner is found.
-    pub(crate) fn filled(&self, surface: &[[u32; 3]], corners: &[u32]) -> Result<Vec<[u32; 4]>, [u32; 3]> {
-        let mut front = Front { points: &self.points, faces: Vec::new(), open: HashMap::new() };
+    /// A face for which no corner is found, or at which the work was given up.
+    pub(crate) fn filled(
+        &self,
+        surface: &[[u32; 3]],
+        corners: &[u32],
+        goes_on: &dyn Fn(usize) -> bool,
+    ) -> Result<Vec<[u32; 4]>, [u32; 3]> {
+        let (faces, open, orientations) = (Vec::new(), HashMap::new(), Cell::new(0));
+        let mut front = Front { points: &self.points, faces, open, orientations };
         for &face in surface {
             if !front.add(face) {
                 return Err(face);
@@ -197,6 +219,10 @@ impl Delaunay {
                     && orientation(at(a), at(b), at(c), at(*d)) > 0.0
                     && !self.on_one_facet(&[a, b, c, *d])
             };
+            if !goes_on(front.orientations.take()) {
+                return Err([a, b, c]);
+            }
+            front.count(corners.len());
             let mut candidates: Vec<u32> = corners.iter().copied().filter(sees).collect();
             let in_sphere_of = |d: u32, e: u32| in_sphere([a, b, c, d].map(at), at(e));
             let apex = loop {
