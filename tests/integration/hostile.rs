@@ -187,7 +187,7 @@ fn little_address_space_ends_a_run_with_a_message_and_without_leftovers() {
 
 #[test]
 fn a_check_counts_roughly_where_a_finer_count_takes_long_and_its_answer_is_the_same_every_time() {
-    for name in ["spiral8-and-box", "spiral5-two-boxes", "no-stop-in-plan"] {
+    for name in ["spiral8-and-box", "spiral5-two-boxes", "no-stop-in-plan", "many-rings"] {
         let sandbox = Sandbox::new();
         let path = acceptance(&format!("found3/{name}.toml"));
         let check = || limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(0);
