@@ -31,8 +31,8 @@ pub(super) struct Progress {
 #[derive(Debug)]
 struct Done {
     begun: Instant,
-    /// When the first step began: what all steps need was done then.
-    steps_begun: Option<Instant>,
+    /// When the first step began after what the steps need was done, and how many were done by then.
+    steps_begun: Option<(Instant, usize)>,
     steps: usize,
     of: usize,
     doing: String,
@@ -81,12 +81,16 @@ impl Drop for Progress {
 
 impl Observer for Progress {
     fn preparing(&self, what: &str) {
-        self.note(|done| done.doing = what.to_owned());
+        self.note(|done| {
+            done.doing = what.to_owned();
+            done.steps_begun = None;
+        });
     }
 
     fn step_begun(&self, _index: usize) {
         self.note(|done| {
-            done.steps_begun.get_or_insert_with(Instant::now);
+            let steps = done.steps;
+            done.steps_begun.get_or_insert_with(|| (Instant::now(), steps));
             done.doing.clear();
         });
     }
@@ -205,12 +209,12 @@ impl Done {
             return None;
         }
         match self.steps_begun {
-            Some(begun) if self.steps > 0 => {
-                let each = (now - begun).as_secs_f64() / self.steps as f64;
+            Some((begun, before)) if self.steps > before => {
+                let each = (now - begun).as_secs_f64() / (self.steps - before) as f64;
                 // A step that has begun counts as one that has not: the time of the last one never falls to nothing.
                 Some(each * self.of.saturating_sub(self.steps) as f64)
             }
-            Some(begun) => positive(fields - (now - begun).as_secs_f64()),
+            Some((begun, _)) => positive(fields - (now - begun).as_secs_f64()),
             None => positive(layer - (now - self.begun).as_secs_f64()).map(|left| left + fields),
         }
     }
@@ -256,11 +260,14 @@ mod tests {
         assert!(
             done.text(at(70)).starts_with("0/4 steps, ") && done.text(at(70)).ends_with(" elapsed, layer")
         );
-        done.steps_begun = Some(at(80));
+        done.steps_begun = Some((at(80), 0));
         assert_eq!(done.left(at(90)), Some(30.0));
         assert_eq!(done.left(at(130)), None);
         done.steps = 1;
         assert_eq!(done.left(at(100)), Some(60.0));
+        // One step was done before the layer.
+        (done.steps, done.steps_begun) = (2, Some((at(80), 1)));
+        assert_eq!(done.left(at(100)), Some(40.0));
         done.steps = 4;
         assert_eq!(done.left(at(160)), None, "how long steps take that are solved again is not known");
         done.doing.clear();

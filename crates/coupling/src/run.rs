@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
-use elastocap_case::Case;
+use elastocap_case::{Case, Mechanics};
 
 use crate::change::{ChangeSearch, note_changes};
 use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
+use crate::load_steps::StepLoad;
 use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
@@ -139,20 +140,8 @@ impl<'a> Run<'a> {
     /// Solves all steps; with `shared`, fields that other cases have solved are taken from there.
     pub fn solve(&self, observer: &dyn Observer, shared: Option<&Arc<SharedFields>>) {
         let Self { case, plan, options, cancel, .. } = *self;
-        let layer = self.layer.get_or_init(|| {
-            let report = |what: &str| observer.preparing(what);
-            prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &report)
-        });
-        if let Prepared::FiniteElement(run) = layer
-            && let Some(solution) = &run.solution
-            && observer.layer_solved(solution).is_break()
-        {
-            cancel.store(true, Ordering::Relaxed);
-        }
-        let solver = self.solver(layer, shared);
         let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
-        let solve = |slot: usize| {
-            let step = *work.get(slot)?;
+        let solve = |solver: &Solver<'_>, step: &PlannedStep| {
             let found = observer.finished_before(step.index);
             if let Some(result) = found.and_then(|found| solver.restored(step, found)) {
                 observer.step_done(&result);
@@ -171,12 +160,37 @@ impl<'a> Run<'a> {
             observer.step_done(&result);
             Some(result)
         };
-        side_by_side(plan.at_once, work.len(), cancel, |slot| {
-            let result = solve(slot);
-            if let Some(place) = self.solved().get_mut(slot) {
-                *place = result;
-            }
+        let solve_all = |layer: &Prepared, slots: &[usize]| {
+            let solver = self.solver(layer, shared);
+            side_by_side(plan.at_once, slots.len(), cancel, |k| {
+                let Some((&slot, step)) = slots.get(k).and_then(|slot| Some((slot, *work.get(*slot)?)))
+                else {
+                    return;
+                };
+                let result = solve(&solver, step);
+                if let Some(place) = self.solved().get_mut(slot) {
+                    *place = result;
+                }
+            });
+        };
+        let at_rest = self.slots_at_rest(&work);
+        if let Some(&last) = at_rest.last() {
+            let loads = vec![StepLoad::None; work.get(last).map_or(0, |step| step.index + 1)];
+            solve_all(&prepare(case, &loads, plan.layer_memory_limit, cancel, &|_| ()), &at_rest);
+        }
+        let layer = self.layer.get_or_init(|| {
+            let report = |what: &str| observer.preparing(what);
+            prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &report)
         });
+        if let Prepared::FiniteElement(run) = layer
+            && let Some(solution) = &run.solution
+            && observer.layer_solved(solution).is_break()
+        {
+            cancel.store(true, Ordering::Relaxed);
+        }
+        let loaded: Vec<usize> = (0..work.len()).filter(|slot| !at_rest.contains(slot)).collect();
+        solve_all(layer, &loaded);
+        let solver = self.solver(layer, shared);
         if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
             let what = "steps are solved again for their change";
             observer.preparing(what);
@@ -190,6 +204,17 @@ impl<'a> Run<'a> {
             *self.solved() = again;
         }
         self.is_over.store(true, Ordering::Release);
+    }
+
+    /// The steps, by their places in `work`, that are solved before the layer is pressed: those that nothing presses, where that takes finite elements in space,
+    /// and so perhaps minutes.
+    fn slots_at_rest(&self, work: &[&PlannedStep]) -> Vec<usize> {
+        let is_slow = matches!(self.case.mechanics, Some(Mechanics::Solid(_))) && self.case.has_conductors();
+        let is_at_rest = |step: &PlannedStep| step.load.bits() == 0;
+        if !is_slow || work.iter().all(|step| is_at_rest(step)) {
+            return Vec::new();
+        }
+        (0..work.len()).filter(|slot| work.get(*slot).is_some_and(|step| is_at_rest(step))).collect()
     }
 
     /// What was found, which is taken from the run: the steps that are not solved by now are not run. Of those that are being solved by

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use elastocap_case::{Case, Load};
-use elastocap_coupling::outcome::{Missed, Outcome, Status, StepResult};
+use elastocap_coupling::outcome::{Missed, Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan};
 use elastocap_coupling::run::{Observer, Run, run};
 
@@ -206,4 +206,41 @@ fn a_layer_in_space_that_does_not_fit_into_the_memory_is_not_begun() {
     let Status::Failed(reason) = &outcome.steps[0].row.status else { panic!("{:?}", outcome.steps[0].row) };
     assert!(reason.to_string().contains("of memory"), "{reason}");
     assert!(!outcome.is_complete());
+}
+
+/// Stops a run as soon as its layer is pressed.
+struct StopAtLayer(Arc<AtomicBool>, Mutex<Vec<usize>>);
+
+impl Observer for StopAtLayer {
+    fn preparing(&self, what: &str) {
+        if what.starts_with("layer") {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn step_done(&self, step: &StepResult) {
+        assert!(!self.0.load(Ordering::Relaxed), "{}", step.index);
+        self.1.lock().unwrap().push(step.index);
+    }
+}
+
+#[test]
+fn the_capacitance_at_rest_is_there_before_a_layer_in_space_is_pressed() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pair-under-sphere.toml");
+    let mut case = elastocap_case::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
+    let mut at_rest = case.clone();
+    at_rest.load = Some(Load::Compression(vec![0.0]));
+    let whole = solve(&at_rest, &Plan::new(&at_rest, &NUMBERS_ONLY));
+    // The steps need not be in the order of their loads.
+    case.load = Some(Load::Compression(vec![0.1, 0.0]));
+    let cancel = Arc::new(AtomicBool::new(false));
+    let stop = StopAtLayer(Arc::clone(&cancel), Mutex::default());
+    let outcome = run(&case, &Plan::new(&case, &NUMBERS_ONLY), &NUMBERS_ONLY, &cancel, &stop);
+    assert_eq!(*stop.1.lock().unwrap(), [1]);
+    assert_eq!(outcome.steps[0].row.status, Status::NotRun);
+    let [found, alone] = [&outcome, &whole].map(|outcome| &outcome.steps[outcome.steps.len() - 1].row);
+    let bounds = |row: &Row| [row.capacitance_lower_f, row.capacitance_f, row.capacitance_upper_f];
+    assert_eq!((bounds(found), found.gap_m), (bounds(alone), alone.gap_m));
+    assert!(found.status == Status::Ok && found.capacitance_f.is_some() && outcome.stopped);
 }

@@ -98,7 +98,10 @@ impl MeshInProgress {
                     }
                     Err(stuck) => {
                         growths += 1;
-                        if growths > MAX_GROWTHS || self.cancelled() || !self.grow_half(&mut half, &mut cavity, stuck) {
+                        if growths > MAX_GROWTHS
+                            || self.cancelled()
+                            || !self.grow_half(&mut half, &mut cavity, stuck)
+                        {
                             return false;
                         }
                     }
