@@ -87,11 +87,13 @@ def of_both(check, run, result):
         faults.append(f"run failed: {first(run.err)}")
     if result and plan:
         planned = {step["index"]: step.get("failure") for step in plan["steps"]}
+        doubted = {step["index"]: step.get("doubt") for step in plan["steps"]}
         for index, step in enumerate(result.get("steps", [result])):
             status, foretold = str(step.get("status", "")), planned.get(index)
             if foretold and status.startswith("ok"):
                 faults.append(f"lie: step {index} is said to fail ({foretold}), and is {status}")
-            if not foretold and status.startswith("failed") and not NOT_FORETOLD.search(status):
+            in_doubt = doubted.get(index) and doubted[index] in status
+            if not foretold and status.startswith("failed") and not in_doubt and not NOT_FORETOLD.search(status):
                 faults.append(f"lie: step {index} is not said to fail, and is {status[:200]}")
     if plan:
         said = max(plan["memory_bytes"], (plan.get("layer") or {}).get("memory_bytes", 0))

@@ -138,6 +138,12 @@ impl IndenterMap {
         self.touch.moved().unwrap_or(0.0)
     }
 
+    /// All that the map of the indenter bends, with the film in a layer whose `highest` body is so high, m.
+    pub(super) fn zone(&self, highest: f64) -> Box3 {
+        let Box3 { min: [left, low, near], max } = self.ends;
+        Box3 { min: [left, if self.film() > 0.0 { highest } else { low }, near], max }
+    }
+
     /// By how much the film moves a point of the layer or above it, m: across the film under the box, and less towards the ends of the
     /// map and down to a height `from`. The layer `under` it is the one before.
     pub(super) fn lowered(&self, x: [f64; 3], from: f64, under: &Under<'_>) -> [f64; 3] {

@@ -8,16 +8,18 @@ mod axes;
 mod beyond;
 mod contact;
 mod films;
+mod foretold;
 mod in_layer;
 mod indenter;
 mod pair_frame;
 mod profile;
 mod remembered;
+mod room;
 mod surface;
 
 use std::sync::Arc;
 
-use elastocap_case::{Case, Mechanics};
+use elastocap_case::{Case, Mechanics, Pose};
 use elastocap_electrostatics::{MapAxis, SceneMap};
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::surfaces::{Corners, SurfaceBody};
@@ -34,11 +36,13 @@ use beyond::level_beyond;
 use contact::{Surface, edges};
 use films::Contact;
 pub(crate) use films::{Film, Films};
+pub(crate) use foretold::in_the_way;
 use in_layer::InLayer;
 use indenter::{IndenterMap, Under, last_within};
 use pair_frame::Frame;
 use profile::Profile;
 use remembered::Remembered;
+use room::Others;
 use surface::{Below, Bent, SurfaceMap};
 
 /// A scene under a map.
@@ -144,6 +148,14 @@ impl LayerMap<'_> {
         }
     }
 
+    /// All that it bends above the substrate.
+    fn zone(&self) -> Box3 {
+        match self {
+            Self::Pair(frame, _) => frame.zone(),
+            Self::Surface(own) => own.zone(),
+        }
+    }
+
     /// The height of the highest electrode in the layer, m.
     fn highest(&self) -> f64 {
         match self {
@@ -166,8 +178,8 @@ pub(crate) struct Found<'a> {
     pub(crate) step: &'a FiniteElementStep,
     /// The displacement of the layer.
     pub(crate) displacement: &'a Displacement<'a>,
-    /// The height of the indenter above the layer, m; zero from contact on.
-    pub(crate) distance: f64,
+    /// How indenter and what is attached are moved besides; the distance of the indenter is zero from contact on.
+    pub(crate) pose: &'a Pose,
 }
 
 /// The scene of a layer by finite elements under a map, with what lies between it and a round indenter. `None` where the planes of the
@@ -195,7 +207,9 @@ pub(crate) fn bent_scene(
     let own = indenter_in_field(case);
     let form = IndenterForm::of(case, own.and_then(|own| own.height));
     let in_field = form.filter(|_| own.is_some());
-    let lowest = step.deformed_thickness + found.distance;
+    let distance = found.pose.distance;
+    let lowest = step.deformed_thickness + distance;
+    let others = Others::of(case, &deformed.scene, step.deformed_thickness - layer.thickness, found.pose)?;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
         [x + u[0], pad[1] + u[1], z + u[2]]
@@ -209,7 +223,7 @@ pub(crate) fn bent_scene(
     let pair = case.electrodes.as_ref().map(|own| own.regions().map(|region| lowered(&region, scale)));
     let scene = pair.map_or_else(|| deformed.scene.clone(), |regions| deformed.with_pair(regions));
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
-        let rests = found.distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
+        let rests = distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
         let parts = Parts {
             layer: part,
             rests,
@@ -220,6 +234,7 @@ pub(crate) fn bent_scene(
             tiny,
             contrast,
             rods: &rods,
+            others: &others,
             scale,
         };
         let scene = match part {
@@ -247,9 +262,9 @@ pub(crate) fn bent_scene(
                     let place = [x.abs(), z.abs()];
                     lowest + form.lower_side(x, z) - material.height_at([place[0], pad[1], place[1]], place)
                 };
-                covered(&form, found.distance, &gap)
+                covered(&form, distance, &gap)
             });
-            let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover) else {
+            let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover, &others) else {
                 return Ok(None);
             };
             let Some(mut bent) = joined(&LayerMap::Pair(&frame, &material))? else { return Ok(None) };
@@ -278,7 +293,7 @@ pub(crate) fn bent_scene(
                 let thickness = layer.thickness;
                 let bodies = inside.clone();
                 let bent = Bent { below, electrodes, thickness, corners, is_plane, is_half, scale, bodies };
-                joined(&LayerMap::Surface(&SurfaceMap::new(&scene, bent, &displacement)))
+                joined(&LayerMap::Surface(&SurfaceMap::new(&scene, &others, bent, &displacement)))
             };
             let blend = if is_in_layer { None } else { Some(with(Below::Blend)?) };
             let is_wide = |bent: &BentScene| bent.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME;
@@ -395,6 +410,8 @@ struct Parts<'a> {
     contrast: f64,
     /// Of the bodies in the layer.
     rods: &'a Rods,
+    /// What is not bent along.
+    others: &'a Others,
     /// Heights of the boxes of the layer over those of its material before loading, where bodies lie in it.
     scale: f64,
 }
@@ -463,7 +480,12 @@ impl Parts<'_> {
         let [along, across] = layer.mirrored();
         let mirrored = [is_half && along, false, across];
         let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
-        self.check_room(scene, &axes)?;
+        if !self.rests {
+            self.others.check(&layer.zone())?;
+        }
+        if let Some(own) = &indenter {
+            self.others.check(&own.zone(highest))?;
+        }
         let map = SceneMap::new(axes, exact);
         let map = match indenter.as_ref().and_then(IndenterMap::rounded) {
             Some(rounded) => map.with_rounded(rounded),
@@ -496,40 +518,6 @@ impl Parts<'_> {
         let of_rods = self.rods.error(mapped.iter().zip(&lengths).map(|(own, length)| own / length - 1.0));
         let deviation = self.deviation(&map, &exact, surface, highest).max(of_rods) + film_error;
         Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error, beyond: 0.0 }))
-    }
-
-    /// Refuses bodies that the map would bend along.
-    fn check_room(&self, scene: &Scene, axes: &[MapAxis; 3]) -> Result<(), SceneError> {
-        let ends = |a: usize| {
-            let last = axes[a].breaks.last().copied().unwrap_or(0.0);
-            let first = axes[a].breaks.first().copied().unwrap_or(0.0);
-            [if axes[a].mirrored { -last } else { first }, last]
-        };
-        // Below the substrate's face nothing moves.
-        let zone = [ends(0), [ends(1)[0].max(0.0), ends(1)[1]], ends(2)];
-        let is_other = |body: &&Body| {
-            matches!(body.purpose, Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter | Purpose::InLayer)
-        };
-        // What moves with the layer is bent along as it should be; other bodies on one wire with it are not.
-        let surface = self.layer.surface();
-        let is_in_layer = |body: &Body, region: &Box3| {
-            body.purpose == Purpose::InLayer
-                && region.min[1] >= -self.tiny
-                && region.max[1] <= surface + self.tiny
-        };
-        let is_in_the_way = |body: &&Body| {
-            let parts = body.parts.iter().filter_map(Shape::bounds);
-            let parts = parts.filter(|region| !is_in_layer(body, region));
-            let inside = |region: Box3| {
-                (0..3)
-                    .all(|a| region.max[a] > zone[a][0] + self.tiny && region.min[a] < zone[a][1] - self.tiny)
-            };
-            parts.into_iter().any(inside)
-        };
-        match scene.bodies.iter().filter(is_other).find(is_in_the_way) {
-            Some(body) => Err(SceneError::InTheIndentersWay { body: body.name.clone() }),
-            None => Ok(()),
-        }
     }
 
     /// How far the polynomials leave surface and indenter, over the distance from the electrodes.

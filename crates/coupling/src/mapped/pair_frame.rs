@@ -13,6 +13,7 @@ use elastocap_electrostatics::{MapAxis, SceneMap};
 use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
+use super::room::Others;
 use super::surface::DECAY;
 use crate::deform::{FiniteElementStep, Material};
 use crate::scene::DeformedScene;
@@ -49,6 +50,7 @@ impl Frame {
         step: &FiniteElementStep,
         material: &Material<'_>,
         cover: [f64; 2],
+        others: &Others,
     ) -> Option<Self> {
         let pair = deformed.pair?;
         let before = electrodes.regions();
@@ -97,7 +99,9 @@ impl Frame {
         let below = (depth < -tiny).then_some(depth);
         let is_wall = domain.max[1] <= step.deformed_thickness + tiny;
         let reach = surface + DECAY * material.pad[1];
-        let above = (!is_wall).then(|| if domain.max[1].is_finite() { domain.max[1] } else { reach });
+        let ends = [0, 2].map(|a| planes[a].last().map_or(0.0, |p| p[1]));
+        let above = if domain.max[1].is_finite() { domain.max[1] } else { reach };
+        let above = (!is_wall).then_some(above.min(others.ceiling(&ends.map(|end| [-end, end]))));
         let ascending =
             |p: &[[f64; 2]]| p.windows(2).all(|w| w[1][0] - w[0][0] > tiny && w[1][1] - w[0][1] > tiny);
         let room = above.is_none_or(|above| above > surface + tiny);
@@ -179,6 +183,12 @@ impl Frame {
             scene.domain.max[1] = surface;
         }
         Some(scene)
+    }
+
+    /// All that the map bends above the substrate.
+    pub(super) fn zone(&self) -> Box3 {
+        let [along, surface, across] = [0, 1, 2].map(|a| self.planes[a].last().map_or(0.0, |p| p[1]));
+        Box3 { min: [-along, 0.0, -across], max: [along, self.above.unwrap_or(surface), across] }
     }
 
     /// The grid of the map's polynomials.

@@ -11,17 +11,18 @@
 //! of the layer there. Above the layer the displacement of the surface falls to zero.
 
 use elastocap_electrostatics::MapAxis;
-use elastocap_geometry::scene::{Purpose, Scene, Wall};
+use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
 use super::axes::{Piece, joined};
 use super::in_layer::InLayer;
+use super::room::Others;
 
 /// Where nothing else ends it, how far a displacement reaches beyond what moves, in thicknesses of the layer.
 pub(super) const DECAY: f64 = 1.5;
 
 /// How far it reaches at least, over the displacement along x1 or x3 that it has there.
-const DECAY_OF_SLIDING: f64 = 2.5;
+pub(super) const DECAY_OF_SLIDING: f64 = 2.5;
 
 /// Degree of the map's polynomials along the surface, there with bodies in the layer, and over the height of the layer: near the
 /// substrate, of a blend and with bodies two more there, and near the surface.
@@ -42,7 +43,7 @@ const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 /// The surface is followed to where it has come back to its height within this share of the thickness, at least and at most so many
 /// thicknesses beside the outermost corner.
 const FLAT: f64 = 2e-3;
-const FOLLOWED: [f64; 2] = [1.0, 5.0];
+pub(super) const FOLLOWED: [f64; 2] = [1.0, 5.0];
 
 /// Walls whose distances differ by less than this share of the thickness are at the same one.
 const SAME: f64 = 1e-9;
@@ -99,7 +100,12 @@ pub(super) struct SurfaceMap<'a> {
 }
 
 impl<'a> SurfaceMap<'a> {
-    pub(super) fn new(scene: &Scene, bent: Bent, displacement: &'a dyn Fn([f64; 3]) -> [f64; 3]) -> Self {
+    pub(super) fn new(
+        scene: &Scene,
+        others: &Others,
+        bent: Bent,
+        displacement: &'a dyn Fn([f64; 3]) -> [f64; 3],
+    ) -> Self {
         let surface = bent.scale * bent.thickness;
         let covers_all = bent.scale != 1.0;
         let (mut followed, mut ends, mut at_wall) = ([[0.0; 2]; 2], [[0.0; 2]; 2], [[false; 2]; 2]);
@@ -160,8 +166,8 @@ impl<'a> SurfaceMap<'a> {
         let top = scene.domain.max[1];
         let above = match top.is_finite() {
             true if is_under_wall => surface,
-            true => top,
-            false => surface + DECAY * surface,
+            true => top.min(others.ceiling(&ends)),
+            false => (surface + DECAY * surface).min(others.ceiling(&ends)),
         };
         let room = bent.electrodes + AT_REST * surface;
         let rest = match bent.below {
@@ -258,6 +264,12 @@ impl<'a> SurfaceMap<'a> {
             moved = self.moved(material);
         }
         material[1] + moved[1]
+    }
+
+    /// All that the map bends.
+    pub(super) fn zone(&self) -> Box3 {
+        let [along, across] = self.ends;
+        Box3 { min: [along[0], self.rest, across[0]], max: [along[1], self.above, across[1]] }
     }
 
     pub(super) fn axes(&self, tiny: f64) -> [MapAxis; 3] {

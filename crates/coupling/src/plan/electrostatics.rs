@@ -6,13 +6,14 @@ use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_geometry::turn::to_mirror_planes;
 
-use super::{Decision, LeftOut, Options, Plan, Planned};
+use super::{Decision, LeftOut, Options, Plan, Planned, PlannedStep};
 use crate::change::NO_CHANGE;
 use crate::faceting_error::curvature_error;
 use crate::failure::StepFailure;
 use crate::memory::max_memory;
 use crate::route::Route;
 use crate::settings::FieldSettings;
+use crate::shortfalls;
 use crate::words::{counted, grouped, listed};
 
 /// The part of a plan that says which capacitance is measured.
@@ -71,7 +72,18 @@ impl Plan {
             self.change(case);
             self.floating_conductors(case);
             self.warn_of_what_stays_behind(case);
+            self.warn_of_doubts();
         }
+    }
+
+    /// Warns of steps that may turn out to have no solution.
+    fn warn_of_doubts(&mut self) {
+        let doubt = |step: &PlannedStep| Some((step.index, step.doubt.as_ref()?.to_string()));
+        let all = self.solvable_steps().filter_map(doubt);
+        let lines = shortfalls::lines(
+            all.map(|(step, why)| (step, format!("may fail, as the deformed layer will show: {why}"))),
+        );
+        self.warnings.extend(lines);
     }
 
     /// What moves with the material of the layer, and that it does not stiffen it.

@@ -10,6 +10,7 @@ use super::{Options, Plan};
 use crate::deform::{Deformation, check_setup, layer_state};
 use crate::failure::StepFailure;
 use crate::load_steps::StepLoad;
+use crate::mapped::in_the_way;
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::scene::contacts::check_pressed;
 use crate::scene::scene_of;
@@ -30,6 +31,9 @@ pub struct PlannedStep {
     pub route: Option<Route>,
     /// Why the step cannot be solved, if that is known beforehand.
     pub failure: Option<StepFailure>,
+    /// Why it may turn out that the step cannot be solved, once the layer is deformed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<StepFailure>,
 }
 
 fn is_at_rest(pose: &Pose) -> bool {
@@ -94,12 +98,12 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
         let key = (load.bits(), moves.collect::<Vec<u64>>());
         let first = *first_with.entry(key).or_insert(index);
         let mut same_as = (options.prune && first != index).then_some(first);
-        let (route, failure) = match same_as.and_then(|first| steps.get(first)) {
-            Some(original) => (original.route, original.failure.clone()),
+        let (route, failure, doubt) = match same_as.and_then(|first| steps.get(first)) {
+            Some(original) => (original.route, original.failure.clone(), original.doubt.clone()),
             None => match setup.clone().map_err(|error| StepFailure::Layer(error.into())) {
-                Err(failure) => (None, Some(failure)),
+                Err(failure) => (None, Some(failure), None),
                 Ok(()) => match way_of(case, load, &pose, options.prune) {
-                    Ok((route, scene)) => {
+                    Ok(Way { route, scene, doubt }) => {
                         // What comes near may be none of the field's business.
                         let moved = |pose: &Pose| (pose.shift, pose.tilt);
                         let is_same = steps.first().is_some_and(|first| {
@@ -109,27 +113,31 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
                         if index == 0 && options.prune && case.approaches() {
                             first_scene = scene;
                         }
-                        (route, None)
+                        (route, None, doubt)
                     }
-                    Err(failure) => (None, Some(failure)),
+                    Err(failure) => (None, Some(failure), None),
                 },
             },
         };
-        steps.push(PlannedStep { index, load, pose, same_as, route, failure });
+        steps.push(PlannedStep { index, load, pose, same_as, route, failure, doubt });
     }
     steps
 }
 
-/// The route and the scene of a step, if it has a field; in the order in which a run would meet them, the failures that can be known.
-fn way_of(
-    case: &Case,
-    load: StepLoad,
-    pose: &Pose,
-    prune: bool,
-) -> Result<(Option<Route>, Option<Scene>), StepFailure> {
+/// What is known of how a step is solved.
+#[derive(Default)]
+struct Way {
+    /// If it has a field.
+    route: Option<Route>,
+    scene: Option<Scene>,
+    doubt: Option<StepFailure>,
+}
+
+/// The way of a step; in the order in which a run would meet them, the failures that can be known.
+fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, StepFailure> {
     if !case.has_conductors() {
         layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
-        return Ok((None, None));
+        return Ok(Way::default());
     }
     let scene = scene_at(case, load, pose, prune)?;
     if let (Some(layer), StepLoad::Compression(compression)) = (&case.layer, load)
@@ -138,7 +146,17 @@ fn way_of(
         check_pressed(case, compression * layer.thickness, pose)?;
     }
     let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
-    Ok((Some(route), Some(scene)))
+    let doubt = match route {
+        Route::MappedBoxes => in_the_way(case, &scene, load, pose)?.map(StepFailure::from),
+        Route::Boxes
+        | Route::EnclosingBoxes
+        | Route::EnclosingBoxesThenOutlines
+        | Route::Extruded
+        | Route::Outlines
+        | Route::OutlinesOnTetrahedra
+        | Route::Tetrahedra => None,
+    };
+    Ok(Way { route: Some(route), scene: Some(scene), doubt })
 }
 
 /// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.

@@ -25,7 +25,7 @@ pub(super) fn is_attached(body: &Body) -> bool {
 ///
 /// # Errors
 /// A body that is moved and has no place of its own.
-pub(super) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body>, SceneError> {
+pub(crate) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body>, SceneError> {
     let moved = |mut body: Body| {
         let distance = if body.purpose == Purpose::OnIndenter { pose.distance } else { 0.0 };
         let by = [pose.shift[0], top + distance, pose.shift[1]];

@@ -9,8 +9,9 @@ use elastocap_geometry::shapes::{Shape, TriangleSurface};
 
 use super::SceneError;
 use super::attached::{Tilt, is_attached, moved};
-use super::indenter::IndenterForm;
+use super::indenter::{self, IndenterForm};
 use super::neutral::indenter_in_field;
+use super::walls::outer_walls;
 use crate::deform::Deformation;
 
 /// Gaps up to this share of the layer's thickness are rounding of sums of lengths.
@@ -48,7 +49,7 @@ pub(super) fn check<'a>(
 /// The same of what finite elements do not bend, before these are solved: the top of the layer sinks by a length, m.
 ///
 /// # Errors
-/// Two conductors of different terminals that touch.
+/// Two conductors of different terminals that touch, or one that reaches a wall.
 pub(crate) fn check_pressed(case: &Case, sinks: f64, pose: &Pose) -> Result<(), SceneError> {
     let Some(layer) = &case.layer else { return Ok(()) };
     let own = case.bodies.iter().filter(|body| !moves_with_material(body));
@@ -56,7 +57,20 @@ pub(crate) fn check_pressed(case: &Case, sinks: f64, pose: &Pose) -> Result<(), 
     let known: Vec<&Body> = all.iter().filter(|body| body.is_conductor()).collect();
     let places = Places::of(case, &known, Tilt::of(&all, pose).as_ref());
     places.check_apart(false)?;
-    places.check_indenter(layer.thickness - sinks + pose.distance).map(|_| ())
+    let top = layer.thickness - sinks;
+    places.check_indenter(top + pose.distance)?;
+    let metal = indenter::body(case, top + pose.distance).filter(Body::is_conductor);
+    let conductors: Vec<(&str, Box3)> = known
+        .into_iter()
+        .chain(&metal)
+        .filter_map(|body| Some((body.name.as_str(), body.bounds()?)))
+        .collect();
+    match &case.surroundings {
+        Some(surroundings) if !conductors.is_empty() => {
+            outer_walls(case, surroundings, top, &conductors).map(|_| ())
+        }
+        Some(_) | None => Ok(()),
+    }
 }
 
 /// Adds the indenter to the conductor that it is one with.

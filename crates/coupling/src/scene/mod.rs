@@ -1,7 +1,7 @@
 //! Builds the scene that the field solvers take from a case and one state of its layer.
 
 mod assembly;
-mod attached;
+pub(crate) mod attached;
 pub(crate) mod contacts;
 mod electrodes;
 pub(crate) mod in_layer;

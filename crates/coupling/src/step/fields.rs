@@ -130,7 +130,7 @@ impl Solver<'_> {
         else {
             return None;
         };
-        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let found = Found { step: layer, displacement: &displacement, pose: &step.pose };
         let film = Films::new(self.case, self.settings.relative_tolerance).next()?;
         bent_scene(self.case, deformed, &found, film).ok()?
     }
@@ -191,7 +191,7 @@ impl Solver<'_> {
         else {
             return enclosed(NoMap::NoDisplacement, changes);
         };
-        let found = Found { step: layer, displacement: &displacement, distance: step.pose.distance };
+        let found = Found { step: layer, displacement: &displacement, pose: &step.pose };
         let mut films = Films::new(self.case, self.settings.relative_tolerance);
         loop {
             let Some(film) = films.next() else {

@@ -8,6 +8,7 @@ mod common;
 mod contacts;
 mod imported_mesh;
 mod in_layer;
+mod in_the_way;
 mod indenter;
 mod layer;
 mod route;

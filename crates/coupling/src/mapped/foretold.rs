@@ -1,0 +1,270 @@
+//! What is in the way of a map, as far as that can be known before the finite elements are solved.
+//!
+//! A map leaves bodies alone that stand far enough above the layer, and those below it. It ends at walls, and in open space at distances from
+//! the corners of the surface, which depend on what is solved, between limits that are known: a body within the narrower ones is in the way in
+//! any case, and one beyond the wider ones is not.
+
+use elastocap_case::{Case, Mechanics, Pose};
+use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
+
+use super::films::Films;
+use super::in_layer::InLayer;
+use super::indenter::{IndenterMap, Under};
+use super::room::{ABOVE, Others};
+use super::surface::{DECAY, DECAY_OF_SLIDING, FOLLOWED};
+use crate::load_steps::StepLoad;
+use crate::scene::SceneError;
+use crate::scene::indenter::{IndenterForm, Rounding};
+use crate::scene::neutral::indenter_in_field;
+
+/// Limits between which a length lies, m.
+type Range = [f64; 2];
+
+/// Zones between which that of a map lies.
+struct Zone {
+    least: Box3,
+    most: Box3,
+}
+
+/// What is known of a layer that is pressed.
+struct Pressed<'a> {
+    case: &'a Case,
+    scene: &'a Scene,
+    form: IndenterForm,
+    /// Half length, thickness and half width of the layer before loading, m.
+    pad: [f64; 3],
+    is_plane: bool,
+    covers_all: bool,
+    /// U/H, between limits.
+    compression: Range,
+}
+
+/// What of a step under a map is in its way, in a scene at rest: why the step may fail, for what is yet to be solved; `None` if it will not
+/// for this reason.
+///
+/// # Errors
+/// Why it will fail.
+pub(crate) fn in_the_way(
+    case: &Case,
+    scene: &Scene,
+    load: StepLoad,
+    pose: &Pose,
+) -> Result<Option<SceneError>, SceneError> {
+    let Some((layer, mechanics)) = case.layer.as_ref().zip(case.mechanics) else { return Ok(None) };
+    let (width, is_plane) = match mechanics {
+        Mechanics::ClosedForm { .. } => return Ok(None),
+        Mechanics::PlaneStrain(model) => (model.width, true),
+        Mechanics::Solid(model) => (model.width, false),
+    };
+    let own = indenter_in_field(case);
+    let form = IndenterForm::of(case, own.and_then(|own| own.height));
+    let (Some(form), Some(half_length)) = (form, layer.half_length) else { return Ok(None) };
+    let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
+    let is_pair = case.electrodes.is_some() && !is_in_layer;
+    if is_pair && own.is_none() && scene.conductors().count() <= 2 {
+        // Boxes inside and around the electrodes take the place of a map.
+        return Ok(None);
+    }
+    let compression = match load {
+        StepLoad::Compression(compression) => [compression; 2],
+        StepLoad::ForceN(force) if force != 0.0 => [0.0, 1.0],
+        StepLoad::None | StepLoad::ForceN(_) => [0.0; 2],
+    };
+    let pad = [half_length, layer.thickness, 0.5 * width];
+    let covers_all = mechanics.covers_all();
+    let pressed = Pressed { case, scene, form, pad, is_plane, covers_all, compression };
+    let mut zones = Vec::new();
+    if pose.distance <= 0.0 {
+        zones.push(if is_pair { pressed.of_pair() } else { pressed.of_surface() });
+    }
+    let mut doubt = None;
+    if own.is_some() {
+        if load.is_zero() {
+            zones.extend(pressed.of_resting_indenter(pose.distance)?);
+        } else {
+            doubt = pressed.of_walls()?;
+            zones.push(pressed.of_indenter());
+        }
+    }
+    let [low, high] = compression.map(|c| c * layer.thickness);
+    let sunk = if low == high { vec![low] } else { vec![low, 0.5 * (low + high), high] };
+    let others: Result<Vec<Others>, _> =
+        sunk.iter().map(|sinks| Others::of(case, scene, -sinks, pose)).collect();
+    let others = others?;
+    for Zone { least, .. } in &zones {
+        let found: Vec<&str> = others.iter().filter_map(|others| others.first_in(least)).collect();
+        if let Some(body) = found.first().filter(|_| found.len() == others.len()) {
+            return Err(SceneError::InTheIndentersWay { body: (*body).to_owned() });
+        }
+    }
+    let possible = || zones.iter().flat_map(|zone| others.iter().filter_map(|own| own.first_in(&zone.most)));
+    let possible = possible().next();
+    Ok(doubt.or_else(|| possible.map(|body| SceneError::InTheIndentersWay { body: body.to_owned() })))
+}
+
+impl Pressed<'_> {
+    /// Where a map ends along x1 and x3, given limits of how far from the middle it ends in open space, by axis and side: the places of
+    /// the narrower and the wider zone.
+    fn ends(&self, open: &dyn Fn(usize, usize) -> Range) -> [[[f64; 2]; 2]; 2] {
+        let end = |k: usize, side: usize, which: usize| {
+            let (a, outward) = (2 * k, [-1.0, 1.0][side]);
+            let wall = [self.scene.domain.min[a], self.scene.domain.max[a]][side];
+            let is_walled = self.scene.walls[a][side] != Wall::Open && wall.is_finite();
+            if is_walled { wall } else { outward * open(k, side)[which] }
+        };
+        [0, 1].map(|which| [0, 1].map(|k| [0, 1].map(|side| end(k, side, which))))
+    }
+
+    /// The zone of the map of a layer.
+    fn around_layer(&self, open: &dyn Fn(usize, usize) -> Range) -> Zone {
+        let above = (1.0 + ABOVE) * self.pad[1];
+        let [least, most] = self.ends(open).map(|[along, across]| Box3 {
+            min: [along[0], 0.0, across[0]],
+            max: [along[1], above, across[1]],
+        });
+        Zone { least, most }
+    }
+
+    /// The zone around a layer with a pair of electrodes alone in it.
+    fn of_pair(&self) -> Zone {
+        let thickness = self.pad[1];
+        let regions = self.case.electrodes.iter().flat_map(|own| own.regions());
+        let last = regions.fold([0.0_f64; 2], |last, own| [0, 1].map(|k| last[k].max(own.max[2 * k])));
+        let cover = |k: usize| match (self.form.rounding, k) {
+            _ if indenter_in_field(self.case).is_none() => [0.0; 2],
+            (Rounding::Ball { radius }, _) | (Rounding::AlongX3 { radius, is_cylinder: true }, 0) => {
+                [0.0, 1.2 * radius]
+            }
+            (Rounding::Sharp | Rounding::AlongX3 { .. }, _) => [self.form.half_widths[k]; 2],
+        };
+        self.around_layer(&|k, _| {
+            let moved = [0.5 * last[k], 1.5 * last[k] + thickness];
+            let electrodes = if self.is_plane && k == 1 { [last[k]; 2] } else { moved };
+            [0, 1].map(|which| electrodes[which].max(cover(k)[which]) + DECAY * thickness)
+        })
+    }
+
+    /// The zone around a layer with any bodies in it, or none.
+    fn of_surface(&self) -> Zone {
+        let thickness = self.pad[1];
+        let high = self.compression[1];
+        let lowest = if self.covers_all { 1.0 - high } else { 1.0 };
+        let pair = self.case.electrodes.as_ref().map(|own| own.regions());
+        let inside = InLayer::of(self.case, 1.0, pair.as_ref().map_or(&[][..], |regions| &regions[..]));
+        self.around_layer(&|k, side| {
+            let (a, corner) = (2 * k, self.corner(k, [-1.0, 1.0][side]));
+            // A map that is its own mirror image reaches as far on either side.
+            let farther = inside.reach(a, 0).max(inside.reach(a, 1));
+            let is_straight = self.is_plane && k == 1;
+            let followed = if is_straight || self.covers_all { [0.0; 2] } else { FOLLOWED };
+            let slides = match (is_straight, self.covers_all) {
+                (true, _) => 0.0,
+                // What goes out at the end was above the substrate.
+                (false, true) => 2.0 * high / (1.0 - high).max(0.1) * self.pad[a],
+                (false, false) => thickness,
+            };
+            let least = corner[0].max(inside.reach(a, side)) + (followed[0] + DECAY) * lowest * thickness;
+            let falls = (DECAY * thickness).max(DECAY_OF_SLIDING * slides);
+            [least, corner[1].max(farther) + followed[1] * thickness + falls]
+        })
+    }
+
+    /// How far from the middle the outermost corner of the surface lies.
+    fn corner(&self, k: usize, outward: f64) -> Range {
+        let IndenterForm { position, half_widths, rounding, .. } = self.form;
+        let (half, thickness, end) = (half_widths[k], self.pad[1], self.pad[2 * k]);
+        if self.is_plane && k == 1 {
+            return [end; 2];
+        }
+        if self.covers_all {
+            return [(end - thickness).max(0.5 * end); 2];
+        }
+        let middle = if k == 0 { outward * position } else { 0.0 };
+        match rounding {
+            // The material slides from under it.
+            Rounding::Sharp => [middle + 0.5 * half, middle + half + 0.5 * thickness],
+            Rounding::AlongX3 { .. } if k == 1 => [half; 2],
+            Rounding::AlongX3 { radius, .. } => {
+                let flat = self.form.flat();
+                [middle + 0.5 * flat, middle + flat + radius.max(6.0 * thickness)]
+            }
+            Rounding::Ball { radius } => [0.0, radius.min(4.0 * thickness)],
+        }
+    }
+
+    /// The zone of an indenter on or above a layer that nothing has pressed yet.
+    fn of_resting_indenter(&self, distance: f64) -> Result<Option<Zone>, SceneError> {
+        let tolerance = self.case.electrostatics.map_or(1e-2, |asked| asked.relative_tolerance);
+        let Some(film) = Films::new(self.case, tolerance).next() else { return Ok(None) };
+        let thickness = self.pad[1];
+        let image = |x: [f64; 3]| x;
+        let under = Under { image: &image, surface: thickness, thickness, film };
+        let is_half = !self.is_plane || self.form.position == 0.0;
+        let Some(own) = IndenterMap::new(self.form, thickness + distance, &under, is_half) else {
+            return Ok(None);
+        };
+        let own = own.between_walls(&self.scene.domain).ok_or(SceneError::IndenterAtWall)?;
+        Ok(Some(Zone { least: own.zone(thickness), most: own.zone(0.0) }))
+    }
+
+    /// Whether an indenter that is pressed into the layer reaches a wall.
+    fn of_walls(&self) -> Result<Option<SceneError>, SceneError> {
+        let IndenterForm { position, half_widths: [along, across], rounding, height } = self.form;
+        let (domain, thickness) = (&self.scene.domain, self.pad[1]);
+        // The least half width of the box that stands for it.
+        let least = match rounding {
+            Rounding::Sharp => 0.5 * along,
+            Rounding::AlongX3 { .. } => 0.5 * self.form.flat(),
+            Rounding::Ball { radius } => 0.3 * radius,
+        };
+        let across = match rounding {
+            Rounding::Ball { .. } => [least, across],
+            Rounding::Sharp | Rounding::AlongX3 { .. } => [across; 2],
+        };
+        let reaches = |along: f64, across: f64| {
+            position - along <= domain.min[0]
+                || position + along >= domain.max[0]
+                || -across <= domain.min[2]
+                || across >= domain.max[2]
+        };
+        // The wall above the layer sinks with its top.
+        let [top, highest] =
+            [self.compression[1], self.compression[0]].map(|c| domain.max[1] - c * thickness);
+        let is_box = rounding == Rounding::Sharp;
+        let low = thickness * (1.0 - self.compression[1]) + if is_box { height } else { 0.0 };
+        let high = 1.5 * thickness + if is_box { height } else { 1.6 * height };
+        if reaches(least, across[0]) || low >= highest {
+            return Err(SceneError::IndenterAtWall);
+        }
+        Ok((reaches(along, across[1]) || high >= top).then_some(SceneError::IndenterAtWall))
+    }
+
+    /// The zone of an indenter that is pressed into the layer.
+    fn of_indenter(&self) -> Zone {
+        let IndenterForm { position, half_widths, rounding, height } = self.form;
+        let (domain, thickness) = (&self.scene.domain, self.pad[1]);
+        let bulges = |k: usize| match (rounding, k) {
+            (Rounding::Sharp, 0) => 1.5 * thickness,
+            (Rounding::Sharp | Rounding::AlongX3 { .. }, _) if k == 1 => thickness,
+            _ => (2.0 * half_widths[k]).max(thickness),
+        };
+        let beside = |k: usize| [half_widths[k] + thickness, half_widths[k] + bulges(k)];
+        let [along, across] = [beside(0), beside(1)];
+        let up = (0.5 * height).max(thickness);
+        let zone = |which: usize, low: f64, high: f64| {
+            let all = Box3 {
+                min: [position - along[which], low, -across[which]],
+                max: [position + along[which], high, across[which]],
+            };
+            Box3 {
+                min: [0, 1, 2].map(|a| all.min[a].max(domain.min[a])),
+                max: [0, 1, 2].map(|a| all.max[a].min(domain.max[a])),
+            }
+        };
+        let lowest = thickness * (1.0 - self.compression[1]);
+        Zone {
+            least: zone(0, thickness, (lowest + up).max(thickness)),
+            most: zone(1, 0.0, 1.5 * thickness + 1.6 * height + up),
+        }
+    }
+}

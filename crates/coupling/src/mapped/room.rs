@@ -1,0 +1,79 @@
+//! Bodies that a map must leave as they are: it ends below those that stand far enough above the layer, and refuses others.
+
+use elastocap_case::{Case, Pose};
+use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
+use elastocap_geometry::shapes::Shape;
+
+use crate::scene::SceneError;
+use crate::scene::attached::moved;
+
+/// How far above the layer before loading a body stands at least for a map to end below it, in thicknesses of the layer.
+pub(super) const ABOVE: f64 = 0.25;
+
+/// Bodies that are not bent along with the layer.
+pub(super) struct Others {
+    /// The boxes around their parts, each with the body's name.
+    parts: Vec<(String, Box3)>,
+    /// The height from which on they stand above the layer, m.
+    above: f64,
+    /// A length that means nothing, m.
+    tiny: f64,
+}
+
+impl Others {
+    /// Those of a case whose scene is `scene`, with what is attached moved with the top of the layer, by `top` (m) along x2, and as the pose
+    /// says.
+    pub(super) fn of(case: &Case, scene: &Scene, top: f64, pose: &Pose) -> Result<Self, SceneError> {
+        let thickness = case.layer.as_ref().map_or(0.0, |layer| layer.thickness);
+        let stays = |body: &&Body| match body.purpose {
+            // A dielectric that the field does without is not in the scene.
+            Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter => {
+                body.is_conductor() || scene.bodies.iter().any(|other| other.name == body.name)
+            }
+            Purpose::Layer
+            | Purpose::Substrate
+            | Purpose::Cover
+            | Purpose::Electrode
+            | Purpose::InLayer
+            | Purpose::Indenter => false,
+        };
+        let bodies = moved(case.bodies.iter().filter(stays).cloned().collect(), top, pose)?;
+        let parts_of = |body: &Body| {
+            let bounds = body.parts.iter().filter_map(Shape::bounds);
+            bounds.map(|region| (body.name.clone(), region)).collect::<Vec<_>>()
+        };
+        let parts = bodies.iter().flat_map(parts_of).collect();
+        Ok(Self { parts, above: (1.0 + ABOVE) * thickness, tiny: 1e-9 * thickness })
+    }
+
+    fn overlap(&self, region: &Box3, a: usize, ends: [f64; 2]) -> bool {
+        region.max[a] > ends[0] + self.tiny && region.min[a] < ends[1] - self.tiny
+    }
+
+    /// The first of them that lies in a zone.
+    pub(super) fn first_in(&self, zone: &Box3) -> Option<&str> {
+        let is_in = |region: &Box3| (0..3).all(|a| self.overlap(region, a, [zone.min[a], zone.max[a]]));
+        self.parts.iter().find(|(_, region)| is_in(region)).map(|(name, _)| name.as_str())
+    }
+
+    /// Refuses those in a zone.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub(super) fn check(&self, zone: &Box3) -> Result<(), SceneError> {
+        match self.first_in(zone) {
+            Some(body) => Err(SceneError::InTheIndentersWay { body: body.to_owned() }),
+            None => Ok(()),
+        }
+    }
+
+    /// The height of the lowest of those that stand above the layer between these ends along x1 and x3, m; infinite without any.
+    pub(super) fn ceiling(&self, ends: &[[f64; 2]; 2]) -> f64 {
+        let own = self.parts.iter().map(|(_, region)| region).filter(|region| {
+            region.min[1] >= self.above
+                && self.overlap(region, 0, ends[0])
+                && self.overlap(region, 2, ends[1])
+        });
+        own.map(|region| region.min[1]).fold(f64::INFINITY, f64::min)
+    }
+}
