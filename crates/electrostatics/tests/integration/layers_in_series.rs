@@ -2,7 +2,8 @@
 //! series. Plates may float, and permittivities may differ by up to 18 orders of magnitude.
 //!
 //! The closed form adds and divides positive numbers only, so that it is exact to a few units in the last place whatever the
-//! contrast. The environment variable `LAYERED_SCENES` sets how many stacks each test draws.
+//! contrast. The environment variable `LAYERED_SCENES` sets how many stacks each test draws, and at how many distances the walls of the five
+//! layers lie; `LAYERED_SEED` sets the seed of what is drawn.
 
 use elastocap_electrostatics::{
     Bounded, MeshScene, Settings, Solution, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, solve,
@@ -173,6 +174,11 @@ fn cases(default: u32) -> u32 {
     std::env::var("LAYERED_SCENES").ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
+/// The seed of the stacks.
+fn seed() -> u64 {
+    std::env::var("LAYERED_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(4)
+}
+
 /// Draws stacks, and asks `law` of each. The same ones at every run.
 fn for_stacks<T: std::fmt::Debug>(
     cases: u32,
@@ -181,7 +187,7 @@ fn for_stacks<T: std::fmt::Debug>(
 ) {
     let config = ProptestConfig {
         cases,
-        rng_seed: RngSeed::Fixed(4),
+        rng_seed: RngSeed::Fixed(seed()),
         failure_persistence: None,
         ..ProptestConfig::default()
     };
@@ -346,15 +352,20 @@ fn five_layers(high: f64, distance: f64) -> Stack {
 /// leaves there is flux that no charge drives. It was counted nowhere, and bounds 5e-7 beside the truth were proved.
 #[test]
 fn five_layers_in_series_are_within_their_bounds_wherever_the_walls_are() {
+    let mut refused = 0;
     for exponent in [8.0, 9.3, 11.0, 13.0, 18.0] {
-        for (wall, tolerance) in (0..8).flat_map(|k| [1e-1, 1e-2, 1e-4].map(move |t| (k, t))) {
-            let stack = five_layers(8.1e-6 * 10_f64.powf(exponent), 9e-5 * 1.37_f64.powi(wall));
+        for (wall, tolerance) in (0..cases(8)).flat_map(|k| [1e-1, 1e-2, 1e-3, 1e-4].map(move |t| (k, t))) {
+            let stack = five_layers(8.1e-6 * 10_f64.powf(exponent), 9e-5 * 1.37_f64.powf(f64::from(wall)));
             match by_boxes(&stack, tolerance) {
                 Ok(found) => contains_the_truth(&stack, &found, tolerance).unwrap(),
-                Err(error) => assert_eq!(error, SolveError::NotConverged, "1e{exponent}"),
+                Err(error) => {
+                    assert_eq!(error, SolveError::NotConverged, "1e{exponent}");
+                    refused += 1;
+                }
             }
         }
     }
+    println!("{refused} are refused");
 }
 
 /// The stack of which that was found, to the digit: 8.638622371631e-22 F lay 5e-8 below bounds that were 4e-8 apart.
