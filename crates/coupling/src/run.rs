@@ -206,11 +206,11 @@ impl<'a> Run<'a> {
         self.is_over.store(true, Ordering::Release);
     }
 
-    /// The steps, by their places in `work`, that are solved before the layer is pressed: those that nothing presses, where that takes finite elements in space,
-    /// and so perhaps minutes.
+    /// The steps, by their places in `work`, that are solved before the layer is pressed: those without a load, where pressing takes finite
+    /// elements in space, and so perhaps minutes.
     fn slots_at_rest(&self, work: &[&PlannedStep]) -> Vec<usize> {
         let is_slow = matches!(self.case.mechanics, Some(Mechanics::Solid(_))) && self.case.has_conductors();
-        let is_at_rest = |step: &PlannedStep| step.load.bits() == 0;
+        let is_at_rest = |step: &PlannedStep| step.load.is_zero();
         if !is_slow || work.iter().all(|step| is_at_rest(step)) {
             return Vec::new();
         }

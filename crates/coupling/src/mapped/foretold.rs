@@ -26,7 +26,7 @@ struct Zone {
     most: Box3,
 }
 
-/// What is known of a layer that is pressed.
+/// A layer that is pressed, as far as it is known before it is solved.
 struct Pressed<'a> {
     case: &'a Case,
     scene: &'a Scene,
@@ -39,11 +39,11 @@ struct Pressed<'a> {
     compression: Range,
 }
 
-/// What of a step under a map is in its way, in a scene at rest: why the step may fail, for what is yet to be solved; `None` if it will not
-/// for this reason.
+/// Looks for bodies in the way of the map of a step, from the scene at rest. Returns the reason for which the step may turn out to fail once the layer
+/// is solved, and `None` if no body can be in the way.
 ///
 /// # Errors
-/// Why it will fail.
+/// The reason for which the step will fail, whatever the finite elements say.
 pub(crate) fn in_the_way(
     case: &Case,
     scene: &Scene,
@@ -56,12 +56,12 @@ pub(crate) fn in_the_way(
         Mechanics::PlaneStrain(model) => (model.width, true),
         Mechanics::Solid(model) => (model.width, false),
     };
-    let own = indenter_in_field(case);
-    let form = IndenterForm::of(case, own.and_then(|own| own.height));
+    let in_field = indenter_in_field(case);
+    let form = IndenterForm::of(case, in_field.and_then(|indenter| indenter.height));
     let (Some(form), Some(half_length)) = (form, layer.half_length) else { return Ok(None) };
     let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
     let is_pair = case.electrodes.is_some() && !is_in_layer;
-    if is_pair && own.is_none() && scene.conductors().count() <= 2 {
+    if is_pair && in_field.is_none() && scene.conductors().count() <= 2 {
         // Boxes inside and around the electrodes take the place of a map.
         return Ok(None);
     }
@@ -78,7 +78,7 @@ pub(crate) fn in_the_way(
         zones.push(if is_pair { pressed.of_pair() } else { pressed.of_surface() });
     }
     let mut doubt = None;
-    if own.is_some() {
+    if in_field.is_some() {
         if load.is_zero() {
             zones.extend(pressed.of_resting_indenter(pose.distance)?);
         } else {
@@ -97,8 +97,9 @@ pub(crate) fn in_the_way(
             return Err(SceneError::InTheIndentersWay { body: (*body).to_owned() });
         }
     }
-    let possible = || zones.iter().flat_map(|zone| others.iter().filter_map(|own| own.first_in(&zone.most)));
-    let possible = possible().next();
+    let mut possible =
+        zones.iter().flat_map(|zone| others.iter().filter_map(|bodies| bodies.first_in(&zone.most)));
+    let possible = possible.next();
     Ok(doubt.or_else(|| possible.map(|body| SceneError::InTheIndentersWay { body: body.to_owned() })))
 }
 

@@ -23,9 +23,9 @@ struct Subsegment {
     segment: u32,
 }
 
-/// How many questions on which side of a plane a point lies take as long as a point that is tried, about: many of these points lie in the plane, which
-/// takes exact arithmetic.
-const ORIENTATIONS: usize = 500;
+/// Orientation tests that take as long as one insertion of a point, about. Many of the tested points lie in the plane, which takes exact
+/// arithmetic.
+const ORIENTATIONS_PER_INSERTION: usize = 500;
 
 /// The triangulation and the complex that it has to contain.
 #[derive(Debug)]
@@ -52,7 +52,7 @@ pub(super) struct MeshInProgress {
     cancel: Option<Arc<AtomicBool>>,
     /// See [`Sizing::most_insertions`].
     most_insertions: usize,
-    /// How often the side of a plane that a point lies on was asked for while cavities were filled.
+    /// Orientation tests that were made while cavities were filled.
     orientations: Cell<usize>,
 }
 
@@ -129,14 +129,14 @@ impl MeshInProgress {
         Ok(out)
     }
 
-    /// Counts how often the side of a plane that a point lies on was asked for.
+    /// Counts orientation tests.
     pub(super) fn count_orientations(&self, more: usize) {
         self.orientations.set(self.orientations.get() + more);
     }
 
     /// Whether the caller has asked the mesher to stop, or it has worked for as long as it may.
     pub(super) fn cancelled(&self) -> bool {
-        self.mesh.insertions + self.orientations.get() / ORIENTATIONS > self.most_insertions
+        self.mesh.insertions + self.orientations.get() / ORIENTATIONS_PER_INSERTION > self.most_insertions
             || self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 

@@ -83,9 +83,9 @@ pub struct Sizing {
     pub far: f64,
     /// Limit on the number of points.
     pub max_points: usize,
-    /// Limit on the number of times that a point is tried; what takes as long where tetrahedra are exchanged to make room for a surface counts
-    /// too. A mesh that takes more is given up as if the caller had asked to stop: how
-    /// long the mesher works does then not depend on the machine.
+    /// Limit on the number of times that the mesher tries to insert a point. Exchanging tetrahedra to make room for a surface counts as well, in
+    /// proportion to its time. A mesh that takes more is given up as if the caller had asked to stop, so that how long the mesher works does
+    /// not depend on the machine.
     pub most_insertions: usize,
 }
 

@@ -39,8 +39,8 @@ fn reversed([a, b, c]: [u32; 3]) -> OrientedFace {
     rotated([a, c, b])
 }
 
-/// Points whose sides are asked for where a triangle is compared with a tetrahedron, at most.
-const ORIENTATIONS: usize = 140;
+/// Orientation tests that comparing a triangle with a tetrahedron takes, at most.
+const ORIENTATIONS_PER_COMPARISON: usize = 140;
 
 /// A face of the surface of what is still to be filled.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +64,7 @@ struct Front<'a> {
     faces: Vec<OpenFace>,
     /// The places in `faces` of those that are open.
     open: HashMap<OrientedFace, usize>,
-    /// How often the side of a plane that a point lies on was asked for, about.
+    /// Orientation tests since they were last asked for, about.
     orientations: Cell<usize>,
 }
 
@@ -112,7 +112,7 @@ impl Front<'_> {
             if apart || self.open.get(&face.corners) != Some(&place) {
                 return true;
             }
-            self.count(ORIENTATIONS);
+            self.count(ORIENTATIONS_PER_COMPARISON);
             !self.enters(face.corners, tet) && !self.crosses(face.corners, tet)
         })
     }
@@ -182,8 +182,7 @@ impl Delaunay {
     /// a positive tetrahedron is on that side), without further points than `corners`. None of them has all its corners on one
     /// facet.
     ///
-    /// `goes_on` is told how often the side of a plane that a point lies on was asked for since the last time, about, which is what takes time,
-    /// and says whether to go on.
+    /// `goes_on` is told the number of orientation tests since it was last called, about, since these take the time, and says whether to go on.
     ///
     /// # Errors
     /// A face for which no corner is found, or at which the work was given up.
