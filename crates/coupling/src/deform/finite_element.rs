@@ -34,6 +34,9 @@ pub struct FiniteElementStep {
     pub relative_error_estimate: Option<f64>,
     /// Whether that is within the tolerance asked for.
     pub converged: bool,
+    /// Discretisation error of the distances in the layer that capacitances depend on, relative: where it was estimated on one mesh.
+    #[serde(skip)]
+    pub places_error: Option<f64>,
     /// The force in N (or the compression) on each mesh, coarse to fine.
     pub refinement: Vec<f64>,
     /// Number of the mesh that the step is from.
@@ -189,6 +192,7 @@ fn step<S: Dimension>(
         force: found.force * scale.width,
         relative_error_estimate: pressed.error.map(relative),
         converged: pressed.converged,
+        places_error: pressed.places_error,
         refinement: pressed.refinement.iter().map(|value| value * unit).collect(),
         mesh: pressed.level,
         smallest_j: found.effort.smallest_j,

@@ -18,6 +18,14 @@ pub(crate) struct Material<'a> {
     pub(crate) is_half: bool,
 }
 
+/// A material point as one of the part of the layer that is solved.
+pub(crate) struct Folded {
+    /// Where it is looked for, m: in the first of these places, or else in the second.
+    pub(crate) places: [[f64; 3]; 2],
+    /// By what its displacement there is multiplied along each axis.
+    pub(crate) signs: [f64; 3],
+}
+
 impl<'a> Material<'a> {
     /// That of the layer of a case; `None` where it is not by finite elements.
     pub(crate) fn of(
@@ -38,19 +46,19 @@ impl<'a> Material<'a> {
     /// The displacement of a material point on either side of the planes of symmetry, m; beyond the end and the side of the layer that of
     /// its edge.
     pub(crate) fn displacement(&self, x: [f64; 3]) -> [f64; 3] {
+        let Folded { places, signs } = self.fold(x);
+        let found = places.into_iter().find_map(self.displacement).unwrap_or([0.0; 3]);
+        [0, 1, 2].map(|a| signs[a] * found[a])
+    }
+
+    /// Where the displacement of a material point is known.
+    pub(crate) fn fold(&self, x: [f64; 3]) -> Folded {
         let known = [if self.is_half { x[0].abs() } else { x[0] }, x[1], x[2].abs()];
         let least = [if self.is_half { 0.0 } else { -self.pad[0] }, 0.0, 0.0];
         let within = |by: f64| [0, 1, 2].map(|a| known[a].clamp(least[a] + by, self.pad[a] - by));
         // Elements at a fan meet their own box with a tolerance: a point on the very edge is looked for a little inside.
-        let found = (self.displacement)(within(0.0)).or_else(|| (self.displacement)(within(self.tiny)));
-        let mut u = found.unwrap_or([0.0; 3]);
-        if known[0] != x[0] {
-            u[0] = -u[0];
-        }
-        if known[2] != x[2] {
-            u[2] = -u[2];
-        }
-        u
+        let places = [within(0.0), within(self.tiny)];
+        Folded { places, signs: [0, 1, 2].map(|a| if known[a] == x[a] { 1.0 } else { -1.0 }) }
     }
 
     /// Where a material point of the quarter goes; beyond the end and the side of the layer as high as at its edge.

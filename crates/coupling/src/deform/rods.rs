@@ -121,6 +121,28 @@ impl Rods {
         self.gaps.iter().chain(&self.extents).map(length).collect()
     }
 
+    /// The ends of all rods before loading, m.
+    pub(crate) fn ends(&self) -> Vec<[f64; 3]> {
+        self.gaps.iter().chain(&self.extents).flatten().copied().collect()
+    }
+
+    /// The means of the lengths of gaps and of what is across bodies, each over its length before loading, where [`Rods::ends`] are displaced
+    /// by `moved`, m. Nothing where there are no rods.
+    pub(crate) fn mean_stretches(&self, moved: &[[f64; 3]]) -> Vec<f64> {
+        let (of_gaps, of_extents) = moved.split_at(2 * self.gaps.len());
+        let mean = |rods: &[Rod], moved: &[[f64; 3]]| {
+            let stretch = |(rod, moved): (&Rod, &[[f64; 3]])| {
+                let rest = [0, 1, 2].map(|a| rod[1][a] - rod[0][a]);
+                let now = [0, 1, 2].map(|a| rest[a] + moved[1][a] - moved[0][a]);
+                let [rest, now] = [rest, now].map(|d| d.iter().map(|x| x * x).sum::<f64>().sqrt());
+                now / rest
+            };
+            rods.iter().zip(moved.chunks_exact(2)).map(stretch).sum::<f64>() / rods.len() as f64
+        };
+        let both = [(&self.gaps, of_gaps), (&self.extents, of_extents)];
+        both.into_iter().filter(|(rods, _)| !rods.is_empty()).map(|(rods, moved)| mean(rods, moved)).collect()
+    }
+
     /// The larger of the two root mean squares, of gaps and of what is across bodies, of relative errors in the order of
     /// [`Rods::lengths`].
     pub(crate) fn error(&self, relative: impl Iterator<Item = f64>) -> f64 {

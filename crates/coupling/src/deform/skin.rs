@@ -1,6 +1,6 @@
 //! The surface of the deformed layer and of the electrodes in it, for a viewer: that of the finite elements themselves.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use elastocap_geometry::export::surfaces::{Corners, prism};
 use elastocap_mechanics::solid::dimension::Space;
@@ -121,10 +121,15 @@ pub(super) fn of_space(body: &Body<Space>, state: &State<Space>, electrodes: usi
 /// The surface of the elements of some materials without what lies in the planes of symmetry.
 fn quarter(body: &Body<Space>, state: &State<Space>, wanted: impl Fn(u16) -> bool) -> Vec<Corners> {
     let size = body.mesh.nodes.iter().map(|x| x[0].abs().max(x[2].abs())).fold(0.0, f64::max);
+    let is_wanted = |e: u32| wanted(body.material[e as usize]);
+    // Where a face lies within a larger one of a neighbour, both are inside.
+    let inside =
+        body.mesh.hanging.sides.iter().filter(|side| is_wanted(side.fine.0) && is_wanted(side.coarse.0));
+    let inside: HashSet<(u32, u32)> = inside.flat_map(|side| [side.fine, side.coarse]).collect();
     let mut faces: HashMap<[u32; 4], [u32; 9]> = HashMap::new();
-    let chosen = body.mesh.elements.iter().zip(&body.material).filter(|(_, material)| wanted(**material));
-    for (e, _) in chosen {
-        for face in FACES.map(|face| face.map(|k| e[k])) {
+    for (number, e) in (0..).zip(&body.mesh.elements).filter(|(number, _)| is_wanted(*number)) {
+        let faces_of = FACES.map(|face| face.map(|k| e[k]));
+        for face in faces_of.into_iter().filter(|face| !inside.contains(&(number, face[4]))) {
             let mut key = [0, 2, 6, 8].map(|k| face[k]);
             key.sort_unstable();
             if faces.remove(&key).is_none() {
@@ -141,14 +146,47 @@ fn quarter(body: &Body<Space>, state: &State<Space>, wanted: impl Fn(u16) -> boo
         let (x, u) = (body.mesh.nodes[n as usize], &state.displacement[3 * n as usize..]);
         [0, 1, 2].map(|k| x[k] + u[k])
     };
-    let pieces = |face: &[u32; 9]| {
-        let at = face.map(moved);
-        [0, 1, 3, 4].into_iter().flat_map(move |k| {
-            let [a, b, c, d] = [at[k], at[k + 1], at[k + 4], at[k + 3]];
-            [[a, b, c], [a, c, d]]
-        })
+    let edges = Edges::of(&shown);
+    let triangles = |face: &[u32; 9]| {
+        let corners = [face[0], face[2], face[8], face[6]];
+        let rim: Vec<u32> = (0..4).flat_map(|k| edges.chain(corners[k], corners[(k + 1) % 4])).collect();
+        let (middle, count) = (moved(face[4]), rim.len());
+        (0..count).map(|k| [middle, moved(rim[k]), moved(rim[(k + 1) % count])]).collect::<Vec<_>>()
     };
-    shown.iter().flat_map(pieces).collect()
+    shown.iter().flat_map(triangles).collect()
+}
+
+/// The edges of faces, by the numbers of their nodes.
+struct Edges {
+    /// The node in the middle of an edge between two corners, the smaller number first.
+    middles: HashMap<[u32; 2], u32>,
+}
+
+impl Edges {
+    fn of(faces: &[[u32; 9]]) -> Self {
+        let edges = |face: &[u32; 9]| {
+            [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]]
+                .map(|[a, middle, b]| (key(face[a], face[b]), face[middle]))
+        };
+        Self { middles: faces.iter().flat_map(edges).collect() }
+    }
+
+    /// The nodes on the edge from corner `a` to corner `b`, without the last: where a face is larger than its neighbour, those of the
+    /// neighbour's edges too, so that no crack is left between the two.
+    fn chain(&self, a: u32, b: u32) -> Vec<u32> {
+        match self.middles.get(&key(a, b)) {
+            Some(&middle) if middle != a && middle != b => {
+                let mut nodes = self.chain(a, middle);
+                nodes.extend(self.chain(middle, b));
+                nodes
+            }
+            Some(_) | None => vec![a],
+        }
+    }
+}
+
+fn key(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// The triangles with their images across the planes x1 = 0 and x3 = 0, where `across` says so.

@@ -257,7 +257,10 @@ pub(crate) fn bent_scene(
             if !is_half {
                 return Ok(None);
             }
-            let cover = in_field.map_or([0.0; 2], |form| {
+            // Under a punch the surface bends sharply at its edges, whether it is part of the field or not.
+            let has_edges = |form: &IndenterForm| form.has_flat_face() && form.half_widths[0] < pad[0];
+            let followed = form.filter(|form| in_field.is_some() || has_edges(form));
+            let cover = followed.map_or([0.0; 2], |form| {
                 let gap = |x: f64, z: f64| {
                     let place = [x.abs(), z.abs()];
                     lowest + form.lower_side(x, z) - material.height_at([place[0], pad[1], place[1]], place)

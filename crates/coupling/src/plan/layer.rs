@@ -29,10 +29,9 @@ pub struct LayerForecast {
     pub most_seconds: f64,
 }
 
-/// The meshes that most loads need: an error can be stated from three on, and the finest is rarely among them, nor are the two finest of six.
+/// The meshes that most loads need.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
-    let usual = if meshes.len() > 4 { 4 } else { 3 };
-    &meshes[..meshes.len().min(usual)]
+    &meshes[..meshes.len().min(3)]
 }
 
 /// In words, what presses where no punch does.
@@ -131,9 +130,7 @@ impl Plan {
 
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
         // Where the layer cannot be set up every step is known to fail, with the reason.
-        let Ok(forecast) = deform::forecast_solid(case, model, &self.loads()) else { return };
-        let size = |&(elements, unknowns, _): &(usize, usize, f64)| MeshSize { elements, unknowns };
-        let meshes: Vec<MeshSize> = forecast.iter().map(size).collect();
+        let Ok(meshes) = deform::forecast_solid(case, model, &self.loads()) else { return };
         // Rounded corners are coarse in space: the surface hardly slides around them.
         let regime = match model.indenter {
             SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => PressingRegime::Patch,
@@ -152,21 +149,6 @@ impl Plan {
         };
         let what = ["of a quarter of the layer", indenter];
         self.finite_elements::<Space>(what, load, &meshes, regime, model.relative_tolerance);
-        let rounded = match model.indenter {
-            SolidIndenter::FlatPunch { corner_radius, .. } | SolidIndenter::Block { corner_radius, .. } => {
-                corner_radius
-            }
-            SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => 0.0,
-        };
-        if let Some(&(.., finest)) = forecast.last()
-            && rounded > 0.0
-            && rounded < finest
-        {
-            self.warnings.push(format!(
-                "the corner radius of {rounded:.2e} m is smaller than the hexahedra of the finest mesh, {finest:.2e} m: the \
-                 force may be off by more than its error estimate says"
-            ));
-        }
         self.warn_of_wall(case, model.indenter == SolidIndenter::WholeTop);
     }
 

@@ -39,6 +39,14 @@ pub(crate) enum Rounding {
 }
 
 impl IndenterForm {
+    /// Whether its lower side is flat up to its edges, or to where these are rounded.
+    pub(crate) fn has_flat_face(&self) -> bool {
+        match self.rounding {
+            Rounding::Sharp | Rounding::AlongX3 { is_cylinder: false, .. } => true,
+            Rounding::AlongX3 { is_cylinder: true, .. } | Rounding::Ball { .. } => false,
+        }
+    }
+
     /// That of a case; `None` where nothing presses, or what presses has no form.
     pub(crate) fn of(case: &Case, height: Option<f64>) -> Option<Self> {
         let layer = case.layer.as_ref()?;

@@ -10,7 +10,7 @@ use elastocap_mechanics::solid::mesh_error::error_on_finest;
 use super::{Shaped, Solver, StepField};
 use crate::common_base::CommonBase;
 use crate::deform::shear_force::shear_force;
-use crate::deform::{Deformation, Displacement, ForceCheck, Rods};
+use crate::deform::{Deformation, Displacement, FiniteElementStep, ForceCheck, Rods};
 use crate::failure::{StepFailure, Stop};
 use crate::load_steps::StepLoad;
 use crate::outcome::{
@@ -52,6 +52,9 @@ impl Shortfalls {
 /// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of convergence. The
 /// difference between two may vanish by accident.
 const ERRORS_FROM: usize = 2;
+
+/// The least share of the difference between the capacitances on two meshes that is stated as the error on the finer one.
+const LEAST_LEFT: f64 = 0.25;
 
 impl Solver<'_> {
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -135,12 +138,14 @@ impl Solver<'_> {
         let (Some(Deformation::FiniteElement(layer)), Some(fine)) = (state, &deformed.pair) else {
             return Ok(None);
         };
+        if layer.places_error.is_some() {
+            return Ok(layer.places_error);
+        }
         let (mut gaps, mut plates) = (Vec::new(), Vec::new());
         for coarser in self.layer.coarser(step.index) {
-            let scene = scene_of(self.case, Some(&Deformation::FiniteElement(coarser)), &Pose::default())?;
-            if let Some(pair) = scene.pair {
-                gaps.push((coarser.element_size, pair.gap));
-                plates.push((coarser.element_size, pair.parallel_plate));
+            if let Some([gap, plate]) = self.facing(coarser)? {
+                gaps.push((coarser.element_size, gap));
+                plates.push((coarser.element_size, plate));
             }
         }
         gaps.push((layer.element_size, fine.gap));
@@ -148,6 +153,22 @@ impl Solver<'_> {
         let relative = |values: &[(f64, f64)], fine: f64| Some(error_on_finest(values)? / fine.abs());
         let errors = [relative(&gaps, fine.gap), relative(&plates, fine.parallel_plate)];
         Ok(errors.into_iter().flatten().reduce(f64::max))
+    }
+
+    /// The gap in m and the parallel-plate capacitance in F of the pair where the layer is as this says; `None` without a pair.
+    fn facing(&self, layer: &FiniteElementStep) -> Result<Option<[f64; 2]>, Stop> {
+        let scene = scene_of(self.case, Some(&Deformation::FiniteElement(layer)), &Pose::default())?;
+        Ok(scene.pair.map(|pair| [pair.gap, pair.parallel_plate]))
+    }
+
+    /// What the error of the pair's distances on the finest mesh is, over what they changed by from the mesh before; `None` where that error is
+    /// not estimated on one mesh, and where they did not change.
+    fn share_left(&self, finest: &FiniteElementStep, before: &FiniteElementStep) -> Option<f64> {
+        let error = finest.places_error?;
+        let [now, then] = [finest, before].map(|layer| self.facing(layer).ok().flatten());
+        let (now, then) = (now?, then?);
+        let moved = (0..2).map(|k| (then[k] / now[k] - 1.0).abs()).fold(0.0, f64::max);
+        (moved > 0.0).then(|| (error / moved).max(LEAST_LEFT))
     }
 
     /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances is too large,
@@ -194,7 +215,8 @@ impl Solver<'_> {
     }
 
     /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
-    /// coarser meshes. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
+    /// coarser meshes, or from that on the last of them and the estimated error of distances, where there is one. These are solved for as
+    /// that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
     /// whose solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
     /// time that it takes to `spent`.
     ///
@@ -215,7 +237,9 @@ impl Solver<'_> {
         }
         let Ok(Some(Deformation::FiniteElement(finest))) = self.deformation(step) else { return Ok(None) };
         let coarser = self.layer.coarser(step.index);
-        let Some(first) = coarser.len().checked_sub(ERRORS_FROM) else { return Ok(None) };
+        let left = coarser.last().and_then(|before| self.share_left(finest, before));
+        let count = if left.is_some() { 1 } else { ERRORS_FROM };
+        let Some(first) = coarser.len().checked_sub(count) else { return Ok(None) };
         let settings =
             FieldSettings { target_alone: true, field: false, shared: None, ..self.settings.clone() };
         let mut values = Vec::new();
@@ -234,6 +258,9 @@ impl Solver<'_> {
                 return Ok(None);
             };
             values.push((layer.element_size, measured.value));
+        }
+        if let (Some(left), [(_, before)]) = (left, values.as_slice()) {
+            return Ok(Some(left * (before / capacitance - 1.0).abs()));
         }
         values.push((finest.element_size, capacitance));
         Ok(error_on_finest(&values).map(|error| error / capacitance.abs()))

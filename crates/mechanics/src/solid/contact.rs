@@ -10,10 +10,14 @@
 //! pattern of the matrix does not depend on which points touch. The steps of [`super::newton`] keep `g` and `l` positive and
 //! reduce `s` until the remaining gaps do not matter. The distance from a convex body is a convex function, so that a step
 //! that keeps the linear gap positive keeps the gap positive, around any corner.
+//!
+//! A configuration that is guessed has points inside obstacles, and gaps that are wrong by more than they are small. From there the same
+//! solutions are found without keeping anything positive: see [`Linearisation::Smoothed`].
 
 use super::dimension::{Dimension, Numbers};
 use super::model::{Body, Equations, Load, State};
 use super::obstacle::Gap;
+use super::refinement::add;
 
 /// The fraction of the way to `g = 0` or `l = 0` that one step may go.
 const BOUNDARY_FRACTION: f64 = 0.995;
@@ -22,6 +26,12 @@ const BOUNDARY_FRACTION: f64 = 0.995;
 const TOWARD_BOUNDARY: f64 = 0.98;
 /// The smallest factor by which a step is shortened at once.
 const SHORTEST_PART: f64 = 0.1;
+
+/// Stiffness of the surface under one point, over the shear modulus times the point's part of the side over the side's length. Between 5 and
+/// 100 the number of steps is about the same.
+const STIFFNESS: f64 = 30.0;
+/// How far a point may be inside an obstacle, over the radius of its corners.
+const DEEPEST: f64 = 0.5;
 
 /// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
 /// through a corner of the obstacle, and the layer would slide past it there.
@@ -37,12 +47,33 @@ pub(crate) struct Pair<S: Dimension> {
     reference: S::Point,
     /// Surface that belongs to the point: area in m^2, in the plane length in m.
     weight: f64,
+    /// Size of the side that it lies on, in m.
+    size: f64,
+}
+
+/// How the condition `g l = w s` of a pair is made linear for a step.
+///
+/// `Smoothed` is Newton's method for the function of Chen, Harker, Kanzow and Smale, `g + l/r - sqrt((g - l/r)^2 + 4 w s/r) = 0`, which has
+/// the same solutions and takes any signs: its linear form is the tangent of the curve `g l = w s` at the point of the curve with the
+/// same `g - l/r`. The stiffness `r` says how the surface yields to one point. It is that of the rubber around it, or that of the last
+/// tangent where that is more: there the points around it, which touch as well, hold it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Linearisation {
+    /// At the gap and the force of the pair, both of them positive.
+    Interior,
+    /// The same where both are positive, and else at the point of the curve that they are nearest to, in the sense above. Holds the
+    /// slopes of the last tangents in N/m, or none before the first step.
+    Smoothed(Vec<f64>),
 }
 
 /// Distance, force and tangent of one pair.
 struct PairState {
     gap: Gap,
     force: f64,
+    /// The force after a step in which the point stays where it is.
+    staying: f64,
+    /// How much of it is lost for each metre that the point moves away.
+    slope: f64,
     /// Derivative of the contact force by the distance vector, its sign changed.
     stiffness: [[f64; 3]; 3],
 }
@@ -53,17 +84,29 @@ impl<S: Dimension> Pair<S> {
         let mut pairs = Vec::new();
         for (o, obstacle) in body.obstacles.iter().enumerate() {
             for side in &obstacle.sides {
-                for point in body.mesh.side_points(side, POINTS) {
+                let points = body.mesh.side_points(side, POINTS);
+                let surface: f64 = points.iter().map(|point| point.weight).sum();
+                let size = surface.powf(1.0 / (S::AXES - 1) as f64);
+                for point in points {
                     let mut reference = point.position;
-                    let mut slots = Vec::with_capacity(S::AXES * point.shape.len() + 1);
-                    for (n, value) in side.nodes.as_ref().iter().zip(&point.shape) {
-                        slots.extend((0..S::AXES).map(|k| (S::AXES * *n as usize + k, k, *value)));
+                    let mut parts: Vec<(u32, f64)> = Vec::with_capacity(point.shape.len());
+                    for (&n, &value) in side.nodes.as_ref().iter().zip(&point.shape) {
+                        match body.mesh.hanging.nodes.get(&n) {
+                            Some(masters) => {
+                                masters.iter().for_each(|&(m, part)| add(&mut parts, m, part * value))
+                            }
+                            None => add(&mut parts, n, value),
+                        }
+                    }
+                    let mut slots = Vec::with_capacity(S::AXES * parts.len() + 1);
+                    for (n, value) in parts {
+                        slots.extend((0..S::AXES).map(|k| (S::AXES * n as usize + k, k, value)));
                     }
                     if let Some(n) = obstacle.carrier {
                         reference[0] -= body.mesh.nodes[n as usize][0];
                         slots.push((S::AXES * n as usize, 0, -1.0));
                     }
-                    pairs.push(Self { obstacle: o, slots, reference, weight: point.weight });
+                    pairs.push(Self { obstacle: o, slots, reference, weight: point.weight, size });
                 }
             }
         }
@@ -73,6 +116,18 @@ impl<S: Dimension> Pair<S> {
     /// The displacements that it couples.
     pub(crate) fn displacements(&self) -> impl Iterator<Item = usize> {
         self.slots.iter().map(|slot| slot.0)
+    }
+}
+
+/// The gap and the force on the curve `g l = product` with `g - l/stiffness = difference`.
+fn on_curve(difference: f64, product: f64, stiffness: f64) -> (f64, f64) {
+    let root = (difference * difference + 4.0 * product / stiffness).sqrt();
+    if difference >= 0.0 {
+        let gap = 0.5 * (root + difference);
+        (gap, product / gap)
+    } else {
+        let force = 0.5 * stiffness * (root - difference);
+        (product / force, force)
     }
 }
 
@@ -94,14 +149,25 @@ impl<S: Dimension> Equations<S> {
     }
 
     fn pair_state(&self, c: usize, state: &State<S>) -> PairState {
-        let gap = self.gap(&self.pairs[c], state);
+        let pair = &self.pairs[c];
+        let gap = self.gap(pair, state);
         let force = state.contact[c];
+        let product = pair.weight * self.gap_times_pressure;
+        let (staying, slope) = match &self.linearisation {
+            Linearisation::Smoothed(slopes) if gap.distance <= 0.0 || force <= 0.0 => {
+                let rubber = STIFFNESS * self.modulus * pair.weight / pair.size;
+                let stiffness = slopes.get(c).map_or(rubber, |slope| rubber.max(*slope));
+                let (near, pressed) = on_curve(gap.distance - force / stiffness, product, stiffness);
+                (pressed * (2.0 - gap.distance / near), pressed / near)
+            }
+            Linearisation::Smoothed(_) | Linearisation::Interior => {
+                (product / gap.distance, force / gap.distance)
+            }
+        };
         let stiffness = std::array::from_fn(|k| {
-            std::array::from_fn(|m| {
-                force * (gap.normal[k] * gap.normal[m] / gap.distance - gap.hessian[k][m])
-            })
+            std::array::from_fn(|m| slope * gap.normal[k] * gap.normal[m] - force * gap.hessian[k][m])
         });
-        PairState { gap, force, stiffness }
+        PairState { gap, force, staying, slope, stiffness }
     }
 
     /// Sets every contact force to the product `s` over the gap: what a body has that has not been in contact yet.
@@ -120,13 +186,12 @@ impl<S: Dimension> Equations<S> {
         for c in 0..self.pairs.len() {
             let pair = &self.pairs[c];
             let obstacle = pair.obstacle;
-            let PairState { gap, force, stiffness } = self.pair_state(c, state);
+            let PairState { gap, force, staying, stiffness, .. } = self.pair_state(c, state);
             let product = pair.weight * self.gap_times_pressure;
             worst = worst.max((force * gap.distance / product - 1.0).abs());
             let right = S::Point::from_fn(|k| {
                 let motion = |m: usize| load.shift[obstacle][m] - state.shift[obstacle][m];
-                gap.normal[k] * product / gap.distance
-                    + (0..S::AXES).map(|m| stiffness[k][m] * motion(m)).sum::<f64>()
+                gap.normal[k] * staying + (0..S::AXES).map(|m| stiffness[k][m] * motion(m)).sum::<f64>()
             });
             let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
@@ -149,19 +214,22 @@ impl<S: Dimension> Equations<S> {
     /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in m.
     pub(crate) fn contact_increment(&self, state: &State<S>, du: &[f64], motion: &[S::Point]) -> Vec<f64> {
         let increment = |(c, pair): (usize, &Pair<S>)| {
-            let PairState { gap, force, .. } = self.pair_state(c, state);
-            let closing: f64 =
+            let PairState { gap, force, staying, slope, .. } = self.pair_state(c, state);
+            let opening: f64 =
                 pair.slots.iter().map(|&(d, k, factor)| factor * gap.normal[k] * du[d]).sum::<f64>()
                     - (0..S::AXES).map(|k| gap.normal[k] * motion[pair.obstacle][k]).sum::<f64>();
-            (pair.weight * self.gap_times_pressure - force * closing) / gap.distance - force
+            staying - slope * opening - force
         };
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of what it was, and else the fraction of the
-    /// step to try next. Contact forces that the step would take to zero or below are kept above it one by one, since they only
+    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of what it was, or need not, and else the fraction of
+    /// the step to try next. Contact forces that the step would take to zero or below are kept above it one by one, since they only
     /// weight the next step.
     pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
+        if self.linearisation != Linearisation::Interior {
+            return 1.0;
+        }
         let least = 1.0 - BOUNDARY_FRACTION;
         let left = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
         let left =
@@ -183,15 +251,39 @@ impl<S: Dimension> Equations<S> {
         pairs.map(|pair| self.gap(pair, state).distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa, or to the product `s` over the gap where
-    /// that is more.
-    pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
-        for (c, pair) in self.pairs.iter().enumerate() {
+    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa.
+    pub(crate) fn press_with_nodal(&self, state: &mut State<S>, nodal: &[f64]) {
+        for (pair, force) in self.pairs.iter().zip(&mut state.contact) {
             let here = pair.slots.iter().filter(|slot| slot.1 == 0 && slot.2 != -1.0);
             let pressure: f64 = here.map(|&(d, _, factor)| factor * nodal[d / S::AXES]).sum();
-            let far = self.gap_times_pressure / self.gap(pair, state).distance;
-            state.contact[c] = pair.weight * pressure.max(far);
+            *force = pair.weight * pressure;
         }
+    }
+
+    /// The same, or the product `s` over the gap where that is more.
+    pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
+        self.press_with_nodal(state, nodal);
+        for (c, pair) in self.pairs.iter().enumerate() {
+            let far = pair.weight * self.gap_times_pressure / self.gap(pair, state).distance;
+            state.contact[c] = state.contact[c].max(far);
+        }
+    }
+
+    /// After the step from `state` is known, keeps the slopes of its tangents for the next one, if that asks for them.
+    pub(crate) fn keep_slopes(&mut self, state: &State<S>) {
+        if self.linearisation != Linearisation::Interior {
+            let slopes = (0..self.pairs.len()).map(|c| self.pair_state(c, state).slope).collect();
+            self.linearisation = Linearisation::Smoothed(slopes);
+        }
+    }
+
+    /// Whether every point is outside the obstacles, or so little inside that the nearest face of the obstacle is the one that it came
+    /// through.
+    pub(crate) fn is_near_surface(&self, state: &State<S>) -> bool {
+        self.pairs.iter().all(|pair| {
+            let deepest = DEEPEST * self.body.obstacles[pair.obstacle].shape.radius();
+            self.gap(pair, state).distance > -deepest
+        })
     }
 
     /// The force in N/m that obstacle `o` exerts on the body in `state`.
@@ -229,11 +321,32 @@ impl<S: Dimension> Equations<S> {
                 }
             }
         }
-        force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f / a } else { 0.0 }).collect()
+        let mut nodal: Vec<f64> =
+            force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f / a } else { 0.0 }).collect();
+        for (&node, masters) in &self.body.mesh.hanging.nodes {
+            nodal[node as usize] = masters.iter().map(|&(m, part)| part * nodal[m as usize]).sum();
+        }
+        nodal
     }
 
     /// Deepest penetration of a point into an obstacle, in m; negative where nothing touches.
     pub fn penetration(&self, state: &State<S>) -> f64 {
         self.pairs.iter().map(|pair| -self.gap(pair, state).distance).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_point_of_the_curve_has_the_product_and_the_difference_whichever_is_larger() {
+        let (product, stiffness) = (3e-7, 20.0);
+        for difference in [-2.0, -1e-6, 0.0, 1e-6, 2.0] {
+            let (gap, force) = on_curve(difference, product, stiffness);
+            assert!(gap > 0.0 && force > 0.0);
+            assert!((gap * force / product - 1.0).abs() < 1e-12, "{difference}: {gap} {force}");
+            assert!((gap - force / stiffness - difference).abs() < 1e-12, "{difference}: {gap} {force}");
+        }
     }
 }

@@ -16,6 +16,7 @@
 use std::fmt::Debug;
 use std::ops::IndexMut;
 
+use super::estimate::Stress;
 use super::{element, space};
 use elastocap_materials::Rubber;
 
@@ -170,6 +171,12 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
 
     /// `J` at quadrature point `q` under the displacements `u`.
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
+
+    /// Cauchy stress in Pa at quadrature point `q` under the displacements `u` and the pressure coefficients `p`: 11, 22, 33, 12, 23, 13.
+    fn stress(&self, rubber: &Rubber, q: usize, u: &[f64], p: &S::Pressure) -> Stress;
+
+    /// Reference volume in m^3 that belongs to quadrature point `q`; area in m^2 in the plane.
+    fn point_volume(&self, q: usize) -> f64;
 
     /// What is left at quadrature point `q` of the extension that `rubber` admits under the displacements `u`; `None` where it has
     /// no limit. See [`Rubber::extension_left`].

@@ -13,6 +13,8 @@
 use elastocap_fem::quadrature::gauss_legendre;
 
 use super::dimension::{Element, ElementSystem, Plane};
+use super::estimate::Stress;
+use super::stress::PointStress;
 use elastocap_materials::Rubber;
 use elastocap_materials::plane::{Tensor, cofactor, determinant};
 
@@ -185,6 +187,16 @@ impl Element<Plane> for ReferenceElement {
 
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {
         determinant(&self.deformation_gradient(q, u))
+    }
+
+    fn stress(&self, rubber: &Rubber, q: usize, u: &[f64], p: &[f64; 3]) -> Stress {
+        let pressure = self.pressure[q].iter().zip(p).map(|(basis, p)| basis * p).sum();
+        let own = PointStress::new(rubber, &self.deformation_gradient(q, u), pressure);
+        [own.s11, own.s22, own.s33, own.s12, 0.0, 0.0]
+    }
+
+    fn point_volume(&self, q: usize) -> f64 {
+        self.areas[q]
     }
 
     fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64> {

@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::dimension::{Dimension, Numbers, Plane};
+use super::estimate::{Estimate, Wanted, WantedNumber};
 use super::flanks::flanks;
 use super::force_goal::meet_force;
 use super::model::{Body, Equations, Load, ModelError, State};
@@ -336,9 +337,32 @@ impl<S: Dimension> LayerModel<S> {
         self.equations.release();
     }
 
+    /// Estimates the errors of the force of the last equilibrium, which was `step`, and of the `numbers` that are read off it.
+    pub(crate) fn estimate(
+        &mut self,
+        step: &LayerStep,
+        force_tolerance: f64,
+        numbers: Vec<WantedNumber>,
+    ) -> Estimate {
+        let work = step.force * step.compression * self.thickness / self.symmetry.parts();
+        self.equations.estimate(&self.state, &Wanted { work, force_tolerance, numbers })
+    }
+
+    /// A second layer on the same mesh, where this one is.
+    pub(super) fn twin(&self) -> Option<Self> {
+        let equations = Equations::new(self.equations.body().clone()).ok()?;
+        let (state, load, indenters) = (self.state.clone(), self.load.clone(), self.indenters.clone());
+        Some(Self { equations, state, load, indenters, ..*self })
+    }
+
     /// The equations behind the model.
     pub fn equations(&self) -> &Equations<S> {
         &self.equations
+    }
+
+    /// The thickness at rest in m.
+    pub(super) fn thickness(&self) -> f64 {
+        self.thickness
     }
 
     /// The last equilibrium.

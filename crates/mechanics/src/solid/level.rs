@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::dimension::{Dimension, Plane};
+use super::estimate::Estimate;
 use super::layer::{LayerModel, LayerStep};
 use super::model::{Load, State};
 use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
-use super::press::{Goal, Pressed, ReadOff};
+use super::press::{Goal, Pressed};
+use super::refinement::Refinable;
 use super::soundness::StateFault;
 
 /// One mesh that was solved on.
@@ -16,6 +18,8 @@ use super::soundness::StateFault;
 pub struct Level<S: Dimension = Plane> {
     /// The layer on this mesh.
     pub model: LayerModel<S>,
+    /// The mesh as one whose elements can be cut, where the next one is made from it.
+    pub(super) mesh: Option<Refinable<S>>,
     /// Size of its elements, to be compared with that of the other meshes.
     pub(super) size: f64,
     /// Layers on meshes of this level that were made for one load.
@@ -25,9 +29,14 @@ pub struct Level<S: Dimension = Plane> {
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
     pub(super) reached: Vec<Option<Reached<S>>>,
     pub(super) stopped: Vec<Option<Box<Stopped>>>,
-    /// Faults of the states that were found for goals that do not count as reached for that reason.
-    pub(super) faults: Vec<Option<(f64, StateFault)>>,
+    /// What was found for goals that do not count as reached because of a fault: on a finer mesh, the equilibrium is searched near it.
+    faulty: Vec<Option<(Reached<S>, StateFault)>>,
+    /// The estimated errors of the states that were found for goals, those with a fault included.
+    pub(super) estimates: Vec<Option<Estimate>>,
 }
+
+/// Estimates the errors of the last equilibrium of a layer.
+pub(super) type Estimator<'a, S> = dyn Fn(&mut LayerModel<S>, &LayerStep) -> Estimate + Sync + 'a;
 
 /// The equilibrium found for a goal.
 #[derive(Debug, Clone)]
@@ -50,6 +59,7 @@ impl<S: Dimension> Reached<S> {
             load: self.load.clone(),
             error: None,
             refinement: Vec::new(),
+            places_error: None,
             converged: false,
         }
     }
@@ -61,15 +71,17 @@ struct Found<S: Dimension> {
     state: State<S>,
     load: Load<S>,
     fault: Option<StateFault>,
+    estimate: Option<Estimate>,
 }
 
 /// What came of the search near the equilibrium of a coarser mesh: `None` if there is none near it, so that the load has to be followed.
 type Tried<S> = Option<Result<Found<S>, Box<Stopped>>>;
 
 impl<S: Dimension> Found<S> {
-    fn of(model: &LayerModel<S>, step: LayerStep) -> Self {
+    fn of(model: &mut LayerModel<S>, step: LayerStep, estimator: Option<&Estimator<'_, S>>) -> Self {
+        let estimate = estimator.map(|estimate| estimate(model, &step));
         let (state, load) = (model.state().clone(), model.load().clone());
-        Self { step, state, load, fault: model.fault(step.force) }
+        Self { step, state, load, fault: model.fault(step.force), estimate }
     }
 
     /// Searches the equilibrium for a goal near the one that a coarser layer has for it.
@@ -78,42 +90,50 @@ impl<S: Dimension> Found<S> {
         model: &mut LayerModel<S>,
         goal: Goal,
         settings: &NewtonSettings,
+        estimator: Option<&Estimator<'_, S>>,
     ) -> Tried<S> {
         let step = model.take_over(coarser, &reached.state, reached.step.compression, settings)?;
         let step = match goal {
             Goal::Compression(_) => Ok(step),
             Goal::Force(force) => model.press_with(force, settings),
         };
-        Some(step.map(|step| Self::of(model, step)))
+        Some(step.map(|step| Self::of(model, step, estimator)))
     }
 
     /// Follows the load from where `model` is.
-    fn after(model: &mut LayerModel<S>, goal: Goal, settings: &NewtonSettings) -> Result<Self, Box<Stopped>> {
+    fn after(
+        model: &mut LayerModel<S>,
+        goal: Goal,
+        settings: &NewtonSettings,
+        estimator: Option<&Estimator<'_, S>>,
+    ) -> Result<Self, Box<Stopped>> {
         let step = match goal {
             Goal::Compression(compression) => model.press(compression, settings),
             Goal::Force(force) => model.press_with(force, settings),
         };
-        step.map(|step| Self::of(model, step))
+        step.map(|step| Self::of(model, step, estimator))
     }
 }
 
 impl<S: Dimension> Level<S> {
     /// Nothing pressed yet.
-    pub(super) fn new(model: LayerModel<S>, size: f64, goals: usize) -> Self {
+    pub(super) fn new(model: LayerModel<S>, mesh: Option<Refinable<S>>, size: f64, goals: usize) -> Self {
         Self {
             model,
+            mesh,
             size,
             remeshed: Vec::new(),
             seconds: 0.0,
             reached: vec![None; goals],
             stopped: vec![None; goals],
-            faults: vec![None; goals],
+            faulty: vec![None; goals],
+            estimates: vec![None; goals],
         }
     }
 
     /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
     /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
-    /// `twin` gives a second layer on this mesh; otherwise the load is followed. Returns the number of goals reached.
+    /// there is `room_for_two` layers; otherwise the load is followed. Returns the number of goals reached.
     pub(super) fn walk(
         &mut self,
         coarser: Option<&Self>,
@@ -121,28 +141,32 @@ impl<S: Dimension> Level<S> {
         order: &[usize],
         wanted: &[bool],
         settings: &NewtonSettings,
-        twin: &dyn Fn(&LayerModel<S>) -> Option<LayerModel<S>>,
+        estimator: Option<&Estimator<'_, S>>,
+        room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> usize {
         let coarser = coarser.filter(|_| settings.from_coarser != FromCoarser::Nothing);
-        let near = |g: usize| coarser.and_then(|level| level.found(g)).filter(|_| goals[g].value() != 0.0);
-        let mut tried = self.side_by_side(&near, goals, order, settings, twin, tell);
+        let near = |g: usize| coarser.and_then(|level| level.start(g)).filter(|_| goals[g].value() != 0.0);
+        let mut tried = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, tell);
         for (done, &g) in order.iter().enumerate() {
             if settings.cancelled() {
                 return done;
             }
             let found = if goals[g].value() == 0.0 {
                 let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                Ok(Found { step: self.at_rest(), state, load, fault: None })
+                Ok(Found { step: self.at_rest(), state, load, fault: None, estimate: None })
             } else {
                 let tried = match tried[g].take() {
                     Some(tried) => tried,
-                    None => near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings)),
+                    None => {
+                        near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings, estimator))
+                    }
                 };
-                tried.unwrap_or_else(|| Found::after(&mut self.model, goals[g], settings))
+                tried.unwrap_or_else(|| Found::after(&mut self.model, goals[g], settings, estimator))
             };
             match found {
-                Ok(Found { step, state, load, fault }) => {
+                Ok(Found { step, state, load, fault, estimate }) => {
+                    self.estimates[g] = estimate;
                     if wanted[g] {
                         let (state, load) = (state.clone(), load.clone());
                         self.keep(goals, g, Reached { remeshed: None, step, state, load }, fault);
@@ -166,14 +190,15 @@ impl<S: Dimension> Level<S> {
 
     /// Searches the equilibria near those of a coarser mesh on two layers at once, each on its own thread: none needs another. The layer of this
     /// level is afterwards where it was before. Nothing is tried if there are fewer than two such equilibria, only one thread, or no
-    /// `twin`.
+    /// `room_for_two`.
     fn side_by_side<'a>(
         &mut self,
         near: &(dyn Fn(usize) -> Option<(&'a LayerModel<S>, &'a Reached<S>)> + Sync),
         goals: &[Goal],
         order: &[usize],
         settings: &NewtonSettings,
-        twin: &dyn Fn(&LayerModel<S>) -> Option<LayerModel<S>>,
+        estimator: Option<&Estimator<'_, S>>,
+        room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> Vec<Option<Tried<S>>> {
         let mut tried: Vec<Option<Tried<S>>> = goals.iter().map(|_| None).collect();
@@ -181,7 +206,10 @@ impl<S: Dimension> Level<S> {
         if starts.len() < 2 || rayon::current_num_threads() < 2 {
             return tried;
         }
-        let Some(mut twin) = twin(&self.model) else { return tried };
+        if !room_for_two(&self.model) {
+            return tried;
+        }
+        let Some(mut twin) = self.model.twin() else { return tried };
         let start = (self.model.state().clone(), self.model.load().clone());
         let done = AtomicUsize::new(0);
         let each_second = |model: &mut LayerModel<S>, first: usize| -> Vec<(usize, Tried<S>)> {
@@ -190,7 +218,7 @@ impl<S: Dimension> Level<S> {
                 if settings.cancelled() {
                     break;
                 }
-                found.push((g, Found::near(start, model, goals[g], settings)));
+                found.push((g, Found::near(start, model, goals[g], settings, estimator)));
                 tell(done.fetch_add(1, Ordering::Relaxed) + 1);
             }
             found
@@ -262,7 +290,7 @@ impl<S: Dimension> Level<S> {
     /// Keeps the equilibrium found for a goal, or its fault if it has one.
     fn keep(&mut self, goals: &[Goal], g: usize, mut reached: Reached<S>, fault: Option<StateFault>) {
         if let Some(fault) = fault {
-            self.faults[g] = Some((reached.step.compression, fault));
+            self.faulty[g] = Some((reached, fault));
             return;
         }
         if let Goal::Compression(asked) = goals[g] {
@@ -277,14 +305,24 @@ impl<S: Dimension> Level<S> {
         Some((self.layer_of(reached.remeshed), reached))
     }
 
-    /// The same, without what is known of its forces.
-    pub fn state(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
-        self.found(g).map(|(model, reached)| (model, &reached.state))
+    /// The compression and the fault of what was found for goal `g`, if it has one.
+    pub(super) fn fault(&self, g: usize) -> Option<(f64, StateFault)> {
+        self.faulty[g].as_ref().map(|(reached, fault)| (reached.step.compression, *fault))
     }
 
-    /// What `of` reads off the equilibrium under goal `g`, if that was reached.
-    pub(super) fn at(&self, g: usize, of: &ReadOff<'_, S>) -> Option<Vec<f64>> {
-        self.found(g).map(|(model, reached)| of(model, &reached.state))
+    /// What was found for goal `g`, a fault or not.
+    pub(super) fn step(&self, g: usize) -> Option<&LayerStep> {
+        self.start(g).map(|(_, reached)| &reached.step)
+    }
+
+    /// Where the equilibrium under goal `g` may be searched for on a finer mesh.
+    fn start(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
+        self.found(g).or_else(|| self.faulty.get(g)?.as_ref().map(|(reached, _)| (&self.model, reached)))
+    }
+
+    /// The layer and its configuration under goal `g`, if that was reached.
+    pub fn state(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
+        self.found(g).map(|(model, reached)| (model, &reached.state))
     }
 
     pub(super) fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {
@@ -318,19 +356,19 @@ mod tests {
         let goals = [0.02, 0.05, 0.1].map(Goal::Compression);
         let (order, wanted) = ([0, 1, 2], [true; 3]);
         let settings = NewtonSettings { first_step: 0.5, ..NewtonSettings::default() };
-        let no_twin = |_: &LayerModel<Space>| None;
-        let mut coarser = Level::new(layer(3), 1.0, goals.len());
-        coarser.walk(None, &goals, &order, &wanted, &settings, &no_twin, &|_| ());
-        assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.faults);
+        let mut coarser = Level::new(layer(3), None, 1.0, goals.len());
+        coarser.walk(None, &goals, &order, &wanted, &settings, None, &|_| false, &|_| ());
+        assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
         // Nothing is near a state that is none.
         let first = coarser.reached[0].as_mut().unwrap();
         first.state.moving = None;
         first.state.displacement.fill(f64::NAN);
         let walked = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut level = Level::new(layer(4), 0.75, goals.len());
-            let twin = |_: &LayerModel<Space>| Some(layer(4));
-            pool.install(|| level.walk(Some(&coarser), &goals, &order, &wanted, &settings, &twin, &|_| ()));
+            let mut level = Level::new(layer(4), None, 0.75, goals.len());
+            pool.install(|| {
+                level.walk(Some(&coarser), &goals, &order, &wanted, &settings, None, &|_| true, &|_| ())
+            });
             let step = |k: usize| level.reached[k].as_ref().map(|r| (r.step.force, r.step.effort.solves));
             [0, 1, 2].map(|k| step(k).unwrap())
         };

@@ -9,6 +9,7 @@
 use std::collections::HashMap;
 
 use super::dimension::{Dimension, Plane};
+use super::refinement::Hanging;
 
 /// A mesh in the reference configuration: nine-node quadrilaterals in the plane, 27-node hexahedra in space.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,6 +19,8 @@ pub struct Mesh<S: Dimension = Plane> {
     /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
     /// `(i - 1, j - 1, k - 1)` of the reference cube.
     pub elements: Vec<S::Nodes>,
+    /// What hangs where elements are finer than their neighbours; nothing in a mesh that was not refined.
+    pub hanging: Hanging,
 }
 
 /// A grid of corner points: `points[j * columns + i]`.

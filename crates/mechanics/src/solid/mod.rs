@@ -6,6 +6,7 @@
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`dimension`] | what the plane and space have in common; how code is generic over them |
 //! | [`mesh`] | meshes, mapped patches, fans around corners |
+//! | [`refinement`] | elements cut in two where the solution needs it, and what hangs on a neighbour's side |
 //! | [`obstacle`] | rigid bodies, described by the distance to their surface |
 //! | `contact` | contact with rigid bodies by an interior-point method |
 //! | [`model`] | a body, its equations and contact conditions |
@@ -23,6 +24,7 @@
 //! | [`forecast`] | its memory and time, estimated in advance |
 //! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
 //! | `rounded_corner` | a mesh for each load under a punch with rounded corners |
+//! | `estimate` | the error of an equilibrium on one mesh, and the elements that make it |
 //! | [`mesh_error`] | the error of a force, or of anything else, from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
 //! | [`soundness`] | whether an equilibrium is one that a layer can be in |
@@ -60,6 +62,7 @@ mod contact;
 mod contact_end;
 pub mod dimension;
 pub mod element;
+mod estimate;
 mod flanks;
 pub mod folds;
 mod force_goal;
@@ -72,9 +75,11 @@ pub mod mesh;
 pub mod mesh_error;
 pub mod model;
 pub mod newton;
+mod nodes_by_place;
 pub mod obstacle;
 pub mod press;
 pub mod probe;
+pub mod refinement;
 mod rounded_corner;
 pub mod shear_length;
 pub mod side;

@@ -101,6 +101,19 @@ impl ObstacleShape {
             Self::Indenter(profile) => profile.gap(x),
         }
     }
+
+    /// The smallest radius (m) that its surface is rounded with: a point farther inside may be nearer to another face than to the one it
+    /// came through.
+    pub(crate) fn radius(&self) -> f64 {
+        match *self {
+            Self::Substrate | Self::Flank { .. } => f64::INFINITY,
+            Self::Indenter(profile) => match profile {
+                IndenterProfile::Punch { corner_radius, .. }
+                | IndenterProfile::Block { corner_radius, .. } => corner_radius,
+                IndenterProfile::Cylinder { radius } | IndenterProfile::Sphere { radius } => radius,
+            },
+        }
+    }
 }
 
 impl IndenterProfile {
@@ -166,6 +179,10 @@ mod tests {
                 [1.2, 0.9, 0.3],
                 [-1.4, 0.7, 1.0],
                 [0.85, 0.02, 0.0],
+                [0.3, 0.1, 0.2],
+                [0.95, 0.1, 0.3],
+                [0.85, 0.15, 0.65],
+                [0.96, 0.7, -0.1],
             ] {
                 let g = shape.gap(y);
                 let at = |k: usize, s: f64| {

@@ -9,11 +9,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::dimension::{Dimension, Plane};
+use super::estimate::{Estimated, WantedNumber};
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
-use super::level::Reached;
-use super::mesh_error::{error_of, error_on_finest, scatter_of};
+use super::level::{Estimator, Reached};
+use super::mesh_error::{error_of, scatter_of};
 use super::model::{Load, ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
+use super::refinement::Refinable;
 use super::soundness::StateFault;
 use elastocap_materials::Rubber;
 
@@ -81,6 +83,8 @@ pub struct Pressed<S: Dimension = Plane> {
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
     pub refinement: Vec<f64>,
+    /// The largest relative error of [`Places`], where it was estimated on this mesh by itself.
+    pub places_error: Option<f64>,
     /// Whether `error` is within the tolerance.
     pub converged: bool,
 }
@@ -148,13 +152,26 @@ impl PlaneLayer {
                 }
             }
         });
-        let remesh = remesh.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>);
+        let meshed = |k: usize, _: &[Level], _: &[usize]| {
+            let level = *refinement.meshes.get(k)?;
+            let model = self.mesh_within_limit(level, deepest).and_then(|mesh| self.model_on(&mesh));
+            Some(model.map(|model| Meshed {
+                model,
+                mesh: None,
+                size: halved(level),
+                settings: self.settings(level),
+            }))
+        };
+        let remeshed = remesh.map(|remesh| {
+            move |k: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
+                remesh(refinement.meshes[k], coarser, goal)
+            }
+        });
         let layers = Layers {
-            on_mesh: &|level| self.model_on(&self.mesh_within_limit(level, deepest)?),
-            size: &halved,
-            settings: &|level| self.settings(level),
+            meshed: &meshed,
             room_for_two: &|_| true, // they are small in the plane
-            remesh,
+            remesh: remeshed.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>),
+            estimates: false,
             places: None,
         };
         press_on(goals, refinement, &layers, cancel, tell)
@@ -193,62 +210,92 @@ impl PlaneLayer {
     }
 }
 
-/// Presses a layer to a goal on a mesh made for it: from the number of [`Refinement::meshes`], and the equilibrium on a coarser mesh.
+/// Presses a layer to a goal on a mesh made for it: from the number of the mesh, and the equilibrium on a coarser one.
 pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
     + Sync
     + 'a;
 
-/// The layers that [`press_on`] presses, by the number of [`Refinement::meshes`] that a mesh is made from.
+/// A layer at rest on a mesh.
+pub(crate) struct Meshed<S: Dimension> {
+    pub(crate) model: LayerModel<S>,
+    /// The mesh as one whose elements can be cut, where the next one is made from it.
+    pub(crate) mesh: Option<Refinable<S>>,
+    /// Size of its elements, to be compared with that of the other meshes.
+    pub(crate) size: f64,
+    /// How the layer is pressed on it.
+    pub(crate) settings: NewtonSettings<'static>,
+}
+
+/// Makes the mesh of a number from the ones before it and the numbers of the goals that are not known yet; `None` after the last one.
+type NextMesh<'a, S> = dyn Fn(usize, &[Level<S>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
+
+/// The layers that [`press_on`] presses.
 pub(crate) struct Layers<'a, S: Dimension> {
-    /// The layer at rest on a mesh.
-    pub(crate) on_mesh: &'a dyn Fn(usize) -> Result<LayerModel<S>, ModelError>,
-    /// Size of the elements of a mesh.
-    pub(crate) size: &'a dyn Fn(usize) -> f64,
-    /// How the layer is pressed on a mesh.
-    pub(crate) settings: &'a dyn Fn(usize) -> NewtonSettings<'static>,
+    /// The next one.
+    pub(crate) meshed: &'a NextMesh<'a, S>,
     /// Whether there is memory for two such layers at once.
     pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
     /// Presses to a load on a mesh made for it, where loads have meshes of their own.
     pub(crate) remesh: Option<&'a Remesh<'a, S>>,
+    /// Whether errors are estimated on each mesh by itself, and not from the differences between three of them.
+    pub(crate) estimates: bool,
     /// What else is to be known, besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
 }
 
-/// Reads numbers off an equilibrium, always as many.
-pub type ReadOff<'a, S> = dyn Fn(&LayerModel<S>, &State<S>) -> Vec<f64> + Sync + 'a;
+/// A mean of displacements: for each of its displacements the place among those of all nodes, and its weight.
+pub type Mean = Vec<(usize, f64)>;
 
 /// Numbers that are read off an equilibrium, as the distance of two bodies in the layer, and are to be known besides the force.
 pub struct Places<'a, S: Dimension> {
-    /// These numbers.
-    pub of: &'a ReadOff<'a, S>,
-    /// The relative error to reach.
-    pub relative_tolerance: f64,
-    /// The relative error of all, from that of each of them.
-    pub together: &'a (dyn Fn(&[f64]) -> f64 + Sync),
+    /// The means of displacements that they depend on.
+    pub means: &'a (dyn Fn(&LayerModel<S>) -> Vec<Mean> + Sync),
+    /// The numbers, from these means in m.
+    pub of: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
+    /// The relative error to reach of each number, from all of them.
+    pub tolerances: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
 }
 
 impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Places to {:e}", self.relative_tolerance)
+        f.write_str("Places")
     }
 }
 
-/// Errors of places that one more mesh may bring within the tolerance, over it.
-const WITHIN_REACH: f64 = 3.0;
+/// Meshes that are solved on for places after the force is known, at most: what they are for may depend on them weakly.
+const FOR_PLACES: usize = 2;
+/// Displacement, over the thickness of the layer, by which slopes of numbers are found.
+const SMALL: f64 = 1e-6;
 
 impl<S: Dimension> Places<'_, S> {
-    /// Whether a mesh after the last of `levels` is worth it for goal `g`, whose force is known.
-    fn ask_for_more(&self, levels: &[Level<S>], g: usize) -> bool {
-        let found: Vec<(f64, Vec<f64>)> =
-            levels.iter().filter_map(|level| Some((level.size, level.at(g, self.of)?))).collect();
-        let Some((_, now)) = found.last() else { return false };
-        let error = |k: usize| {
-            let values: Vec<(f64, f64)> =
-                found.iter().filter_map(|(size, v)| Some((*size, *v.get(k)?))).collect();
-            error_on_finest(&values).map_or(0.0, |error| error / now[k].abs())
+    /// The numbers of the last equilibrium of a layer, and their slopes by displacements.
+    fn wanted(&self, model: &LayerModel<S>) -> Vec<WantedNumber> {
+        let means = (self.means)(model);
+        let displacement = &model.state().displacement;
+        let value = |mean: &Mean| mean.iter().map(|&(d, weight)| weight * displacement[d]).sum::<f64>();
+        let values: Vec<f64> = means.iter().map(value).collect();
+        let numbers = (self.of)(&values);
+        let tolerances = (self.tolerances)(&numbers);
+        let small = SMALL * model.thickness();
+        let slope_by = |m: usize| {
+            let moved = |by: f64| {
+                let mut values = values.clone();
+                values[m] += by;
+                (self.of)(&values)
+            };
+            let (up, down) = (moved(small), moved(-small));
+            up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * small)).collect::<Vec<f64>>()
         };
-        let error = (self.together)(&(0..now.len()).map(error).collect::<Vec<_>>());
-        error > self.relative_tolerance && error <= WITHIN_REACH * self.relative_tolerance
+        let slopes: Vec<Vec<f64>> = (0..means.len()).map(slope_by).collect();
+        let number = |(k, value): (usize, f64)| {
+            let of_mean = |(mean, slopes): (&Mean, &Vec<f64>)| {
+                let slope = slopes[k];
+                mean.iter().map(move |&(d, weight)| (d, slope * weight)).collect::<Vec<_>>()
+            };
+            let all = means.iter().zip(&slopes).filter(|(_, slopes)| slopes[k] != 0.0).flat_map(of_mean);
+            WantedNumber { value, slopes: all.collect(), tolerance: tolerances[k] }
+        };
+        numbers.into_iter().enumerate().map(number).collect()
     }
 }
 
@@ -264,43 +311,51 @@ pub(crate) fn press_on<S: Dimension>(
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
     let mut levels: Vec<Level<S>> = Vec::new();
     let mut too_large = None;
-    let folds = refinement.meshes.iter().any(|&n| (layers.settings)(n).through_folds);
-    let jumps = if folds { JUMPS } else { 0.0 };
-    for (k, &n) in refinement.meshes.iter().enumerate() {
-        let start = Instant::now();
-        let settings = NewtonSettings { cancel: Some(cancel), ..(layers.settings)(n) };
-        let model = match (layers.on_mesh)(n) {
-            Ok(model) => model,
+    let mut jumps = 0.0;
+    let places = layers.places;
+    let estimate = |model: &mut LayerModel<S>, step: &LayerStep| {
+        let numbers = places.map_or_else(Vec::new, |places| places.wanted(model));
+        model.estimate(step, refinement.relative_tolerance, numbers)
+    };
+    let estimator = layers.estimates.then_some(&estimate as &Estimator<'_, S>);
+    while let Some(next) = (layers.meshed)(levels.len(), &levels, &order) {
+        let (k, start) = (levels.len(), Instant::now());
+        let Meshed { model, mesh, size, settings } = match next {
+            Ok(meshed) => meshed,
             Err(error @ (ModelError::TooLarge { .. } | ModelError::TooManyElements { .. })) if k > 0 => {
                 too_large = Some(error);
                 break;
             }
             Err(error) => return Err(error),
         };
-        let mut level = Level::new(model, (layers.size)(n), goals.len());
+        let settings = NewtonSettings { cancel: Some(cancel), ..settings };
+        if settings.through_folds {
+            jumps = JUMPS;
+        }
+        let mut level = Level::new(model, mesh, size, goals.len());
         let force_known = |levels: &[Level<S>], g: usize| {
             judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
         };
-        // For what else is to be known there is one more mesh, at most.
+        // For what else is to be known there are only so many meshes more.
         let known = |levels: &[Level<S>], g: usize| {
-            force_known(levels, g)
-                && (goals[g].value() == 0.0
-                    || levels.split_last().is_some_and(|(_, before)| force_known(before, g))
-                    || layers.places.is_none_or(|places| !places.ask_for_more(levels, g)))
+            let places_known = || {
+                let before = levels.len().saturating_sub(FOR_PLACES);
+                let all_met =
+                    numbers_of(levels, g).is_none_or(|all| all.iter().all(|n| n.error <= n.tolerance));
+                all_met || before > 0 && force_known(&levels[..before], g)
+            };
+            force_known(levels, g) && (goals[g].value() == 0.0 || places_known())
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
         let further = match layers.remesh {
             Some(remesh) => {
-                let remesh = |coarser: Option<(&LayerModel<S>, &State<S>)>, goal| remesh(n, coarser, goal);
+                let remesh = |coarser: Option<(&LayerModel<S>, &State<S>)>, goal| remesh(k, coarser, goal);
                 level.press_each(coarser, goals, &order, &remesh, cancel, tell)
             }
             None => {
-                let twin = |model: &LayerModel<S>| match (layers.room_for_two)(model) {
-                    true => (layers.on_mesh)(n).ok(),
-                    false => None,
-                };
-                level.walk(coarser, goals, &order, &wanted, &settings, &twin, tell)
+                let room = layers.room_for_two;
+                level.walk(coarser, goals, &order, &wanted, &settings, estimator, room, tell)
             }
         };
         level.model.release();
@@ -354,7 +409,7 @@ impl<S: Dimension> Pressing<S> {
     }
 
     /// Goal `g` on all meshes but the finest that reached it, coarse to fine, each with the size of its elements: how anything that is
-    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`]. Their
+    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
     /// own errors are not judged.
     pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
         let reached =
@@ -370,6 +425,18 @@ impl<S: Dimension> Pressing<S> {
     }
 }
 
+/// The numbers besides the force on the last level, if they were estimated there under goal `g`.
+fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize) -> Option<Vec<Estimated>> {
+    let (last, before) = levels.split_last()?;
+    let mut numbers = last.estimates[g].as_ref()?.numbers.clone();
+    if let Some(before) = before.iter().rev().find_map(|level| level.estimates[g].as_ref()) {
+        for (now, before) in numbers.iter_mut().zip(&before.numbers) {
+            now.error = now.error.max(OF_LAST_DIFFERENCE * (before.value / now.value - 1.0).abs());
+        }
+    }
+    Some(numbers)
+}
+
 /// The result of all levels for goal `g`; `None` if none reached it.
 fn judge<S: Dimension>(
     levels: &[Level<S>],
@@ -380,28 +447,42 @@ fn judge<S: Dimension>(
 ) -> Option<Pressed<S>> {
     let (level, reached) =
         levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
-    let value = |r: &Reached<S>| match goals[g] {
-        Goal::Compression(_) => r.step.force,
-        Goal::Force(_) => r.step.compression,
+    let value_of = |step: &LayerStep| match goals[g] {
+        Goal::Compression(_) => step.force,
+        Goal::Force(_) => step.compression,
     };
+    let value = |r: &Reached<S>| value_of(&r.step);
     let values: Vec<(f64, f64)> =
         levels.iter().filter_map(|l| Some((l.size, value(l.reached[g].as_ref()?)))).collect();
     let now = value(reached);
-    let error = match values.as_slice() {
+    let estimate = levels[level].estimates[g].as_ref();
+    let error = match (values.as_slice(), estimate) {
         // Nothing presses: no mesh can be wrong about it.
         _ if goals[g].value() == 0.0 => Some(0.0),
-        [.., coarsest, first, before, now] => {
+        (_, Some(estimate)) => {
+            // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
+            let of_estimate = estimate.force * now.abs();
+            let before = levels[..level].iter().rev().find_map(|l| l.step(g)).map(value_of);
+            before.map(|before| of_estimate.max(OF_LAST_DIFFERENCE * (now - before).abs()))
+        }
+        ([.., coarsest, first, before, now], None) => {
             let of_scatter = scatter_of([*coarsest, *first, *before, *now]).unwrap_or(f64::INFINITY);
             Some(error_of([*first, *before, *now]).min(of_scatter))
         }
-        [first, before, now] => Some(error_of([*first, *before, *now])),
+        ([first, before, now], None) => Some(error_of([*first, *before, *now])),
         _ => None,
     };
     let error = error.map(|error| error.max(jumps * now.abs()));
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
     let refinement = values.iter().map(|v| v.1).collect();
-    Some(Pressed { error, refinement, converged, ..reached.unjudged(level) })
+    let numbers = numbers_of(&levels[..=level], g);
+    let places_error = numbers.and_then(|all| all.iter().map(|number| number.error).reduce(f64::max));
+    Some(Pressed { error, refinement, places_error, converged, ..reached.unjudged(level) })
 }
+
+/// Least error of a value that is estimated on one mesh, over its difference from the mesh before: a guard against estimates that are too
+/// small. On meshes that more than double, half of an error is left at the most where it falls with the number of unknowns.
+const OF_LAST_DIFFERENCE: f64 = 0.5;
 
 /// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
 /// from element to element, on every mesh, so that the difference between meshes may be smaller by accident.
@@ -413,7 +494,7 @@ fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
         let stopped = l.stopped[g].clone()?;
         Some((l.remeshed.last().unwrap_or(&l.model).compression(), stopped))
     });
-    let fault = levels.iter().rev().find_map(|l| l.faults[g]);
+    let fault = levels.iter().rev().find_map(|l| l.fault(g));
     if let Some((compression, fault)) = fault {
         return PressError::Unsound { compression, fault };
     }

@@ -27,4 +27,11 @@ impl<'a, S: Dimension> Probe<'a, S> {
         }
         Some(out)
     }
+
+    /// The nodes whose displacements make the one at the reference position `x` (m), and the part of each; `None` outside of the body.
+    pub fn weights(&self, x: S::Point) -> Option<Vec<(usize, f64)>> {
+        let (e, at) = self.finder.find(x)?;
+        let nodes = self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(at));
+        Some(nodes.map(|(&node, (value, _))| (node as usize, value)).collect())
+    }
 }

@@ -46,11 +46,13 @@ pub struct SidePoint<S: Dimension> {
 }
 
 impl<S: Dimension> Mesh<S> {
-    /// The sides that belong to one element only; sides collapsed into a point or line are none.
+    /// The sides that belong to one element only; sides collapsed into a point or line are none, nor are those that lie in a larger side
+    /// of a neighbour.
     pub fn boundary(&self) -> Vec<Side<S>> {
         let middle = |nodes: &S::SideNodes| nodes.as_ref()[nodes.as_ref().len() / 2];
         let side = |element: &S::Nodes, side: &[usize]| S::SideNodes::from_fn(|n| element.as_ref()[side[n]]);
-        let mut shared: HashMap<u32, u32> = HashMap::new();
+        let mut shared: HashMap<u32, u32> =
+            self.hanging.sides.iter().flat_map(|s| [(s.fine.1, 1), (s.coarse.1, 1)]).collect();
         for element in &self.elements {
             for local in S::SIDES {
                 *shared.entry(middle(&side(element, local))).or_default() += 1;

@@ -3,7 +3,7 @@
 use elastocap_materials::Rubber;
 use rayon::prelude::*;
 
-use super::{Equations, Load, State};
+use super::{Equations, Expanded, Load, State};
 use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 
 /// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
@@ -39,6 +39,8 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn assemble(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         let mut systems = std::mem::take(&mut self.systems);
         systems.resize_with(self.elements.len(), || ElementSystem::new(S::AXES * S::Element::NODES));
+        let mut expanded = std::mem::take(&mut self.expanded);
+        expanded.resize_with(self.elements.len(), Expanded::default);
         let this = &*self;
         let missing = |d: usize| {
             if this.body.held[d] { load.displacement[d] - state.displacement[d] } else { 0.0 }
@@ -57,18 +59,30 @@ impl<S: Dimension> Equations<S> {
             if *drag > 0.0 {
                 this.elements[e].add_drag(*drag, &u, &this.gather(e, anchor), system);
             }
-            for (c, d) in this.places_of(e).enumerate() {
-                let step = missing(d);
-                if step != 0.0 {
-                    // The tangent is symmetric: a row is a column.
-                    let column = &system.stiffness[c * u.len()..(c + 1) * u.len()];
-                    for (force, stiffness) in system.condensed_force.iter_mut().zip(column) {
-                        *force += stiffness * step;
+        });
+        systems.par_iter_mut().zip(&mut expanded).enumerate().with_min_len(16).for_each(
+            |(e, (system, out))| {
+                let (stiffness, force) = match &this.expansions[e] {
+                    Some(expansion) => {
+                        expansion.expand(system, out);
+                        (&out.stiffness, &mut out.condensed_force)
+                    }
+                    None => (&system.stiffness, &mut system.condensed_force),
+                };
+                let count = force.len();
+                for (c, d) in this.coupled_places(e).enumerate() {
+                    let step = missing(d);
+                    if step != 0.0 {
+                        // The tangent is symmetric: a row is a column.
+                        let column = &stiffness[c * count..(c + 1) * count];
+                        for (force, stiffness) in force.iter_mut().zip(column) {
+                            *force += stiffness * step;
+                        }
                     }
                 }
-            }
-        });
-        self.systems = systems;
+            },
+        );
+        (self.systems, self.expanded) = (systems, expanded);
         self.assemble_again(state, load)
     }
 
@@ -80,14 +94,24 @@ impl<S: Dimension> Equations<S> {
         let mut volume: f64 = 0.0;
         let mut smallest_j = (f64::INFINITY, 0);
         for (e, system) in self.systems.iter().enumerate() {
-            let nodes = self.body.mesh.elements[e].as_ref().iter();
-            for (r, d) in nodes.flat_map(|&n| Self::places_of_node(n as usize)).enumerate() {
-                self.internal[d] += system.force[r];
+            let (force, condensed_force, stiffness) = match &self.expansions[e] {
+                Some(_) => {
+                    let own = &self.expanded[e];
+                    (&own.force, &own.condensed_force, &own.stiffness)
+                }
+                None => (&system.force, &system.condensed_force, &system.stiffness),
+            };
+            let nodes = match &self.expansions[e] {
+                Some(more) => more.nodes.as_slice(),
+                None => self.body.mesh.elements[e].as_ref(), // not through a method, which would borrow all of the equations
+            };
+            for (r, d) in nodes.iter().flat_map(|&n| Self::places_of_node(n as usize)).enumerate() {
+                self.internal[d] += force[r];
                 if let Some(number) = self.unknowns.index(d) {
-                    self.right[number] -= system.condensed_force[r];
+                    self.right[number] -= condensed_force[r];
                 }
             }
-            for (place, value) in self.places[e].iter().zip(&system.stiffness) {
+            for (place, value) in self.places[e].iter().zip(stiffness) {
                 if let Some(place) = *place {
                     self.solver.add(place, *value);
                 }
@@ -138,13 +162,14 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
-        let du: Vec<f64> = (0..self.unknowns.displacements())
+        let mut du: Vec<f64> = (0..self.unknowns.displacements())
             .map(|d| match self.unknowns.index(d) {
                 None => load.displacement[d] - state.displacement[d],
                 Some(number) => x[number],
             })
             .collect();
         self.right = x;
+        self.let_follow(&mut du);
         if !linear_residual.is_finite() {
             return None;
         }
@@ -162,6 +187,19 @@ impl<S: Dimension> Equations<S> {
         let contact = self.contact_increment(state, &du, &shift);
         let step = State { displacement: du, pressure, contact, shift, moving: None };
         Some((step, linear_residual))
+    }
+
+    /// The pressure that follows from the displacements `z` alone in element `e`, by the last assembly.
+    pub(crate) fn pressure_response(&self, e: usize, z: &[f64]) -> S::Pressure {
+        let rubber = self.rubber(e);
+        let mut system = self.systems[e].clone();
+        system.volume_error = S::Pressure::default();
+        self.elements[e].pressure_increment(
+            rubber,
+            &self.gather(e, z),
+            PROXIMAL * rubber.shear_modulus(),
+            &system,
+        )
     }
 
     /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;

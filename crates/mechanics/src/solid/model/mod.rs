@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `body` | the body, its loads and its configurations |
 //! | `unknowns` | which displacements are unknown |
+//! | `expansion` | elements with nodes that hang |
 //! | `assembly` | residual, tangent and step at a configuration |
 
 mod assembly;
 mod body;
+mod expansion;
 mod unknowns;
 
 use elastocap_linalg::ldlt::{BlockPlaces, SymmetricSolver};
@@ -15,9 +17,10 @@ use elastocap_materials::Rubber;
 
 pub(crate) use assembly::Residual;
 pub use body::{Body, Load, ModelError, State};
+use expansion::{Expanded, Expansion};
 use unknowns::Unknowns;
 
-use super::contact::Pair;
+use super::contact::{Linearisation, Pair};
 use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
 use super::obstacle::Obstacle;
 
@@ -29,11 +32,17 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) unknowns: Unknowns,
     /// Those of the last assembly, if they were not released.
     systems: Vec<ElementSystem<S>>,
+    /// Of elements with hanging nodes the nodes that they are coupled to.
+    expansions: Vec<Option<Expansion>>,
+    /// Their forces and matrices of the last assembly, in terms of these nodes.
+    expanded: Vec<Expanded>,
     /// For each element, then for each pair that may touch, where its matrix goes.
     pub(crate) places: Vec<BlockPlaces>,
     pub(crate) pairs: Vec<Pair<S>>,
     /// Product of gap and pressure in N/m; see the contact module.
     pub(crate) gap_times_pressure: f64,
+    /// How contact is made linear in the next assembly.
+    pub(crate) linearisation: Linearisation,
     pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, held ones included.
     pub(crate) unbalanced: Vec<f64>,
@@ -70,12 +79,14 @@ impl<S: Dimension> Equations<S> {
             return Err(ModelError::NoUnknowns);
         }
         let pairs = Pair::all(&body);
+        let hanging = &body.mesh.hanging;
+        let expansions: Vec<Option<Expansion>> =
+            body.mesh.elements.iter().map(|e| Expansion::new(e.as_ref(), hanging)).collect();
         let number = |d: usize| unknowns.number(d);
-        let groups: Vec<Vec<Option<u32>>> = body
-            .mesh
-            .elements
-            .iter()
-            .map(|e| e.as_ref().iter().flat_map(|&n| Self::places_of_node(n as usize)).map(number).collect())
+        let coupled = body.mesh.elements.iter().zip(&expansions);
+        let coupled = coupled.map(|(own, more)| more.as_ref().map_or(own.as_ref(), |more| &more.nodes));
+        let groups: Vec<Vec<Option<u32>>> = coupled
+            .map(|nodes| nodes.iter().flat_map(|&n| Self::places_of_node(n as usize)).map(number).collect())
             .chain(pairs.iter().map(|p| p.displacements().map(number).collect()))
             .collect();
         let (solver, places) =
@@ -91,7 +102,10 @@ impl<S: Dimension> Equations<S> {
             internal: vec![0.0; displacements],
             right: vec![0.0; unknowns.count()],
             systems: Vec::new(),
+            expansions,
+            expanded: Vec::new(),
             gap_times_pressure: 0.0,
+            linearisation: Linearisation::Interior,
             force_floor: 1e-9 * modulus * size * per_axis,
             sensitivity: body.sensitivity(&elements),
             modulus,
@@ -166,6 +180,7 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn release(&mut self) {
         self.solver.release();
         self.systems = Vec::new();
+        self.expanded = Vec::new();
     }
 
     /// Displacements of the nodes of element `e`, out of those of all nodes.
@@ -183,7 +198,27 @@ impl<S: Dimension> Equations<S> {
         self.body.mesh.elements[e].as_ref().iter().flat_map(|&n| Self::places_of_node(n as usize))
     }
 
-    fn rubber(&self, e: usize) -> &Rubber {
+    /// The nodes that element `e` is coupled to: its own, or those that its hanging ones follow.
+    fn coupled_nodes(&self, e: usize) -> &[u32] {
+        self.expansions[e].as_ref().map_or(self.body.mesh.elements[e].as_ref(), |more| &more.nodes)
+    }
+
+    /// Where the displacements of the nodes are that element `e` is coupled to.
+    fn coupled_places(&self, e: usize) -> impl Iterator<Item = usize> {
+        self.coupled_nodes(e).iter().flat_map(|&n| Self::places_of_node(n as usize))
+    }
+
+    /// Gives hanging nodes the displacements that follow from the nodes that do not hang.
+    pub(crate) fn let_follow(&self, displacement: &mut [f64]) {
+        for (&node, masters) in &self.body.mesh.hanging.nodes {
+            for k in 0..S::AXES {
+                let part = |&(m, part): &(u32, f64)| part * displacement[S::AXES * m as usize + k];
+                displacement[S::AXES * node as usize + k] = masters.iter().map(part).sum();
+            }
+        }
+    }
+
+    pub(crate) fn rubber(&self, e: usize) -> &Rubber {
         &self.body.rubbers[self.body.material[e] as usize]
     }
 }

@@ -1,12 +1,13 @@
 //! Which displacements are unknown, and their numbers in the linear system.
 
 use super::body::Body;
-use crate::solid::dimension::Dimension;
+use super::expansion::Expansion;
+use crate::solid::dimension::{Dimension, Numbering};
 
-/// Stands for a displacement that is held; one number instead of two for each displacement keeps assembly fast.
+/// Stands for a displacement that is held, or that of a node that hangs; one number instead of two for each displacement keeps assembly fast.
 const HELD: u32 = u32::MAX;
 
-/// The number of each displacement among the unknowns of the linear system; held ones have none.
+/// The number of each displacement among the unknowns of the linear system; held ones, and those of nodes that hang, have none.
 #[derive(Debug)]
 pub(crate) struct Unknowns {
     numbers: Vec<u32>,
@@ -16,7 +17,15 @@ pub(crate) struct Unknowns {
 impl Unknowns {
     /// Numbers the free displacements of `body` in an order that keeps the factor of the matrix sparse.
     pub(super) fn new<S: Dimension>(body: &Body<S>) -> Self {
-        let mut order = S::order(&body.mesh.nodes, &body.mesh.elements);
+        let hanging = &body.mesh.hanging;
+        let coupled = |e: &S::Nodes| {
+            Expansion::new(e.as_ref(), hanging).map_or(*e, |more| {
+                // As many as an element has nodes: where it is coupled to more, its neighbours know the others.
+                S::Nodes::from_fn(|n| more.nodes[n.min(more.nodes.len() - 1)])
+            })
+        };
+        let coupled: Vec<S::Nodes> = body.mesh.elements.iter().map(coupled).collect();
+        let mut order = S::order(&body.mesh.nodes, &coupled);
         // A node that carries an obstacle is coupled to all that may touch it: eliminated early, it would couple them.
         order.sort_by_key(|&n| body.obstacles.iter().any(|o| o.carrier == Some(n)));
         let (mut numbers, mut count) = (vec![HELD; body.held.len()], 0);
@@ -41,7 +50,7 @@ impl Unknowns {
         self.numbers.len()
     }
 
-    /// The number of displacement `d` in the linear system, or `None` if it is held.
+    /// The number of displacement `d` in the linear system, or `None` if it is held or follows others.
     pub(super) fn number(&self, d: usize) -> Option<u32> {
         (self.numbers[d] != HELD).then_some(self.numbers[d])
     }

@@ -12,6 +12,26 @@ const MAX_DAMPING: f64 = 1e4;
 /// The shortest part of a Newton step that is tried.
 const SHORTEST_PART: f64 = 1e-3;
 
+/// What Newton's method keeps from one step to the next under one load.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Course {
+    /// Steps taken.
+    steps: usize,
+    /// Steps that the elements have shortened.
+    cut_steps: usize,
+    /// Damping of the next step over the shear modulus.
+    damping: f64,
+}
+
+/// A step that was taken.
+pub(super) struct Taken {
+    /// What is left after it.
+    pub(super) residual: Residual,
+    /// Whether it was the whole step.
+    pub(super) whole: bool,
+    pub(super) damped: bool,
+}
+
 /// A Newton step, or the part of it that the elements and the contact admit.
 struct Shortened<S: Dimension> {
     trial: State<S>,
@@ -45,40 +65,12 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Result<usize, Failure> {
-        let mut cut_steps = 0;
-        let mut damping = 0.0;
+        let mut course = Course::default();
         for iteration in 0..settings.max_iterations {
-            if settings.cancelled() {
-                return Err((StopReason::Cancelled, residual.smallest_j));
-            }
-            if effort.solves >= settings.max_solves {
-                return Err((StopReason::TooLong, residual.smallest_j));
-            }
-            let singular = (StopReason::Singular, residual.smallest_j);
-            let negative_pivots = self.factorise_damped(&mut damping, effort).ok_or(singular)?;
-            if settings.cancelled() {
-                return Err((StopReason::Cancelled, residual.smallest_j));
-            }
-            let damped = damping > 0.0;
-            let (step, linear_residual) = self.solve(state, load).ok_or(singular)?;
-            effort.linear_residual = effort.linear_residual.max(linear_residual);
-            effort.negative_pivots = negative_pivots;
-            let Shortened { trial, part, refused } = self.shortened(state, &step, settings)?;
-            if let Some(reason) = refused {
-                cut_steps += 1;
-                if cut_steps > settings.max_cut_steps {
-                    return Err((reason, residual.smallest_j));
-                }
-            }
-            residual = self.assemble(&trial, load);
-            *state = trial;
-            if negative_pivots == 0 {
-                damping = if damping > MIN_DAMPING { 0.25 * damping } else { 0.0 };
-            }
-            effort.smallest_j = residual.smallest_j.0;
-            effort.residual = residual.force;
-            if part == 1.0
-                && (!damped || target.force >= ON_THE_WAY.force)
+            let taken = self.step_from(&residual, state, load, &mut course, settings, effort)?;
+            residual = taken.residual;
+            if taken.whole
+                && (!taken.damped || target.force >= ON_THE_WAY.force)
                 && residual.within(settings.tolerance, target)
             {
                 return Ok(iteration + 1);
@@ -88,6 +80,51 @@ impl<S: Dimension> Equations<S> {
             }
         }
         Err((StopReason::NoConvergence, residual.smallest_j))
+    }
+
+    /// Takes `state` one Newton step on under `load`, from the last assembly, which left `residual`. The new state is assembled.
+    pub(super) fn step_from(
+        &mut self,
+        residual: &Residual,
+        state: &mut State<S>,
+        load: &Load<S>,
+        course: &mut Course,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<Taken, Failure> {
+        if settings.cancelled() {
+            return Err((StopReason::Cancelled, residual.smallest_j));
+        }
+        if effort.solves >= settings.max_solves {
+            return Err((StopReason::TooLong, residual.smallest_j));
+        }
+        let singular = (StopReason::Singular, residual.smallest_j);
+        let negative_pivots = self.factorise_damped(&mut course.damping, effort).ok_or(singular)?;
+        if settings.cancelled() {
+            return Err((StopReason::Cancelled, residual.smallest_j));
+        }
+        let damped = course.damping > 0.0;
+        let (step, linear_residual) = self.solve(state, load).ok_or(singular)?;
+        self.keep_slopes(state);
+        effort.linear_residual = effort.linear_residual.max(linear_residual);
+        effort.negative_pivots = negative_pivots;
+        let Shortened { trial, part, refused } = self.shortened(state, &step, settings)?;
+        if let Some(reason) = refused {
+            course.cut_steps += 1;
+            if course.cut_steps > settings.max_cut_steps {
+                return Err((reason, residual.smallest_j));
+            }
+        }
+        let residual = self.assemble(&trial, load);
+        *state = trial;
+        let damping = course.damping;
+        if negative_pivots == 0 {
+            course.damping = if damping > MIN_DAMPING { 0.25 * damping } else { 0.0 };
+        }
+        effort.smallest_j = residual.smallest_j.0;
+        effort.residual = residual.force;
+        course.steps += 1;
+        Ok(Taken { residual, whole: part == 1.0, damped })
     }
 
     /// Factorises the tangent of the last assembly, damped by `damping` and, with contact, by as much more as it needs to have no
@@ -163,7 +200,7 @@ impl<S: Dimension> Equations<S> {
 }
 
 impl Residual {
-    fn within(&self, tolerance: f64, target: Target) -> bool {
+    pub(super) fn within(&self, tolerance: f64, target: Target) -> bool {
         self.force <= target.force.max(self.rounding)
             && self.volume <= target.force.max(tolerance)
             && self.contact <= target.contact

@@ -4,11 +4,13 @@
 //! |---|---|
 //! | `settings` | what it is allowed to do |
 //! | `iteration` | the method under one load |
+//! | `settling` | the same from a guess with points inside obstacles |
 //! | `report` | what a load took, and why it was not reached |
 
 mod iteration;
 mod report;
 mod settings;
+mod settling;
 
 use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Load, State};

@@ -7,8 +7,10 @@
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_linalg::gemm::{Left, Right, Target, multiply};
 
+use super::stress::SpaceStress;
 use crate::solid::dimension::{Element, ElementSystem, Space};
 use crate::solid::element::quadratic;
+use crate::solid::estimate::Stress;
 use elastocap_materials::space::{Tensor, add_cofactor_slope, cofactor, determinant};
 use elastocap_materials::{Response, Rubber};
 
@@ -194,6 +196,14 @@ impl Element<Space> for ReferenceElement {
 
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64 {
         determinant(&self.deformation_gradient(q, u))
+    }
+
+    fn stress(&self, rubber: &Rubber, q: usize, u: &[f64], p: &[f64; 4]) -> Stress {
+        SpaceStress::new(rubber, &self.deformation_gradient(q, u), self.pressure_at(q, p)).cauchy
+    }
+
+    fn point_volume(&self, q: usize) -> f64 {
+        self.volumes[q]
     }
 
     fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64> {

@@ -125,12 +125,28 @@ impl LayerModel<Space> {
         side: SideCondition,
     ) -> Result<Self, ModelError> {
         mesh.section.check()?;
-        let near = 1.0 - 1e-9;
-        let (length, half_width) = (near * mesh.section.half_length(), near * mesh.half_width());
-        let mut body = Body::new(mesh.mesh(), rubber);
+        Self::of_quarter(mesh.mesh(), rubber, inclusions, indenter, end, side)
+    }
+
+    /// The same on a mesh of the quarter that is given.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub(crate) fn of_quarter(
+        mesh: Mesh<Space>,
+        rubber: Rubber,
+        inclusions: &[Inclusion<Space>],
+        indenter: Indenter,
+        end: End,
+        side: SideCondition,
+    ) -> Result<Self, ModelError> {
+        let reach = |axis: usize| mesh.nodes.iter().map(|x| x[axis]).fold(0.0, f64::max);
+        let [length, thickness, half_width] = [0, 1, 2].map(reach);
+        let [length, half_width] = [length, half_width].map(|reach| (1.0 - 1e-9) * reach);
+        let mut body = Body::new(mesh, rubber);
         include(&mut body, inclusions);
         body.hold(2, |x| x[2] == 0.0 || side == SideCondition::Symmetric && x[2] > half_width);
-        Self::with(body, mesh.section.thickness(), (indenter, 0.0), None, end, Symmetry::Quarter, |x| {
+        Self::with(body, thickness, (indenter, 0.0), None, end, Symmetry::Quarter, |x| {
             x[0] > length || side == SideCondition::Free && x[2] > half_width
         })
     }

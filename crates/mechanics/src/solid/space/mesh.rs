@@ -4,10 +4,9 @@
 //! A fan of the section becomes a fan around an edge; its hexahedra are collapsed into wedges there. Sweeps that share
 //! points share nodes.
 
-use std::collections::HashMap;
-
 use crate::solid::dimension::Space;
 use crate::solid::mesh::{Mesh, Patch};
+use crate::solid::nodes_by_place::NodesByPlace;
 
 /// A plane mesh carried along the third direction.
 pub struct Sweep<'a> {
@@ -34,7 +33,8 @@ impl Mesh<Space> {
         let extent = placed.iter().flatten().flatten().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
         let mut known = NodesByPlace::new(1e-9 * extent);
         for (sweep, points) in sweeps.iter().zip(&placed) {
-            let number: Vec<u32> = points.iter().map(|p| known.node_at(*p, &mut mesh.nodes)).collect();
+            let number: Vec<u32> = points.iter().map(|p| known.node_at(*p)).collect();
+            mesh.nodes.extend(&known.places()[mesh.nodes.len()..]);
             let plane = sweep.section.nodes.len();
             for layer in 0..sweep.along.len() - 1 {
                 for quadrilateral in &sweep.section.elements {
@@ -75,51 +75,6 @@ impl Mesh<Space> {
     }
 }
 
-/// Finds nodes by their places.
-struct NodesByPlace {
-    /// Points that are this close, m, are one node.
-    tolerance: f64,
-    /// The last node in each cell of a grid.
-    last: HashMap<[i64; 3], u32>,
-    /// The node before each one in the same cell.
-    before: Vec<Option<u32>>,
-}
-
-impl NodesByPlace {
-    /// Length of a cell in tolerances. Cells are so large that a point is rarely within the tolerance of a face, where neighbouring cells have
-    /// to be searched as well.
-    const CELL: f64 = 1e3;
-
-    fn new(tolerance: f64) -> Self {
-        Self { tolerance, last: HashMap::new(), before: Vec::new() }
-    }
-
-    /// The node at a place: one of `nodes`, or a new one.
-    fn node_at(&mut self, place: [f64; 3], nodes: &mut Vec<[f64; 3]>) -> u32 {
-        // Half a cell off, since many nodes have coordinates of zero.
-        let cell = |x: f64| (x / (Self::CELL * self.tolerance) + 0.5).floor() as i64;
-        let [low, high] = [-1.0, 1.0].map(|side| place.map(|x| cell(x + side * self.tolerance)));
-        for i in low[0]..=high[0] {
-            for j in low[1]..=high[1] {
-                for k in low[2]..=high[2] {
-                    let mut found = self.last.get(&[i, j, k]).copied();
-                    while let Some(node) = found {
-                        let at = nodes[node as usize];
-                        if (0..3).all(|a| (at[a] - place[a]).abs() <= self.tolerance) {
-                            return node;
-                        }
-                        found = self.before[node as usize];
-                    }
-                }
-            }
-        }
-        let node = nodes.len() as u32;
-        nodes.push(place);
-        self.before.push(self.last.insert(place.map(cell), node));
-        node
-    }
-}
-
 impl Sweep<'_> {
     /// Nodes of the sweep in their places, plane after plane; middle planes between the breakpoints.
     fn points(&self) -> Vec<[f64; 3]> {
@@ -142,23 +97,6 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
     use crate::solid::mesh::{geometric, uniform};
-
-    #[test]
-    fn places_that_differ_by_rounding_are_one_node_wherever_cells_end() {
-        let tolerance = 1e-9;
-        let (mut found, mut nodes) = (NodesByPlace::new(tolerance), Vec::new());
-        let cell = NodesByPlace::CELL * tolerance;
-        for face in [0.0, 0.5 * cell, -2.5 * cell] {
-            let at = |x: f64| [face + x, 0.5 * cell - 0.5 * x, 0.3];
-            let node = found.node_at(at(0.0), &mut nodes);
-            for x in [0.9, -0.9] {
-                assert_eq!(found.node_at(at(x * tolerance), &mut nodes), node, "{face} {x}");
-            }
-            assert_ne!(found.node_at(at(1.1 * tolerance), &mut nodes), node, "{face}");
-            assert_ne!(found.node_at(at(-1.1 * tolerance), &mut nodes), node, "{face}");
-        }
-        assert_eq!(nodes.len(), 9);
-    }
 
     /// A layer of unit thickness, 3 x 2 long, whose free sides have fans that meet in a mitre.
     fn mitred() -> Mesh<Space> {

@@ -4,13 +4,16 @@ use std::sync::atomic::AtomicBool;
 
 use super::layer::{SideCondition, SpaceLayerMesh};
 use crate::solid::dimension::Space;
+use crate::solid::estimate::{Estimate, marks};
+use crate::solid::forecast::MeshSize;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel};
 use crate::solid::levels::{fit_to_edges, within_limit};
 use crate::solid::mesh::{geometric, graded_to_edges, uniform};
 use crate::solid::model::{Equations, ModelError};
 use crate::solid::newton::NewtonSettings;
 use crate::solid::obstacle::IndenterProfile;
-use crate::solid::press::{Goal, Layers, Places, Pressing, Refinement, deepest, press_on};
+use crate::solid::press::{Goal, Layers, Level, Meshed, Places, Pressing, Refinement, deepest, press_on};
+use crate::solid::refinement::Refinable;
 use elastocap_materials::Rubber;
 
 /// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
@@ -52,21 +55,27 @@ fn fan(n: usize) -> Vec<f64> {
     geometric(0.5_f64.powf(0.5 * n as f64 / rings as f64), rings)
 }
 
+/// The first mesh has about this many hexahedra over the thickness.
+const COARSEST: usize = 1;
+/// The same where a fan around an edge needs an even number.
+const COARSEST_WITH_FAN: usize = 2;
+/// How many times as many elements the next mesh has by its marks alone, and about how many it has at the end.
+const GROWTH: f64 = 1.8;
+const FINER: f64 = 2.3;
+/// Meshes, at most, and the elements from which on no finer one is made.
+const MESHES: usize = 9;
+const ENOUGH: usize = 8000;
+
+/// Elements are not cut to less than this, over the thickness: stress is singular at the edges of stiff bodies, and what is there on the
+/// smallest scales matters to nothing that is asked for.
+const SMALLEST: f64 = 1e-3;
+/// The same for elements in the middle of a fan: a free surface that folds at a bonded corner does so on all scales.
+const SMALLEST_AT_CORNER: f64 = 0.05;
+
 impl Refinement {
-    /// Up to six meshes of hexahedra for a layer under `indenter`, with 1 to 8 over the thickness: in space it would cost too much to
-    /// halve their size each time, since a mesh takes the sixth power of that number. Around an edge, sharp or rounded, the coarsest one has two,
-    /// and an even number suits the fan there.
-    pub fn in_space(relative_tolerance: f64, indenter: Indenter) -> Self {
-        let has_edge = match indenter {
-            Indenter::WholeTop => false,
-            Indenter::Smooth(profile) => match profile {
-                IndenterProfile::Sphere { .. } | IndenterProfile::Cylinder { .. } => false,
-                IndenterProfile::Block { .. } | IndenterProfile::Punch { .. } => true,
-            },
-            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => true,
-        };
-        let meshes = if has_edge { vec![2, 4, 6, 8] } else { vec![1, 2, 3, 4, 6, 8] };
-        Self { relative_tolerance, meshes }
+    /// Meshes that are refined where it is needed, for a layer in space.
+    pub fn in_space(relative_tolerance: f64) -> Self {
+        Self { relative_tolerance, meshes: (0..MESHES).collect() }
     }
 }
 
@@ -112,6 +121,27 @@ impl SpaceLayer {
         let inner = self.half_width - side_fan.unwrap_or(0.0);
         let across = graded_to_edges(0.0, inner, &edges[2], self.size(n, 1, deepest));
         SpaceLayerMesh { section, across, side_fan }
+    }
+
+    /// About how many hexahedra the first mesh has over the thickness.
+    pub fn coarsest(&self) -> usize {
+        if self.indenter.sharp_corner().is_some() { COARSEST_WITH_FAN } else { COARSEST }
+    }
+
+    /// The elements of the meshes that may be solved on, coarse to fine: those of the first, and about those of the finer ones.
+    ///
+    /// # Errors
+    /// [`ModelError`] where there is no first mesh.
+    pub fn mesh_sizes(&self, deepest: f64) -> Result<Vec<MeshSize>, ModelError> {
+        let first = self.mesh_within_limit(self.coarsest(), deepest)?.mesh();
+        let (elements, nodes) = (first.elements.len() as f64, first.nodes.len() as f64);
+        let of = |k: usize| {
+            let elements = (elements * FINER.powi(k as i32)) as usize;
+            // A finer mesh has as many nodes for each element, about.
+            MeshSize { elements, unknowns: 3 * (nodes * FINER.powi(k as i32)) as usize + 4 * elements }
+        };
+        let begun = |k: &usize| *k == 0 || of(k - 1).elements <= ENOUGH;
+        Ok((0..MESHES).take_while(begun).map(of).collect())
     }
 
     /// The mesh of [`SpaceLayer::mesh`], unless it has too many elements.
@@ -179,7 +209,8 @@ impl SpaceLayer {
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// Where `places` are not known when the force is, but are about to be, one more mesh is solved on. No mesh that would take more than `memory_limit`
+    /// Each mesh is the one before with those elements cut in which the errors are made. Where `places` are not known when the force is,
+    /// up to two more meshes are solved on. No mesh that would take more than `memory_limit`
     /// bytes is started. `cancel` stops the work before the next linear system; `tell` is
     /// called with the number of the mesh and the number of goals done on it.
     ///
@@ -206,32 +237,48 @@ impl SpaceLayer {
             ..Default::default()
         };
         let deepest = deepest(goals);
-        let on_mesh = |n: usize| {
-            let mesh = self.mesh_within_limit(n, deepest)?;
-            let elements = mesh.mesh().elements.len();
-            let fits = |bytes: u64| match bytes <= memory_limit {
-                true => Ok(()),
-                false => Err(ModelError::TooLarge { elements, bytes, limit: memory_limit }),
-            };
+        let fits = |elements: usize, bytes: u64| match bytes <= memory_limit {
+            true => Ok(()),
+            false => Err(ModelError::TooLarge { elements, bytes, limit: memory_limit }),
+        };
+        let on_mesh = |refinable: Refinable<Space>| {
+            let mesh = refinable.mesh().clone();
+            let elements = mesh.elements.len();
             // What the elements take is taken with the equations, what the factor takes only afterwards.
-            fits(Equations::<Space>::element_bytes(elements))?;
-            let model = LayerModel::of_finite_width_with_inclusions(
-                &mesh,
-                self.rubber.clone(),
-                &self.inclusions,
-                self.indenter,
-                self.end,
-                self.side,
-            )?;
-            fits(model.equations().memory_bytes())?;
-            Ok(model)
+            fits(elements, Equations::<Space>::element_bytes(elements))?;
+            let (rubber, inclusions) = (self.rubber.clone(), &self.inclusions);
+            let model = LayerModel::of_quarter(mesh, rubber, inclusions, self.indenter, self.end, self.side)?;
+            fits(elements, model.equations().memory_bytes())?;
+            let size = 1.0 / model.equations().unknowns() as f64;
+            Ok(Meshed { model, mesh: Some(refinable), size, settings })
+        };
+        let meshed = |k: usize, levels: &[Level<Space>], unknown: &[usize]| {
+            let Some(last) = levels.last() else {
+                let first = self.mesh_within_limit(self.coarsest(), deepest).and_then(|mesh| {
+                    mesh.section.check()?;
+                    Ok(Refinable::new(mesh.mesh()))
+                });
+                return Some(first.and_then(on_mesh));
+            };
+            let mesh = last.mesh.as_ref()?;
+            let count = mesh.mesh().elements.len();
+            if k >= refinement.meshes.len() || count > ENOUGH {
+                return None;
+            }
+            let estimates: Vec<&Estimate> =
+                unknown.iter().filter_map(|&g| last.estimates.get(g)?.as_ref()).collect();
+            let every_axis = || vec![7; count];
+            let may_be_cut = |e: usize, axis: usize| {
+                let smallest = if mesh.is_collapsed(e) { SMALLEST_AT_CORNER } else { SMALLEST };
+                mesh.length(e, axis) > 2.0 * smallest * self.thickness
+            };
+            Some(on_mesh(mesh.cut(&marks(&estimates, GROWTH, may_be_cut).unwrap_or_else(every_axis)).0))
         };
         let layers = Layers {
-            on_mesh: &on_mesh,
-            size: &|n| 1.0 / n as f64,
-            settings: &|_| settings,
+            meshed: &meshed,
             room_for_two: &|model| 2 * model.equations().memory_bytes() <= memory_limit,
             remesh: None,
+            estimates: true,
             places,
         };
         press_on(goals, refinement, &layers, cancel, tell)
@@ -255,53 +302,43 @@ mod tests {
         }
     }
 
+    /// Presses on two meshes within a memory.
+    fn press(layer: &SpaceLayer, goals: &[Goal], limit: u64) -> Result<Pressing<Space>, ModelError> {
+        let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![0, 1] };
+        layer.press(goals, &refinement, None, limit, &AtomicBool::new(false), &|_, _| ())
+    }
+
+    const ANY: u64 = 1 << 40;
+
     #[test]
     fn loads_side_by_side_are_those_one_after_the_other_to_the_last_digit() {
         let ball = Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 });
-        let (layer, stop) = (SpaceLayer { indenter: ball, ..layer() }, AtomicBool::new(false));
+        let layer = SpaceLayer { indenter: ball, ..layer() };
         let goals = [0.02, 0.05, 0.1].map(Goal::Compression);
-        let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
         let on_threads = |threads: usize, limit: u64| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let pressing =
-                pool.install(|| layer.press(&goals, &refinement, None, limit, &stop, &|_, _| ())).unwrap();
+            let pressing = pool.install(|| press(&layer, &goals, limit)).unwrap();
             pressing.goals.into_iter().map(|goal| goal.unwrap().refinement).collect::<Vec<_>>()
         };
-        let both = on_threads(2, 1 << 40);
-        assert_eq!(both, on_threads(1, 1 << 40));
+        let both = on_threads(2, ANY);
+        assert_eq!(both, on_threads(1, ANY));
         // There is memory for one layer on the second mesh, and not for two.
-        let second = LayerModel::of_finite_width(
-            &layer.mesh(2, 0.1),
-            layer.rubber.clone(),
-            ball,
-            layer.end,
-            layer.side,
-        );
-        let limit = second.unwrap().equations().memory_bytes();
-        assert_eq!(both, on_threads(2, limit));
+        let second = press(&layer, &goals, ANY).unwrap().levels[1].model.equations().memory_bytes();
+        assert_eq!(both, on_threads(2, second));
         assert!(both.iter().all(|forces| forces.len() == 2), "{both:?}");
     }
 
     #[test]
     fn a_mesh_that_does_not_fit_into_the_memory_is_not_begun() {
-        let (layer, stop) = (layer(), AtomicBool::new(false));
-        let press = |limit: u64| {
-            let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![1, 2] };
-            layer.press(&[Goal::Compression(0.05)], &refinement, None, limit, &stop, &|_, _| ())
-        };
-        assert!(matches!(press(1000), Err(ModelError::TooLarge { limit: 1000, .. })));
-        let model = |n: usize| {
-            let of = &layer;
-            LayerModel::of_finite_width(&of.mesh(n, 0.05), of.rubber.clone(), of.indenter, of.end, of.side)
-                .unwrap()
-        };
-        let [first, second] = [1, 2].map(|n| model(n).equations().memory_bytes());
-        assert!(first < second);
-        let pressing = press(second - 1).unwrap();
-        assert_eq!(pressing.levels.len(), 1);
-        assert!(matches!(pressing.too_large, Some(ModelError::TooLarge { bytes, .. }) if bytes == second));
-        assert!(pressing.goals[0].is_ok());
-        let all = press(second).unwrap();
+        let (layer, goals) = (layer(), [Goal::Compression(0.05)]);
+        assert!(matches!(press(&layer, &goals, 1000), Err(ModelError::TooLarge { limit: 1000, .. })));
+        let all = press(&layer, &goals, ANY).unwrap();
         assert!(all.levels.len() == 2 && all.too_large.is_none());
+        let [first, second] = [0, 1].map(|k| all.levels[k].model.equations().memory_bytes());
+        assert!(first < second);
+        let one = press(&layer, &goals, second - 1).unwrap();
+        assert_eq!(one.levels.len(), 1);
+        assert!(matches!(one.too_large, Some(ModelError::TooLarge { bytes, .. }) if bytes == second));
+        assert!(one.goals[0].is_ok());
     }
 }

@@ -7,6 +7,7 @@ use elastocap_mechanics::solid::mesh::{Mesh, graded, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
+use elastocap_mechanics::solid::refinement::Refinable;
 use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 
 /// A unit cube whose inner nodes are out of place: its hexahedra have curved sides and volumes of many sizes.
@@ -23,18 +24,34 @@ fn crooked_cube() -> Mesh<Space> {
     mesh
 }
 
+/// A unit cube with hexahedra of many sizes, whose nodes hang on sides, edges and on nodes that hang themselves.
+fn cut_cube() -> Mesh<Space> {
+    let cuts = uniform(0.0, 1.0, 2);
+    let mut cube = Refinable::<Space>::new(Mesh::tensor(&cuts, &cuts, &[0.0, 0.3, 1.0]));
+    for step in 0..3_usize {
+        let axes: Vec<u8> = (0..cube.mesh().elements.len())
+            .map(|e| if (e + step) % 3 == 0 { [1, 6, 3, 7][(e + step) / 3 % 4] } else { 0 })
+            .collect();
+        cube = cube.cut(&axes).0;
+    }
+    assert!(cube.mesh().hanging.nodes.len() > 200);
+    cube.mesh().clone()
+}
+
 #[test]
 fn a_linear_displacement_of_the_boundary_goes_on_inside() {
     // Sheared in three ways, with det F = 1 on the whole way there; where the volume can change, stretched too.
     let shear = [[1.0, 0.3, 0.1], [0.0, 1.0, -0.2], [0.0, 0.0, 1.0]];
     let stretch = [[1.25, 0.3, 0.1], [0.2, 0.7, -0.2], [0.0, 0.1, 1.1]];
-    for (volume, f) in [(Volume::Incompressible, shear), (Volume::BulkModulus(50.0), stretch)] {
+    let states = [(Volume::Incompressible, shear), (Volume::BulkModulus(50.0), stretch)];
+    for (mesh, (volume, f)) in [crooked_cube(), cut_cube()].iter().flat_map(|mesh| states.map(|s| (mesh, s)))
+    {
         let rubber = Rubber {
             distortion: HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 },
             volume,
             volume_barrier: 1.5,
         };
-        let mut body = Body::new(crooked_cube(), rubber);
+        let mut body = Body::new(mesh.clone(), rubber);
         for axis in 0..3 {
             body.hold(axis, |x| x.iter().any(|x| *x == 0.0 || *x == 1.0));
         }

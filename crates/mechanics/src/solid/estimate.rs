@@ -1,0 +1,425 @@
+//! How large the error of an equilibrium is, and where it is made.
+//!
+//! The stress of a finite-element solution jumps from element to element. Averaged at the nodes of each material it is closer to the true
+//! one, and the difference between the two indicates the error of the stress (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Methods
+//! Eng. 24, 1987). The energy of that difference gives the error of the force, whose slope along the load is an energy.
+//!
+//! Any other number that is read off an equilibrium has an error that the energy says little about. For it the *response* is solved for: the
+//! displacements that the slopes of the number by the displacements, taken as forces, would make. The error of the number is the energy
+//! product of the error of the stress and that of the response's stress (the dual-weighted residual: R. Becker and R. Rannacher, Acta
+//! Numerica 10, 2001; with recovered stresses: F. Cirak and E. Ramm, Comput. Methods Appl. Mech. Eng. 156, 1998). The response costs a
+//! solve with factors that are there.
+//!
+//! Along which of its own axes an element has to be cut is told by how far the averaged stresses are from linear along each.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::dimension::{Dimension, Element, Numbers};
+use super::model::{Equations, State};
+use super::stress::on_a_line;
+use super::transfer::shape;
+
+/// Components of a stress: 11, 22, 33, 12, 23, 13.
+pub(crate) type Stress = [f64; 6];
+
+/// Share of the largest curvature of the stress, over the axes of an element, from which on it is cut along an axis.
+const ALONG: f64 = 0.35;
+/// Relative error of a force over the energy of the stress' error and the work of the force. The energy alone is 1 for a smooth solution; around
+/// electrodes and rounded punches the force was off by 0.7 to 4 times as much, under cylinders and balls, whose contact is a matter of its own,
+/// by 2 to 4 times.
+const OF_FORCE: f64 = 4.0;
+/// Error of a number over its estimate with signs, and how much of the estimate without signs is added to it: on coarse meshes parts of the
+/// estimate that are both wrong may cancel.
+const OF_NUMBER: f64 = 1.5;
+const WITHOUT_SIGNS: f64 = 0.5;
+/// How much stiffer a rubber is in small shears where it is stretched, over the stress and its modulus: what a neo-Hookean one is under a
+/// large simple stretch.
+const STIFFER: f64 = 0.4;
+/// Largest displacement, over the size of the body, at which the stress of a response is read off.
+const SMALL: f64 = 1e-6;
+/// Residual of a response above which the factors are taken to be of another tangent.
+const STALE: f64 = 1e-6;
+
+/// What is wanted of an equilibrium.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    /// Force times displacement of the indenter, of the part of the layer that is solved, in J; in the plane in J/m.
+    pub(crate) work: f64,
+    /// The relative error of the force to reach.
+    pub(crate) force_tolerance: f64,
+    /// The other numbers.
+    pub(crate) numbers: Vec<WantedNumber>,
+}
+
+/// A number that is read off an equilibrium, and is to be known.
+#[derive(Debug)]
+pub(crate) struct WantedNumber {
+    /// Its value.
+    pub(crate) value: f64,
+    /// Its slopes by displacements, which are given by their places among those of all nodes.
+    pub(crate) slopes: Vec<(usize, f64)>,
+    /// The relative error to reach.
+    pub(crate) tolerance: f64,
+}
+
+/// The estimated error of an equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Estimate {
+    /// Error of the force over the force.
+    pub(crate) force: f64,
+    /// The other numbers.
+    pub(crate) numbers: Vec<Estimated>,
+    /// What each element has to do with it.
+    pub(crate) elements: Vec<Share>,
+}
+
+/// A number and its estimated error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Estimated {
+    /// The number.
+    pub(crate) value: f64,
+    /// Its error over the number.
+    pub(crate) error: f64,
+    /// The relative error to reach.
+    pub(crate) tolerance: f64,
+}
+
+/// The share of an element in the errors of an equilibrium.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Share {
+    /// Its share in the sum of all errors over their tolerances.
+    pub(crate) error: f64,
+    /// The axes along which it has to be cut to make it smaller, as bits.
+    pub(crate) axes: u8,
+}
+
+/// A field of stresses, and the smooth one that is made from it.
+struct Recovered<S: Dimension> {
+    /// For each element the stress at its quadrature points.
+    points: Vec<Vec<Stress>>,
+    /// For each element the smooth stress at its nodes.
+    nodes: Vec<Vec<Stress>>,
+    /// For each element the difference of the two at its quadrature points, without its mean normal stress.
+    differences: Vec<Vec<Stress>>,
+    dimension: std::marker::PhantomData<S>,
+}
+
+impl<S: Dimension> Recovered<S> {
+    /// From the `stress` at the quadrature points of the elements: number of the element, then of the point.
+    fn new(equations: &Equations<S>, stress: impl Fn(usize, usize) -> Stress + Sync) -> Self {
+        let mesh = &equations.body.mesh;
+        let of_element = |e: usize| (0..S::Element::POINTS).map(|q| stress(e, q)).collect();
+        let elements = (0..mesh.elements.len()).into_par_iter().with_min_len(16);
+        let points: Vec<Vec<Stress>> = elements.map(of_element).collect();
+        let of_element =
+            |points: &Vec<Stress>| (0..S::Element::NODES).map(|n| extrapolated::<S>(points, n)).collect();
+        let mut nodes: Vec<Vec<Stress>> = points.par_iter().with_min_len(16).map(of_element).collect();
+        let mut sums: HashMap<(u16, u32), (f64, Stress)> = HashMap::new();
+        let key = |e: usize, node: u32| (equations.body.material[e], node);
+        for (e, own) in nodes.iter().enumerate() {
+            let weight = equations.elements[e].volume();
+            for (own, &node) in own.iter().zip(mesh.elements[e].as_ref()) {
+                let sum = sums.entry(key(e, node)).or_default();
+                sum.0 += weight;
+                for (sum, own) in sum.1.iter_mut().zip(own) {
+                    *sum += weight * own;
+                }
+            }
+        }
+        for (e, own) in nodes.iter_mut().enumerate() {
+            for (own, &node) in own.iter_mut().zip(mesh.elements[e].as_ref()) {
+                let (weight, sum) = sums[&key(e, node)];
+                *own = sum.map(|s| s / weight);
+            }
+        }
+        let shapes = gauss_shapes::<S>();
+        let of_element = |(points, nodes): (&Vec<Stress>, &Vec<Stress>)| {
+            points.iter().zip(&shapes).map(|(own, shape)| deviator(difference(own, nodes, shape))).collect()
+        };
+        let differences = points.par_iter().zip(&nodes).with_min_len(16).map(of_element).collect();
+        Self { points, nodes, differences, dimension: std::marker::PhantomData }
+    }
+
+    /// For each quadrature point of element `e` its volume over twice the modulus of small shears: a rubber that is stretched `l`-fold is
+    /// about as many times stiffer as the stress over the modulus says, since both grow with `l^2`.
+    fn compliances(&self, equations: &Equations<S>, e: usize) -> Vec<f64> {
+        let (own, modulus) = (&equations.elements[e], equations.rubber(e).shear_modulus());
+        let at = |(q, stress): (usize, &Stress)| {
+            let stress = deviator(*stress);
+            let stretched = STIFFER * double_dot(&stress, &stress).sqrt();
+            own.point_volume(q) / (2.0 * (modulus + stretched))
+        };
+        self.points[e].iter().enumerate().map(at).collect()
+    }
+
+    /// The energy product of the differences of two fields in element `e`.
+    fn product(&self, other: &Self, compliances: &[f64], e: usize) -> f64 {
+        let pairs = self.differences[e].iter().zip(&other.differences[e]);
+        pairs.zip(compliances).map(|((a, b), compliance)| compliance * double_dot(a, b)).sum()
+    }
+
+    /// How far the stress in element `e` is from linear along each of its axes, over the largest of these.
+    fn curvatures(&self, e: usize) -> Vec<f64> {
+        let all: Vec<f64> = (0..S::AXES).map(|axis| curvature(&self.nodes[e], axis)).collect();
+        let most = all.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        all.into_iter().map(|own| own / most).collect()
+    }
+}
+
+impl<S: Dimension> Equations<S> {
+    /// The errors of what is `wanted` of `state`, an equilibrium; the last assembly was one of it.
+    pub(crate) fn estimate(&mut self, state: &State<S>, wanted: &Wanted) -> Estimate {
+        let responses: Vec<_> = wanted.numbers.iter().map(|number| self.response(&number.slopes)).collect();
+        let this = &*self;
+        let stress = |e: usize, q: usize, u: &[f64], p: &S::Pressure| {
+            this.elements[e].stress(this.rubber(e), q, &this.gather(e, u), p)
+        };
+        let own = Recovered::new(this, |e, q| stress(e, q, &state.displacement, &state.pressure[e]));
+        let of_response = |(z, pressure): &(Vec<f64>, Vec<S::Pressure>)| {
+            let most = z.iter().fold(f64::MIN_POSITIVE, |m: f64, z| m.max(z.abs()));
+            let part = SMALL * this.shortest_side / most;
+            let moved: Vec<f64> = state.displacement.iter().zip(z).map(|(u, z)| u + part * z).collect();
+            Recovered::new(this, |e, q| {
+                let p = S::Pressure::from_fn(|m| state.pressure[e][m] + part * pressure[e][m]);
+                let (before, after) = (&own.points[e][q], stress(e, q, &moved, &p));
+                std::array::from_fn(|k| (after[k] - before[k]) / part)
+            })
+        };
+        let responses: Vec<Recovered<S>> = responses.iter().map(of_response).collect();
+        // For each element its energy, and of each number its product with the response, and the most that this can be.
+        let of_element = |e: usize| -> (f64, Vec<[f64; 2]>) {
+            let compliances = own.compliances(this, e);
+            let energy = own.product(&own, &compliances, e);
+            let product = |response: &Recovered<S>| {
+                let most = (energy * response.product(response, &compliances, e)).sqrt();
+                [own.product(response, &compliances, e), most]
+            };
+            (energy, responses.iter().map(product).collect())
+        };
+        let elements = (0..this.elements.len()).into_par_iter().with_min_len(16);
+        let parts: Vec<(f64, Vec<[f64; 2]>)> = elements.map(of_element).collect();
+        let sum = |k: usize, of: usize| parts.iter().map(|part| part.1[k][of]).sum::<f64>();
+        let estimated = |(k, number): (usize, &WantedNumber)| {
+            let error = OF_NUMBER * (sum(k, 0).abs() + WITHOUT_SIGNS * sum(k, 1)) / number.value.abs();
+            Estimated { value: number.value, error, tolerance: number.tolerance }
+        };
+        let share = |(e, (energy, products)): (usize, &(f64, Vec<[f64; 2]>))| {
+            let of_force = energy / (wanted.work * wanted.force_tolerance);
+            let of_number = |(product, number): (&[f64; 2], &WantedNumber)| {
+                product[1] / (number.tolerance * number.value.abs())
+            };
+            let of_numbers: Vec<f64> = products.iter().zip(&wanted.numbers).map(of_number).collect();
+            let largest = (0..of_numbers.len()).max_by(|&a, &b| of_numbers[a].total_cmp(&of_numbers[b]));
+            let mut curved = own.curvatures(e);
+            if let Some(k) = largest.filter(|&k| of_numbers[k] > of_force) {
+                curved.iter_mut().zip(responses[k].curvatures(e)).for_each(|(sum, more)| *sum += more);
+            }
+            let most = curved.iter().copied().fold(0.0, f64::max);
+            let axes = (0..S::AXES).filter(|&a| curved[a] >= ALONG * most).map(|a| 1 << a).sum();
+            Share { error: of_force + of_numbers.iter().sum::<f64>(), axes }
+        };
+        Estimate {
+            force: OF_FORCE * parts.iter().map(|part| part.0).sum::<f64>() / wanted.work,
+            numbers: wanted.numbers.iter().enumerate().map(estimated).collect(),
+            elements: parts.par_iter().enumerate().with_min_len(16).map(share).collect(),
+        }
+    }
+
+    /// The displacements, and the pressures in the elements, that the forces `slopes` make by the tangent of the last assembly.
+    fn response(&mut self, slopes: &[(usize, f64)]) -> (Vec<f64>, Vec<S::Pressure>) {
+        let mut right = vec![0.0; self.unknowns()];
+        for &(d, slope) in slopes {
+            let (node, axis) = ((d / S::AXES) as u32, d % S::AXES);
+            let own = [(node, 1.0)];
+            let masters = self.body.mesh.hanging.nodes.get(&node).map_or(&own[..], Vec::as_slice);
+            for &(master, part) in masters {
+                if let Some(number) = self.unknowns.index(S::AXES * master as usize + axis) {
+                    right[number] += part * slope;
+                }
+            }
+        }
+        let mut x = right.clone();
+        if self.solver.solve(&mut x) > STALE && self.factorise().is_some() {
+            x = right;
+            self.solver.solve(&mut x);
+        }
+        let of = |d: usize| self.unknowns.index(d).map_or(0.0, |number| x[number]);
+        let mut displacement: Vec<f64> = (0..self.unbalanced.len()).map(of).collect();
+        self.let_follow(&mut displacement);
+        let pressure = (0..self.elements.len()).map(|e| self.pressure_response(e, &displacement)).collect();
+        (displacement, pressure)
+    }
+}
+
+/// For each element the axes along which to cut it, as bits, so that elements become some `growth` times as many: those with the largest
+/// shares in the errors, along those axes along which they may be (number of the element, then of the axis). The `estimates` are of the equilibria under several loads on one mesh. Nothing where
+/// there are none.
+pub(crate) fn marks(
+    estimates: &[&Estimate],
+    growth: f64,
+    may_be_cut: impl Fn(usize, usize) -> bool,
+) -> Option<Vec<u8>> {
+    let count = estimates.first()?.elements.len();
+    let together = |e: usize| {
+        let largest = estimates.iter().map(|estimate| estimate.elements[e].error).fold(0.0, f64::max);
+        let mut all = Share::default();
+        for share in estimates.iter().map(|estimate| &estimate.elements[e]) {
+            all.error += share.error;
+            all.axes |= if share.error >= 0.5 * largest { share.axes } else { 0 };
+        }
+        all
+    };
+    let shares: Vec<Share> = (0..count).map(together).collect();
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| shares[b].error.total_cmp(&shares[a].error));
+    let mut marks = vec![0_u8; count];
+    let mut more = 0.0;
+    for e in order {
+        if more >= (growth - 1.0) * count as f64 {
+            break;
+        }
+        let axes = (0..8).filter(|&a| shares[e].axes >> a & 1 == 1 && may_be_cut(e, a));
+        marks[e] = axes.map(|a| 1 << a).sum();
+        more += f64::from(1_u32 << u8::count_ones(marks[e])) - 1.0;
+    }
+    Some(marks)
+}
+
+/// A stress minus the one that values at the nodes have at a point.
+fn difference(own: &Stress, nodes: &[Stress], shape: &[f64]) -> Stress {
+    let mut difference = *own;
+    for (value, shape) in nodes.iter().zip(shape) {
+        for (d, v) in difference.iter_mut().zip(value) {
+            *d -= shape * v;
+        }
+    }
+    difference
+}
+
+/// A stress without its mean normal stress, which does no work in a rubber that keeps its volume.
+fn deviator(mut stress: Stress) -> Stress {
+    let mean = (stress[0] + stress[1] + stress[2]) / 3.0;
+    stress[..3].iter_mut().for_each(|s| *s -= mean);
+    stress
+}
+
+/// The sum of the products of all nine components.
+fn double_dot(a: &Stress, b: &Stress) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum::<f64>() + 2.0 * (3..6).map(|k| a[k] * b[k]).sum::<f64>()
+}
+
+/// The stress at node `n` of an element from that at its quadrature points, by a fit that is linear along each axis.
+fn extrapolated<S: Dimension>(points: &[Stress], n: usize) -> Stress {
+    let lines = [n % 3, n / 3 % 3, n / 9].map(on_a_line);
+    let mut sum = [0.0; 6];
+    for (q, own) in points.iter().enumerate() {
+        let weight: f64 =
+            [q % 3, q / 3 % 3, q / 9].iter().zip(&lines).take(S::AXES).map(|(k, l)| l[*k]).product();
+        for (sum, own) in sum.iter_mut().zip(own) {
+            *sum += weight * own;
+        }
+    }
+    sum
+}
+
+/// The shape functions of all nodes at each quadrature point.
+fn gauss_shapes<S: Dimension>() -> Vec<Vec<f64>> {
+    let (points, _) = elastocap_fem::quadrature::gauss_legendre(3);
+    let at = |q: usize| shape::<S>([points[q % 3], points[q / 3 % 3], points[q / 9]]);
+    (0..S::Element::POINTS).map(|q| at(q).iter().take(S::Element::NODES).map(|s| s.0).collect()).collect()
+}
+
+/// How far the stress at the nodes of an element is from linear along one of its axes: the root of the sum of squares.
+fn curvature(nodal: &[Stress], axis: usize) -> f64 {
+    let stride = 3_usize.pow(axis as u32);
+    let lines = (0..nodal.len()).filter(|n| (n / stride).is_multiple_of(3));
+    let bent = lines.map(|n| {
+        let [a, b, c] = [0, 1, 2].map(|k| &nodal[n + k * stride]);
+        let bend: Stress = std::array::from_fn(|k| a[k] - 2.0 * b[k] + c[k]);
+        double_dot(&bend, &bend)
+    });
+    bent.sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::dimension::{Plane, Space};
+    use crate::solid::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep};
+    use crate::solid::newton::NewtonSettings;
+    use crate::solid::obstacle::IndenterProfile;
+    use crate::solid::probe::Probe;
+    use crate::solid::space::layer::{SideCondition, SpaceLayerMesh};
+    use elastocap_materials::Rubber;
+
+    const BALL: Indenter = Indenter::Smooth(IndenterProfile::Sphere { radius: 1.5 });
+
+    fn section(n: usize) -> LayerMesh {
+        LayerMesh::uniform(1.0, 3.0, n, 0.5, n / 2)
+    }
+
+    fn in_plane(n: usize) -> LayerModel<Plane> {
+        let cylinder = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.5 });
+        LayerModel::new(&section(n), Rubber::neo_hookean(1.0), cylinder, End::FreeOnSubstrate).unwrap()
+    }
+
+    fn in_space(n: usize) -> LayerModel<Space> {
+        let mesh = SpaceLayerMesh::new(section(n), 1.5, n);
+        LayerModel::of_finite_width(&mesh, Rubber::neo_hookean(1.0), BALL, End::Free, SideCondition::Free)
+            .unwrap()
+    }
+
+    /// The displacement at a point along an axis, as a number that is wanted.
+    fn at_point<S: Dimension>(model: &LayerModel<S>, x: S::Point, axis: usize) -> WantedNumber {
+        let probe = Probe::new(model.equations(), model.state());
+        let value = probe.displacement(x).unwrap()[axis];
+        let slopes =
+            probe.weights(x).unwrap().into_iter().map(|(node, weight)| (S::AXES * node + axis, weight));
+        WantedNumber { value, slopes: slopes.collect(), tolerance: 1e-2 }
+    }
+
+    /// What is estimated on a coarse mesh of force and displacement covers what a fine one finds, and is not far above it.
+    fn covers<S: Dimension>(mut coarse: LayerModel<S>, mut fine: LayerModel<S>, x: S::Point) {
+        let settings = NewtonSettings::default();
+        let [own, other] = [&mut coarse, &mut fine].map(|model| model.press(0.1, &settings).unwrap());
+        let numbers = vec![at_point(&coarse, x, 0), at_point(&coarse, x, 1)];
+        let estimate = coarse.estimate(&own, 1e-2, numbers);
+        let off = (own.force / other.force - 1.0).abs();
+        assert!(off < estimate.force && estimate.force < 10.0 * off, "{off} {}", estimate.force);
+        for (axis, number) in estimate.numbers.iter().enumerate() {
+            let off = (at_point(&fine, x, axis).value / number.value - 1.0).abs();
+            assert!(off < number.error && number.error < 30.0 * off, "{axis}: {off} {}", number.error);
+        }
+    }
+
+    #[test]
+    fn errors_estimated_on_a_coarse_mesh_cover_what_a_fine_one_finds() {
+        covers(in_plane(4), in_plane(16), [0.8, 0.6]);
+        covers(in_space(2), in_space(6), [0.6, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn elements_are_marked_where_their_share_is_largest_and_along_the_axes_that_need_it() {
+        let share = |error: f64, axes: u8| Share { error, axes };
+        let estimate = |elements: Vec<Share>| Estimate { force: 0.1, numbers: Vec::new(), elements };
+        let first = estimate(vec![share(1.0, 1), share(0.1, 7), share(0.2, 2), share(0.0, 7)]);
+        let second = estimate(vec![share(0.1, 4), share(0.1, 7), share(5.0, 4), share(0.0, 7)]);
+        assert_eq!(marks(&[&first], 1.25, |_, _| true), Some(vec![1, 0, 0, 0]));
+        assert_eq!(marks(&[&first, &second], 1.5, |_, _| true), Some(vec![1, 0, 4, 0]));
+        assert_eq!(marks(&[&first], 1.25, |e, axis| e != 0 || axis != 0), Some(vec![0, 0, 2, 0]));
+        assert_eq!(marks(&[], 2.0, |_, _| true), None);
+    }
+
+    #[test]
+    fn a_step_that_is_known_to_be_estimated_leaves_the_layer_where_it_was() {
+        let mut layer = in_plane(4);
+        let step: LayerStep = layer.press(0.1, &NewtonSettings::default()).unwrap();
+        let before = layer.state().clone();
+        let numbers = vec![at_point(&layer, [0.8, 0.6], 1)];
+        layer.estimate(&step, 1e-2, numbers);
+        assert_eq!(layer.state(), &before);
+        assert!((layer.step(step.effort).force - step.force).abs() <= 1e-12 * step.force);
+    }
+}

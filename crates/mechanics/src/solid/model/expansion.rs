@@ -1,0 +1,88 @@
+//! Elements with nodes that hang: their matrices and forces in terms of the nodes that these follow.
+
+use crate::solid::dimension::{Dimension, ElementSystem};
+use crate::solid::refinement::Hanging;
+
+/// The nodes that an element with hanging nodes is coupled to.
+#[derive(Debug, Clone)]
+pub(crate) struct Expansion {
+    /// These nodes; none of them hangs.
+    pub(super) nodes: Vec<u32>,
+    /// For each node of the element the nodes that it follows, by their places in that list, and the part of each.
+    parts: Vec<Vec<(u32, f64)>>,
+}
+
+/// Forces and tangent of an element in terms of the nodes that it is coupled to.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Expanded {
+    pub(super) force: Vec<f64>,
+    pub(super) condensed_force: Vec<f64>,
+    pub(super) stiffness: Vec<f64>,
+}
+
+impl Expansion {
+    /// That of an element with these nodes; `None` if none of them hangs.
+    pub(super) fn new(own: &[u32], hanging: &Hanging) -> Option<Self> {
+        if !own.iter().any(|n| hanging.nodes.contains_key(n)) {
+            return None;
+        }
+        let mut nodes: Vec<u32> = Vec::new();
+        let mut place = |node: u32| {
+            let at = nodes.iter().position(|n| *n == node).unwrap_or_else(|| {
+                nodes.push(node);
+                nodes.len() - 1
+            });
+            at as u32
+        };
+        let parts = own
+            .iter()
+            .map(|n| match hanging.nodes.get(n) {
+                Some(masters) => masters.iter().map(|&(m, part)| (place(m), part)).collect(),
+                None => vec![(place(*n), 1.0)],
+            })
+            .collect();
+        Some(Self { nodes, parts })
+    }
+
+    /// Forces and tangent of an element, expanded.
+    pub(super) fn expand<S: Dimension>(&self, system: &ElementSystem<S>, out: &mut Expanded) {
+        let (own, coupled) = (S::AXES * self.parts.len(), S::AXES * self.nodes.len());
+        for (from, to) in
+            [(&system.force, &mut out.force), (&system.condensed_force, &mut out.condensed_force)]
+        {
+            to.clear();
+            to.resize(coupled, 0.0);
+            for (a, parts) in self.parts.iter().enumerate() {
+                for &(m, part) in parts {
+                    for k in 0..S::AXES {
+                        to[S::AXES * m as usize + k] += part * from[S::AXES * a + k];
+                    }
+                }
+            }
+        }
+        // Columns first, then rows.
+        let mut half = vec![0.0; own * coupled];
+        for (row, line) in system.stiffness.chunks_exact(own).zip(half.chunks_exact_mut(coupled)) {
+            for (b, parts) in self.parts.iter().enumerate() {
+                for &(m, part) in parts {
+                    for k in 0..S::AXES {
+                        line[S::AXES * m as usize + k] += part * row[S::AXES * b + k];
+                    }
+                }
+            }
+        }
+        out.stiffness.clear();
+        out.stiffness.resize(coupled * coupled, 0.0);
+        for (a, parts) in self.parts.iter().enumerate() {
+            for &(m, part) in parts {
+                for k in 0..S::AXES {
+                    let row = S::AXES * m as usize + k;
+                    let from = &half[(S::AXES * a + k) * coupled..][..coupled];
+                    for (to, value) in out.stiffness[row * coupled..][..coupled].iter_mut().zip(from) {
+                        *to += part * value;
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! From a guess with points inside obstacles to the equilibrium near it.
+
+use super::iteration::{Course, Taken};
+use super::{CLOSING, Effort, Failure, NewtonSettings, ON_THE_WAY, StopReason, Target};
+use crate::solid::contact::Linearisation;
+use crate::solid::dimension::Dimension;
+use crate::solid::model::{Equations, Load, State};
+
+/// The gap at which it starts, over that which is small enough for the displacements: about what is wrong with the gaps of a guess from a
+/// mesh that is half as fine.
+const FIRST: f64 = 100.0;
+
+/// The unbalanced force over the largest force below which the gaps are closed farther.
+const NEAR: f64 = 3e-3;
+
+/// Largest number of steps: the interior method from the same guess takes no more.
+const MAX_STEPS: usize = 20;
+
+impl<S: Dimension> Equations<S> {
+    /// Takes the guess `state` to the equilibrium under `load` with the gaps at [`NewtonSettings::final_gap`], by Newton's method
+    /// without bounds for gaps and contact forces: see [`Linearisation::Smoothed`]. The gaps are closed on the way as far as is small
+    /// enough for the displacements; if they are to be closed farther, the interior method does it. What is reached is what that
+    /// reaches.
+    ///
+    /// # Errors
+    /// [`Failure`] says why it was given up; `state` is then of no use.
+    pub(in crate::solid) fn settle_without_bounds(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<(), Failure> {
+        self.linearisation = Linearisation::Smoothed(Vec::new());
+        let found = self.close_without_bounds(state, load, settings, effort);
+        self.linearisation = Linearisation::Interior;
+        let closing = NewtonSettings { moving_gap: found?, ..*settings };
+        if closing.moving_gap > 1.5 * settings.final_gap.min(self.gap_for(state)) {
+            self.close_gaps(state, load, &closing, false, effort)?;
+        }
+        Ok(())
+    }
+
+    /// The part of it that is without bounds. Returns the gap at its end.
+    fn close_without_bounds(
+        &mut self,
+        state: &mut State<S>,
+        load: &Load<S>,
+        settings: &NewtonSettings,
+        effort: &mut Effort,
+    ) -> Result<f64, Failure> {
+        let mut gap = (FIRST * self.gap_for(state)).min(settings.moving_gap);
+        self.gap_times_pressure = gap * self.modulus_times_size;
+        let mut residual = self.assemble(state, load);
+        let mut course = Course::default();
+        for _ in 0..MAX_STEPS {
+            if !residual.force.is_finite() || !self.is_near_surface(state) {
+                break;
+            }
+            let taken = self.step_from(&residual, state, load, &mut course, settings, effort)?;
+            let Taken { whole, damped, .. } = taken;
+            residual = taken.residual;
+            let enough = self.gap_for(state);
+            let wanted = settings.final_gap.min(enough);
+            let (last, all) = (gap <= 1.5 * enough.max(wanted), enough <= 1.5 * wanted);
+            let target = if all { Target { force: settings.tolerance, contact: 1e-3 } } else { ON_THE_WAY };
+            let met = residual.within(settings.tolerance, target) && self.penetration(state) < 0.0;
+            if whole && !damped && last && met {
+                effort.steps += 1;
+                return Ok(gap);
+            }
+            if whole && !last && residual.force < NEAR {
+                gap = (gap * CLOSING).max(enough.max(wanted));
+                self.gap_times_pressure = gap * self.modulus_times_size;
+                residual = self.assemble_again(state, load);
+            }
+        }
+        Err((StopReason::NoConvergence, residual.smallest_j))
+    }
+}
