@@ -102,7 +102,7 @@ pub(super) fn solve(
         let of = |(number, rest): (&f64, &f64)| {
             let of_value = places.map_or(f64::INFINITY, |field| field.relative_tolerance);
             let of_change = places.and_then(|field| field.change_tolerance).unwrap_or(f64::INFINITY);
-            // What the capacitance changes by follows the distances, about.
+            // The capacitance changes roughly in proportion to the distances.
             of_value.min(of_change * (number / rest - 1.0).abs()).max(LEAST_TOLERANCE)
         };
         numbers.iter().zip(&at_rest).map(of).collect()

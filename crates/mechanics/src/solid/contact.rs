@@ -260,7 +260,7 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// The same, or the product `s` over the gap where that is more.
+    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa, or to the product `s` over the gap where that is more.
     pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
         self.press_with_nodal(state, nodal);
         for (c, pair) in self.pairs.iter().enumerate() {

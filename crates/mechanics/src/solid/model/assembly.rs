@@ -192,8 +192,9 @@ impl<S: Dimension> Equations<S> {
     /// The pressure that follows from the displacements `z` alone in element `e`, by the last assembly.
     pub(crate) fn pressure_response(&self, e: usize, z: &[f64]) -> S::Pressure {
         let rubber = self.rubber(e);
-        let mut system = self.systems[e].clone();
-        system.volume_error = S::Pressure::default();
+        // Without the error of the volume that is left, and without the matrix, which is not needed.
+        let coupling = self.systems[e].coupling.clone();
+        let system = ElementSystem { coupling, ..ElementSystem::new(0) };
         self.elements[e].pressure_increment(
             rubber,
             &self.gather(e, z),
