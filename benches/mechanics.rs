@@ -32,7 +32,7 @@ fn to_forty_per_cent(mesh: &LayerMesh) -> common::Result<(usize, f64)> {
 /// Stated relative error of the force at 20 %.
 fn force_to_half_a_per_cent(layer: &PlaneLayer) -> common::Result<f64> {
     let (goals, never) = ([Goal::Compression(0.2)], AtomicBool::new(false));
-    let mut pressing = layer.press(&goals, &Refinement::to(5e-3), &never, &|_, _| ())?;
+    let mut pressing = layer.press(&goals, &Refinement::to(5e-3), None, &never, &|_, _| ())?;
     let found = pressing.goals.remove(0)?;
     if !found.converged {
         return Err("the force is not known to 0.5 %".into());

@@ -30,11 +30,16 @@ fn main() {
             end: End::Free,
         };
         let start = std::time::Instant::now();
-        let pressing =
-            match layer.press(&goals, &Refinement::to(TOLERANCE), &AtomicBool::new(false), &|_, _| ()) {
-                Ok(pressing) => pressing,
-                Err(error) => return eprintln!("{half_width}: {error}"),
-            };
+        let pressing = match layer.press(
+            &goals,
+            &Refinement::to(TOLERANCE),
+            None,
+            &AtomicBool::new(false),
+            &|_, _| (),
+        ) {
+            Ok(pressing) => pressing,
+            Err(error) => return eprintln!("{half_width}: {error}"),
+        };
         let mut row = Vec::new();
         let mut largest: f64 = 0.0;
         for (compression, goal) in COMPRESSIONS.iter().zip(&pressing.goals) {

@@ -43,7 +43,7 @@ fn main() {
         let goals: Vec<Goal> = compressions.iter().map(|&c| Goal::Compression(c)).collect();
         let start = std::time::Instant::now();
         let refinement = Refinement::to(*relative_tolerance);
-        match layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()) {
+        match layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()) {
             Ok(pressing) => {
                 for (compression, goal) in compressions.iter().zip(&pressing.goals) {
                     match goal {

@@ -9,6 +9,7 @@ mod error;
 mod finite_element;
 mod force_check;
 mod material;
+mod places;
 mod plane_strain;
 mod rods;
 pub(crate) mod shear_force;

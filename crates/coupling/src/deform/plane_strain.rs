@@ -3,15 +3,17 @@
 use std::sync::atomic::AtomicBool;
 
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
+use elastocap_mechanics::solid::dimension::Plane;
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime};
-use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press};
+use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press, LayerModel};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::press::{Goal, Places, PlaneLayer, Pressed, Pressing, Refinement, deepest};
 
 use super::curves::{DeformedCurves, range, through};
-use super::electrode_box::{ElectrodeBox, Face};
+use super::electrode_box::ElectrodeBox;
 use super::error::{DeformError, LayerSetupError};
 use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus, end, goals};
+use super::places::LayerPlaces;
 use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, PunchContact};
@@ -23,9 +25,7 @@ use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, Pun
 pub(super) fn check(case: &Case, model: &PlaneStrain, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     let (problem, goals) = (problem(case, model)?, goals(loads, model.width));
     check_room(&problem, &goals)?;
-    let refinement = Refinement::to(model.relative_tolerance);
-    let coarsest = refinement.meshes.first().copied().unwrap_or(0);
-    problem.mesh_within_limit(coarsest, deepest(&goals)).map_err(LayerSetupError::too_large)?;
+    problem.mesh_sizes(deepest(&goals)).map_err(LayerSetupError::too_large)?;
     Ok(())
 }
 
@@ -53,15 +53,9 @@ pub fn forecast(
     loads: &[StepLoad],
 ) -> Result<(Vec<MeshSize>, PressingRegime), LayerSetupError> {
     let problem = problem(case, model)?;
-    let refinement = Refinement::to(model.relative_tolerance);
     let deepest = deepest(&goals(loads, model.width));
-    // The first mesh with too many elements ends the refinement.
-    let size = |&n: &usize| {
-        let mesh = problem.mesh_within_limit(n, deepest).ok()?.mesh();
-        let elements = mesh.elements.len();
-        Some(MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements })
-    };
-    Ok((refinement.meshes.iter().map_while(size).collect(), problem.regime(deepest)))
+    let meshes = problem.mesh_sizes(deepest).map_err(LayerSetupError::too_large)?;
+    Ok((meshes, problem.regime(deepest)))
 }
 
 /// The path of the layer through the loads.
@@ -79,10 +73,15 @@ pub(super) fn solve(
     let goals = goals(loads, model.width);
     check_room(&problem, &goals)?;
     let refinement = Refinement::to(model.relative_tolerance);
-    let pressing = problem.press(&goals, &refinement, cancel, report)?;
+    let own = LayerPlaces::new(case, problem.thickness, &problem.inclusions, problem.position == 0.0);
+    let (means, of) = (|model: &LayerModel| own.means(model), |means: &[f64]| own.numbers(means));
+    let tolerances = |numbers: &[f64]| own.tolerances(numbers);
+    let places = case.electrostatics.as_ref();
+    let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
+    let pressing = problem.press(&goals, &refinement, places.as_ref(), cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
-    let bodies = |pressed: &Pressed| bodies(&problem, width, &pressing, pressed);
+    let bodies = |pressed: &Pressed| bodies(&problem, &own, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
     run.clothe(&pressing, |pressed, step| {
@@ -93,14 +92,15 @@ pub(super) fn solve(
     Ok(run)
 }
 
-/// The electrodes, of the given `width`, as boxes, and the curves of what is deformed.
+/// The electrodes as boxes, and the curves of what is deformed.
 fn bodies(
     problem: &PlaneLayer,
-    width: f64,
+    places: &LayerPlaces<'_, Plane>,
     pressing: &Pressing,
     pressed: &Pressed,
 ) -> (Vec<ElectrodeBox>, DeformedCurves) {
-    let mesh = &pressing.model_of(pressed).equations().body().mesh;
+    let body = pressing.model_of(pressed).equations().body();
+    let mesh = &body.mesh;
     let tiny = 1e-9 * problem.thickness;
     // Reference coordinate along a line of nodes, and where they are, ascending.
     let line = |across: usize, at: f64, [from, to]: [f64; 2]| -> Vec<(f64, [f64; 2])> {
@@ -121,19 +121,11 @@ fn bodies(
         points
     };
     let curve = |line: &[(f64, [f64; 2])]| through(&line.iter().map(|p| p.1).collect::<Vec<_>>());
-    let mut boxes = Vec::new();
     let mut electrodes = Vec::new();
     for Inclusion { min, max, .. } in &problem.inclusions {
         let side = |across: usize, at: f64| line(across, at, [min[1 - across], max[1 - across]]);
         let [left, right, lower, upper] =
             [side(0, min[0]), side(0, max[0]), side(1, min[1]), side(1, max[1])];
-        let face = |side: &[_], x3: f64| weighted(side, x3);
-        boxes.push(ElectrodeBox::new(&[
-            [face(&left, 0.0), face(&right, 0.0)],
-            [face(&lower, 0.0), face(&upper, 0.0)],
-            // Nothing moves along x3.
-            [face(&lower, -0.5 * width), face(&lower, 0.5 * width)],
-        ]));
         let back = |side: &[_]| curve(side).into_iter().rev().collect();
         electrodes.push([curve(&lower), curve(&right), back(&upper), back(&left)]);
     }
@@ -141,18 +133,8 @@ fn bodies(
     let surface = curve(&line(1, problem.thickness, everywhere));
     let half = mesh.nodes.iter().all(|x| x[0] > -tiny);
     let heights = range(surface.iter().map(|p| p[1]));
+    let boxes = places.boxes(body, &pressed.state);
     (boxes, DeformedCurves { electrodes, surface, half, heights })
-}
-
-/// Points, all at one `x3`, with the weights of the trapezoidal rule over the reference length.
-fn weighted(line: &[(f64, [f64; 2])], x3: f64) -> Face {
-    let (Some(first), Some(last)) = (line.first(), line.last()) else { return Face::new() };
-    let length = last.0 - first.0;
-    let weight = |k: usize| {
-        let (before, after) = (line[k.saturating_sub(1)].0, line[(k + 1).min(line.len() - 1)].0);
-        0.5 * (after - before) / length
-    };
-    line.iter().enumerate().map(|(k, p)| (weight(k), [p.1[0], p.1[1], x3])).collect()
 }
 
 /// The layer of the case; the reason if its finite elements cannot be set up.

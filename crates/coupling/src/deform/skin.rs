@@ -63,18 +63,9 @@ fn boundary(body: &Body, state: &State, half: bool) -> Option<Curve> {
     };
     let size = body.mesh.nodes.iter().map(|x| x[0].abs()).fold(0.0, f64::max);
     let on_axis = |n: u32| half && at_rest(n)[0].abs() < 1e-9 * size;
-    let mut sides: HashMap<[u32; 2], [u32; 3]> = HashMap::new();
-    for e in &body.mesh.elements {
-        for side in [[0, 1, 2], [2, 5, 8], [8, 7, 6], [6, 3, 0]].map(|side| side.map(|k| e[k])) {
-            let [from, _, to] = side;
-            // A side that is collapsed into a point bounds nothing; one that two elements share is inside.
-            if from != to && sides.remove(&[to, from]).is_none() {
-                sides.insert([from, to], side);
-            }
-        }
-    }
-    sides.retain(|_, [from, _, to]| !(on_axis(*from) && on_axis(*to)));
-    let next: HashMap<u32, [u32; 3]> = sides.values().map(|side| (side[0], *side)).collect();
+    let sides = body.mesh.boundary().into_iter().map(|side| side.nodes);
+    let shown = sides.filter(|[from, _, to]| !(on_axis(*from) && on_axis(*to)));
+    let next: HashMap<u32, [u32; 3]> = shown.map(|side| (side[0], side)).collect();
     let begin = if half {
         let lowest = next.keys().filter(|n| on_axis(**n));
         lowest.min_by(|a, b| at_rest(**a)[1].total_cmp(&at_rest(**b)[1]))

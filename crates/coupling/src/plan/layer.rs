@@ -29,9 +29,9 @@ pub struct LayerForecast {
     pub most_seconds: f64,
 }
 
-/// The meshes that most loads need.
+/// The meshes that most loads need: where they may be many, as in the plane, half of them.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
-    &meshes[..meshes.len().min(3)]
+    &meshes[..meshes.len().min(3.max(meshes.len() / 2))]
 }
 
 /// In words, what presses where no punch does.

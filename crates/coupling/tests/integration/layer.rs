@@ -49,11 +49,11 @@ fn on_substrate(load: Load) -> Case {
 fn the_plan_forecasts_what_the_finite_elements_take() {
     let forecast = |case: &Case| Plan::new(case, &NUMBERS_ONLY).layer;
     let one = forecast(&on_substrate(Load::Compression(vec![0.1]))).unwrap();
-    assert_eq!(one.unknowns.len(), 4);
+    assert!(one.unknowns.len() > 4);
     assert!(one.unknowns.windows(2).all(|two| two[0] < two[1]));
-    // A run of these meshes takes 0.2 GB and some seconds.
+    // A run of all these meshes takes some tenths of a GB and some seconds, one of half of them 0.1 s.
     assert!((1e8..1e9).contains(&(one.memory_bytes as f64)), "{one:?}");
-    assert!((0.2..60.0).contains(&one.seconds), "{one:?}");
+    assert!((0.01..1.0).contains(&one.seconds) && (1.0..60.0).contains(&one.most_seconds), "{one:?}");
     // A load that is there twice is solved once; a force is found by several displacements.
     let of = |load| forecast(&on_substrate(load)).unwrap().seconds;
     assert_eq!(of(Load::Compression(vec![0.1, 0.1])), one.seconds);
@@ -85,7 +85,8 @@ fn a_load_out_of_reach_fails_with_its_reason_and_the_others_are_kept() {
         panic!("{:?}", outcome.steps[1].row.status)
     };
     let reason = reason.to_string();
-    assert!(reason.contains("no equilibrium found") && reason.contains("smallest J"), "{reason}");
+    let is_told = ["no equilibrium found", "the meshes are too coarse for this load"];
+    assert!(is_told.iter().any(|told| reason.contains(told)), "{reason}");
     assert_eq!(outcome.steps[1].row.force_n, None);
 }
 

@@ -47,6 +47,8 @@ const STALE: f64 = 1e-6;
 pub(crate) struct Wanted {
     /// Force times displacement of the indenter, of the part of the layer that is solved, in J; in the plane in J/m.
     pub(crate) work: f64,
+    /// By what all estimates are multiplied.
+    pub(crate) caution: f64,
     /// The relative error of the force to reach.
     pub(crate) force_tolerance: f64,
     /// The other numbers.
@@ -174,7 +176,9 @@ impl<S: Dimension> Equations<S> {
         let responses: Vec<_> = wanted.numbers.iter().map(|number| self.response(&number.slopes)).collect();
         let this = &*self;
         let stress = |e: usize, q: usize, u: &[f64], p: &S::Pressure| {
-            this.elements[e].stress(this.rubber(e), q, &this.gather(e, u), p)
+            let (element, u) = (&this.elements[e], this.gather(e, u));
+            let ratio = element.volume_ratio(q, &u);
+            element.stress(this.rubber(e), q, &u, p).map(|s| ratio * s)
         };
         let own = Recovered::new(this, |e, q| stress(e, q, &state.displacement, &state.pressure[e]));
         let of_response = |(z, pressure): &(Vec<f64>, Vec<S::Pressure>)| {
@@ -200,9 +204,11 @@ impl<S: Dimension> Equations<S> {
         };
         let elements = (0..this.elements.len()).into_par_iter().with_min_len(16);
         let parts: Vec<(f64, Vec<[f64; 2]>)> = elements.map(of_element).collect();
+        let caution = wanted.caution;
         let sum = |k: usize, of: usize| parts.iter().map(|part| part.1[k][of]).sum::<f64>();
         let estimated = |(k, number): (usize, &WantedNumber)| {
-            let error = OF_NUMBER * (sum(k, 0).abs() + WITHOUT_SIGNS * sum(k, 1)) / number.value.abs();
+            let error =
+                caution * OF_NUMBER * (sum(k, 0).abs() + WITHOUT_SIGNS * sum(k, 1)) / number.value.abs();
             Estimated { value: number.value, error, tolerance: number.tolerance }
         };
         let share = |(e, (energy, products)): (usize, &(f64, Vec<[f64; 2]>))| {
@@ -221,7 +227,7 @@ impl<S: Dimension> Equations<S> {
             Share { error: of_force + of_numbers.iter().sum::<f64>(), axes }
         };
         Estimate {
-            force: OF_FORCE * parts.iter().map(|part| part.0).sum::<f64>() / wanted.work,
+            force: caution * OF_FORCE * parts.iter().map(|part| part.0).sum::<f64>() / wanted.work,
             numbers: wanted.numbers.iter().enumerate().map(estimated).collect(),
             elements: parts.par_iter().enumerate().with_min_len(16).map(share).collect(),
         }
@@ -259,7 +265,7 @@ impl<S: Dimension> Equations<S> {
 pub(crate) fn marks(
     estimates: &[&Estimate],
     growth: f64,
-    may_be_cut: impl Fn(usize, usize) -> bool,
+    cut_along: impl Fn(usize, u8) -> u8,
 ) -> Option<Vec<u8>> {
     let count = estimates.first()?.elements.len();
     let together = |e: usize| {
@@ -280,8 +286,7 @@ pub(crate) fn marks(
         if more >= (growth - 1.0) * count as f64 {
             break;
         }
-        let axes = (0..8).filter(|&a| shares[e].axes >> a & 1 == 1 && may_be_cut(e, a));
-        marks[e] = axes.map(|a| 1 << a).sum();
+        marks[e] = cut_along(e, shares[e].axes);
         more += f64::from(1_u32 << u8::count_ones(marks[e])) - 1.0;
     }
     Some(marks)
@@ -406,10 +411,13 @@ mod tests {
         let estimate = |elements: Vec<Share>| Estimate { force: 0.1, numbers: Vec::new(), elements };
         let first = estimate(vec![share(1.0, 1), share(0.1, 7), share(0.2, 2), share(0.0, 7)]);
         let second = estimate(vec![share(0.1, 4), share(0.1, 7), share(5.0, 4), share(0.0, 7)]);
-        assert_eq!(marks(&[&first], 1.25, |_, _| true), Some(vec![1, 0, 0, 0]));
-        assert_eq!(marks(&[&first, &second], 1.5, |_, _| true), Some(vec![1, 0, 4, 0]));
-        assert_eq!(marks(&[&first], 1.25, |e, axis| e != 0 || axis != 0), Some(vec![0, 0, 2, 0]));
-        assert_eq!(marks(&[], 2.0, |_, _| true), None);
+        assert_eq!(marks(&[&first], 1.25, |_, axes| axes), Some(vec![1, 0, 0, 0]));
+        assert_eq!(marks(&[&first, &second], 1.5, |_, axes| axes), Some(vec![1, 0, 4, 0]));
+        assert_eq!(
+            marks(&[&first], 1.25, |e, axes| if e == 0 { axes & !1 } else { axes }),
+            Some(vec![0, 0, 2, 0])
+        );
+        assert_eq!(marks(&[], 2.0, |_, axes| axes), None);
     }
 
     #[test]

@@ -133,13 +133,14 @@ impl<S: Dimension> Level<S> {
 
     /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
     /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
-    /// there is `room_for_two` layers; otherwise the load is followed. Returns the number of goals reached.
+    /// there is `room_for_two` layers; otherwise the load is followed, unless a goal is in `good_enough`. Returns the number of goals reached.
     pub(super) fn walk(
         &mut self,
         coarser: Option<&Self>,
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
+        good_enough: &[bool],
         settings: &NewtonSettings,
         estimator: Option<&Estimator<'_, S>>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
@@ -162,6 +163,10 @@ impl<S: Dimension> Level<S> {
                         near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings, estimator))
                     }
                 };
+                if tried.is_none() && good_enough[g] {
+                    self.stopped[g] = Some(Stopped::not_near());
+                    continue;
+                }
                 tried.unwrap_or_else(|| Found::after(&mut self.model, goals[g], settings, estimator))
             };
             match found {
@@ -357,7 +362,7 @@ mod tests {
         let (order, wanted) = ([0, 1, 2], [true; 3]);
         let settings = NewtonSettings { first_step: 0.5, ..NewtonSettings::default() };
         let mut coarser = Level::new(layer(3), None, 1.0, goals.len());
-        coarser.walk(None, &goals, &order, &wanted, &settings, None, &|_| false, &|_| ());
+        coarser.walk(None, &goals, &order, &wanted, &[false; 3], &settings, None, &|_| false, &|_| ());
         assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
         // Nothing is near a state that is none.
         let first = coarser.reached[0].as_mut().unwrap();
@@ -367,7 +372,17 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut level = Level::new(layer(4), None, 0.75, goals.len());
             pool.install(|| {
-                level.walk(Some(&coarser), &goals, &order, &wanted, &settings, None, &|_| true, &|_| ())
+                level.walk(
+                    Some(&coarser),
+                    &goals,
+                    &order,
+                    &wanted,
+                    &[false; 3],
+                    &settings,
+                    None,
+                    &|_| true,
+                    &|_| (),
+                )
             });
             let step = |k: usize| level.reached[k].as_ref().map(|r| (r.step.force, r.step.effort.solves));
             [0, 1, 2].map(|k| step(k).unwrap())

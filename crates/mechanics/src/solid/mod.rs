@@ -20,7 +20,10 @@
 //! | [`shear_length`] | the length `L` that the closed form does not determine, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | `flanks` | the flanks beside a patch that is held or bonded, as obstacles |
-//! | `levels` | the meshes for that, coarse to fine |
+//! | `first_mesh` | the first of the meshes for that |
+//! | `adaptive` | the layer pressed on meshes that are refined where the errors are made |
+//! | `plane` | that in plane strain, under plates and cylinders |
+//! | `levels` | meshes in plane strain with elements of the right shapes at corners, coarse to fine |
 //! | [`forecast`] | its memory and time, estimated in advance |
 //! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
 //! | `rounded_corner` | a mesh for each load under a punch with rounded corners |
@@ -58,11 +61,13 @@
 //! - A dead load on a block can be unstable: with the closed form's own tractions the tangent has negative pivots
 //!   beyond 38 % compression, and the solver may end on a branch that is not the closed form.
 
+mod adaptive;
 mod contact;
 mod contact_end;
 pub mod dimension;
 pub mod element;
 mod estimate;
+mod first_mesh;
 mod flanks;
 pub mod folds;
 mod force_goal;
@@ -77,6 +82,7 @@ pub mod model;
 pub mod newton;
 mod nodes_by_place;
 pub mod obstacle;
+mod plane;
 pub mod press;
 pub mod probe;
 pub mod refinement;

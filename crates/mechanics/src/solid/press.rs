@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::dimension::{Dimension, Plane};
-use super::estimate::{Estimated, WantedNumber};
+use super::estimate::{Estimate, Estimated, WantedNumber};
 use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
 use super::level::{Estimator, Reached};
 use super::mesh_error::{error_of, scatter_of};
@@ -57,13 +57,6 @@ pub struct Refinement {
     /// The number that each mesh is made from, coarse to fine: in the plane its level of refinement, in space about the number of
     /// elements over the thickness.
     pub meshes: Vec<usize>,
-}
-
-impl Refinement {
-    /// Up to four meshes.
-    pub fn to(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: vec![0, 1, 2, 3] }
-    }
 }
 
 /// The result for one goal.
@@ -128,7 +121,9 @@ pub struct Pressing<S: Dimension = Plane> {
 impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the number of goals done on it.
+    /// Under a plate or a cylinder each mesh is the one before with those elements cut in which the errors are made, so that also the `places` are
+    /// known. Under punches, and at an end that folds, meshes are made to have elements of the right shapes at corners; places are then
+    /// not asked for. `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
@@ -136,9 +131,13 @@ impl PlaneLayer {
         &self,
         goals: &[Goal],
         refinement: &Refinement,
+        places: Option<&Places<'_, Plane>>,
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
+        if self.is_refined() {
+            return self.press_refined(goals, refinement, places, cancel, tell);
+        }
         let halved = |level: usize| 0.5_f64.powi(level as i32);
         let deepest = deepest(goals);
         let remesh = self.corner().map(|corner| {
@@ -153,7 +152,7 @@ impl PlaneLayer {
             }
         });
         let meshed = |k: usize, _: &[Level], _: &[usize]| {
-            let level = *refinement.meshes.get(k)?;
+            let level = refinement.meshes.get(k).copied().filter(|level| *level < LEVELS)?;
             let model = self.mesh_within_limit(level, deepest).and_then(|mesh| self.model_on(&mesh));
             Some(model.map(|model| Meshed {
                 model,
@@ -173,6 +172,7 @@ impl PlaneLayer {
             remesh: remeshed.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>),
             estimates: false,
             places: None,
+            for_places: 0,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }
@@ -191,6 +191,9 @@ impl PlaneLayer {
         LayerModel::with_indenter_at(self.position, mesh, &rubber, inclusions, self.indenter, self.end)
     }
 }
+
+/// Levels of meshes that are not refined where the errors are made.
+const LEVELS: usize = 4;
 
 /// The corner of a punch that the surface slides around, on meshes that are made for one load.
 #[derive(Debug, Clone, Copy)]
@@ -241,6 +244,8 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) estimates: bool,
     /// What else is to be known, besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
+    /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
+    pub(crate) for_places: usize,
 }
 
 /// A mean of displacements: for each of its displacements the place among those of all nodes, and its weight.
@@ -262,8 +267,6 @@ impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
     }
 }
 
-/// Meshes that are solved on for places after the force is known, at most: what they are for may depend on them weakly.
-const FOR_PLACES: usize = 2;
 /// Displacement, over the thickness of the layer, by which slopes of numbers are found.
 const SMALL: f64 = 1e-6;
 
@@ -336,17 +339,17 @@ pub(crate) fn press_on<S: Dimension>(
         let force_known = |levels: &[Level<S>], g: usize| {
             judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
         };
-        // For what else is to be known there are only so many meshes more.
         let known = |levels: &[Level<S>], g: usize| {
-            let places_known = || {
-                let before = levels.len().saturating_sub(FOR_PLACES);
-                let all_met =
-                    numbers_of(levels, g).is_none_or(|all| all.iter().all(|n| n.error <= n.tolerance));
-                all_met || before > 0 && force_known(&levels[..before], g)
+            // For what else is to be known there are only so many meshes more.
+            let many = || {
+                let before = levels.len().saturating_sub(layers.for_places);
+                before > 0 && force_known(&levels[..before], g)
             };
+            let places_known = || numbers_met(levels, g) || many() || numbers_stay(levels, g);
             force_known(levels, g) && (goals[g].value() == 0.0 || places_known())
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
+        let good_enough: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
         let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
         let further = match layers.remesh {
             Some(remesh) => {
@@ -355,7 +358,7 @@ pub(crate) fn press_on<S: Dimension>(
             }
             None => {
                 let room = layers.room_for_two;
-                level.walk(coarser, goals, &order, &wanted, &settings, estimator, room, tell)
+                level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, estimator, room, tell)
             }
         };
         level.model.release();
@@ -429,13 +432,34 @@ impl<S: Dimension> Pressing<S> {
 fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
     let mut numbers = last.estimates[g].as_ref()?.numbers.clone();
-    if let Some(before) = before.iter().rev().find_map(|level| level.estimates[g].as_ref()) {
-        for (now, before) in numbers.iter_mut().zip(&before.numbers) {
-            now.error = now.error.max(OF_LAST_DIFFERENCE * (before.value / now.value - 1.0).abs());
-        }
+    let before: Vec<&Estimate> =
+        before.iter().rev().filter_map(|level| level.estimates[g].as_ref()).collect();
+    for (k, now) in numbers.iter_mut().enumerate() {
+        let before: Vec<f64> = before.iter().map(|estimate| estimate.numbers[k].value).collect();
+        let least = least_error::<S>(now.value, &before).unwrap_or(f64::INFINITY);
+        now.error = now.error.max(least / now.value.abs());
     }
     Some(numbers)
 }
+
+/// Whether the numbers besides the force are known to their tolerances on the last level.
+fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
+    numbers_of(levels, g).is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
+}
+
+/// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at
+/// the edge of an electrode, looks the same on every mesh.
+fn numbers_stay<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
+    let error = |level: &Level<S>| {
+        let numbers = &level.estimates[g].as_ref()?.numbers;
+        numbers.iter().map(|number| number.error / number.tolerance).reduce(f64::max)
+    };
+    let [.., first, _, last] = levels else { return false };
+    matches!((error(first), error(last)), (Some(first), Some(last)) if last > STAYS * first)
+}
+
+/// Part of an error above which it counts as no smaller, two meshes later.
+const STAYS: f64 = 0.8;
 
 /// The result of all levels for goal `g`; `None` if none reached it.
 fn judge<S: Dimension>(
@@ -462,8 +486,9 @@ fn judge<S: Dimension>(
         (_, Some(estimate)) => {
             // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
             let of_estimate = estimate.force * now.abs();
-            let before = levels[..level].iter().rev().find_map(|l| l.step(g)).map(value_of);
-            before.map(|before| of_estimate.max(OF_LAST_DIFFERENCE * (now - before).abs()))
+            let before: Vec<f64> =
+                levels[..level].iter().rev().filter_map(|l| l.step(g)).map(value_of).collect();
+            least_error::<S>(now, &before).map(|least| of_estimate.max(least))
         }
         ([.., coarsest, first, before, now], None) => {
             let of_scatter = scatter_of([*coarsest, *first, *before, *now]).unwrap_or(f64::INFINITY);
@@ -480,9 +505,17 @@ fn judge<S: Dimension>(
     Some(Pressed { error, refinement, places_error, converged, ..reached.unjudged(level) })
 }
 
-/// Least error of a value that is estimated on one mesh, over its difference from the mesh before: a guard against estimates that are too
-/// small. On meshes that more than double, half of an error is left at the most where it falls with the number of unknowns.
-const OF_LAST_DIFFERENCE: f64 = 0.5;
+/// The least error of a value that is estimated on one mesh, where it was `before` on the meshes before this one, the last of them first: a
+/// guard against estimates that are too small. In the plane, where meshes cost little, three of them are compared, since two may be as wrong as
+/// each other by accident; `None` where there are fewer.
+fn least_error<S: Dimension>(now: f64, before: &[f64]) -> Option<f64> {
+    let from_last = |last: f64, part: f64| part * (now - last).abs();
+    match (S::AXES, before) {
+        (2, [last, first, ..]) => Some(from_last(*last, 1.5).max(0.5 * (last - first).abs())),
+        (3, [last, ..]) => Some(from_last(*last, 0.5)),
+        _ => None,
+    }
+}
 
 /// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
 /// from element to element, on every mesh, so that the difference between meshes may be smaller by accident.

@@ -286,7 +286,7 @@ mod tests {
         };
         let refinement = Refinement { relative_tolerance: 1e-2, meshes: vec![0] };
         let goals = [Goal::Compression(0.2)];
-        let found = layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap();
+        let found = layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
         let held = &found.levels[0].model;
         assert_eq!(held.fault(1.0), None, "a patch is not a punch");
         // The same patch, told to be a punch half as wide again, which the surface beside it enters.

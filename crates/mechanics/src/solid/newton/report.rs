@@ -52,6 +52,15 @@ pub struct Stopped {
     pub effort: Effort,
 }
 
+impl Stopped {
+    /// No equilibrium was found near that of a coarser mesh, and nothing else was tried.
+    pub(crate) fn not_near() -> Box<Self> {
+        let reason = StopReason::NoConvergence;
+        let effort = Effort::default();
+        Box::new(Self { reached: 0.0, step: 1.0, reason, smallest_j: 0.0, element: 0, effort })
+    }
+}
+
 /// Why a load step failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

@@ -225,7 +225,7 @@ mod tests {
 
     fn pressed(layer: &PlaneLayer, goals: &[Goal], meshes: Vec<usize>) -> Pressing {
         let refinement = Refinement { relative_tolerance: 1e-9, meshes };
-        layer.press(goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap()
+        layer.press(goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap()
     }
 
     /// The force at a compression, and the layer, on the mesh of a level.

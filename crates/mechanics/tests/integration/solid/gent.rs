@@ -80,7 +80,7 @@ fn layer_at_twenty_per_cent(rubber: Rubber) -> Result<Pressed, PressError> {
     };
     let refinement = Refinement { relative_tolerance: 5e-3, meshes: vec![0] };
     let goals = [Goal::Compression(0.2)];
-    let mut found = layer.press(&goals, &refinement, &AtomicBool::new(false), &|_, _| {}).unwrap();
+    let mut found = layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| {}).unwrap();
     found.goals.remove(0)
 }
 

@@ -84,7 +84,7 @@ fn the_error_stated_for_an_end_that_folds_covers_the_true_one_on_three_meshes() 
     let limits = [(0.05, 8.58), (0.1, 19.134), (0.2, 47.19)];
     let goals = limits.map(|(compression, _)| Goal::Compression(compression));
     let three = Refinement { relative_tolerance: 5e-3, meshes: vec![0, 1, 2] };
-    let found = problem.press(&goals, &three, &AtomicBool::new(false), &|_, _| ()).unwrap();
+    let found = problem.press(&goals, &three, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
     for ((found, (compression, limit)), known) in found.goals.iter().zip(limits).zip([false, true, true]) {
         let found = found.as_ref().unwrap();
         let (stated, truth) = (found.error.unwrap(), (found.step.force - limit).abs());

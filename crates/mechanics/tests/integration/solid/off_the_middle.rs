@@ -26,7 +26,7 @@ fn layer(position: f64) -> PlaneLayer {
 
 fn press(layer: &PlaneLayer, goals: &[Goal], meshes: Vec<usize>) -> Pressing {
     let refinement = Refinement { relative_tolerance: 1e-9, meshes };
-    layer.press(goals, &refinement, &AtomicBool::new(false), &|_, _| ()).unwrap()
+    layer.press(goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap()
 }
 
 /// Forces on each mesh at a compression of 20 %.
@@ -101,7 +101,7 @@ fn punches_without_rounded_corners_have_to_stand_on_the_middle() {
     {
         let layer = PlaneLayer { indenter, ..layer(0.1) };
         let goals = [Goal::Compression(0.1)];
-        let refused = layer.press(&goals, &Refinement::to(0.01), &AtomicBool::new(false), &|_, _| ());
+        let refused = layer.press(&goals, &Refinement::to(0.01), None, &AtomicBool::new(false), &|_, _| ());
         assert_eq!(refused.err(), Some(ModelError::SharpOffTheMiddle), "{indenter:?}");
     }
 }

@@ -25,7 +25,7 @@ fn pressed(
         end: End::Free,
     };
     let goals: Vec<Goal> = compressions.iter().map(|c| Goal::Compression(*c)).collect();
-    let pressing = problem.press(&goals, refinement, &AtomicBool::new(false), &|_, _| ()).unwrap();
+    let pressing = problem.press(&goals, refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
     pressing.goals.into_iter().map(Result::unwrap).collect()
 }
 

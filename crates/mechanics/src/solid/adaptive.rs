@@ -1,0 +1,130 @@
+//! A layer pressed to given loads on meshes that are refined where the errors are made.
+
+use std::sync::atomic::AtomicBool;
+
+use super::dimension::Dimension;
+use super::estimate::{Estimate, marks};
+use super::layer::LayerModel;
+use super::mesh::Mesh;
+use super::model::{Equations, ModelError};
+use super::newton::NewtonSettings;
+use super::press::{Goal, Layers, Level, Meshed, Places, Pressing, Refinement, press_on};
+use super::refinement::Refinable;
+
+/// How many times as many elements the next mesh has by its marks alone.
+const GROWTH: f64 = 1.8;
+/// Elements are not cut to less than this, over the thickness: stress is singular at the edges of stiff bodies, and what is there on the
+/// smallest scales matters to nothing that is asked for.
+const SMALLEST: f64 = 1e-3;
+/// Length of an element over the shortest of those along which it is cut, above which it is cut along that too. Stress that is singular at
+/// one end of a slender element hardly shows at the points of its quadrature: along which of its axes it varies there is not seen.
+const SLENDER: f64 = 3.0;
+
+/// A layer and the meshes that it may be pressed on.
+pub(crate) struct Adaptive<'a, S: Dimension> {
+    /// Thickness of the layer in m.
+    pub(crate) thickness: f64,
+    /// Makes the first mesh.
+    pub(crate) first: &'a dyn Fn() -> Result<Mesh<S>, ModelError>,
+    /// The layer at rest on a mesh.
+    pub(crate) model: &'a dyn Fn(Mesh<S>) -> Result<LayerModel<S>, ModelError>,
+    /// How it is pressed.
+    pub(crate) settings: NewtonSettings<'static>,
+    /// Elements in the middle of a fan are not cut to less than this, over the thickness: a free surface that folds at a bonded corner does
+    /// so on all scales.
+    pub(crate) smallest_at_corner: f64,
+    /// Meshes that are solved on for places after the force is known, at most.
+    pub(crate) for_places: usize,
+    /// The elements from which on no finer mesh is made.
+    pub(crate) enough: usize,
+    /// The memory in bytes that no mesh may take more of.
+    pub(crate) memory_limit: u64,
+}
+
+impl<S: Dimension> Adaptive<'_, S> {
+    /// Presses the layer to each of `goals`. Each mesh is the one before with those elements cut in which the errors are made.
+    ///
+    /// # Errors
+    /// [`ModelError`] where there is no mesh, or none that fits into the memory.
+    pub(crate) fn press(
+        &self,
+        goals: &[Goal],
+        refinement: &Refinement,
+        places: Option<&Places<'_, S>>,
+        cancel: &AtomicBool,
+        tell: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Pressing<S>, ModelError> {
+        let meshed = |k: usize, levels: &[Level<S>], unknown: &[usize]| {
+            let Some(last) = levels.last() else {
+                return Some((self.first)().and_then(|mesh| self.on(Refinable::new(mesh))));
+            };
+            let mesh = last.mesh.as_ref()?;
+            let count = mesh.mesh().elements.len();
+            if k >= refinement.meshes.len() || count > self.enough {
+                return None;
+            }
+            let estimates: Vec<&Estimate> =
+                unknown.iter().filter_map(|&g| last.estimates.get(g)?.as_ref()).collect();
+            let every_axis = || vec![(1_u8 << S::AXES) - 1; count];
+            let cut_along = |e: usize, axes: u8| {
+                let lengths: Vec<f64> = (0..S::AXES).map(|axis| mesh.length(e, axis)).collect();
+                let smallest = if mesh.is_collapsed(e) { self.smallest_at_corner } else { SMALLEST };
+                cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
+            };
+            let marks = marks(&estimates, GROWTH, cut_along).unwrap_or_else(every_axis);
+            Some(self.on(mesh.cut(&marks).0))
+        };
+        let layers = Layers {
+            meshed: &meshed,
+            room_for_two: &|model| 2 * model.equations().memory_bytes() <= self.memory_limit,
+            remesh: None,
+            estimates: true,
+            places,
+            for_places: self.for_places,
+        };
+        press_on(goals, refinement, &layers, cancel, tell)
+    }
+
+    /// The layer at rest on a mesh, where that fits into the memory.
+    fn on(&self, refinable: Refinable<S>) -> Result<Meshed<S>, ModelError> {
+        let limit = self.memory_limit;
+        let fits = |elements: usize, bytes: u64| match bytes <= limit {
+            true => Ok(()),
+            false => Err(ModelError::TooLarge { elements, bytes, limit }),
+        };
+        let mesh = refinable.mesh().clone();
+        let elements = mesh.elements.len();
+        // What the elements take is taken with the equations, what the factor takes only afterwards.
+        fits(elements, Equations::<S>::element_bytes(elements))?;
+        let model = (self.model)(mesh)?;
+        fits(elements, model.equations().memory_bytes())?;
+        let size = 1.0 / model.equations().unknowns() as f64;
+        Ok(Meshed { model, mesh: Some(refinable), size, settings: self.settings })
+    }
+}
+
+/// The axes along which an element of these `lengths` (m) is cut where it is to be cut along `axes`, as bits: none along which it is no
+/// longer than `least` (m).
+fn cut_along(lengths: &[f64], axes: u8, least: f64) -> u8 {
+    let is_in = |axis: &usize| axes >> axis & 1 == 1;
+    let all = || 0..lengths.len();
+    let shortest = all().filter(is_in).map(|a| lengths[a]).fold(f64::INFINITY, f64::min);
+    let cut = all().filter(|a| is_in(a) || lengths[*a] > SLENDER * shortest);
+    cut.filter(|a| lengths[*a] > least).map(|a| 1 << a).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_element_that_would_become_too_slender_is_cut_along_its_length_too() {
+        assert_eq!(cut_along(&[1.0, 2.0], 1, 0.0), 1);
+        assert_eq!(cut_along(&[1.0, 4.0], 1, 0.0), 3);
+        assert_eq!(cut_along(&[1.0, 4.0], 2, 0.0), 2);
+        assert_eq!(cut_along(&[1.0, 4.0, 1.0], 5, 0.0), 7);
+        // Not below the least length.
+        assert_eq!(cut_along(&[1.0, 4.0], 1, 2.0), 2);
+        assert_eq!(cut_along(&[1.0, 4.0], 0, 0.0), 0);
+    }
+}

@@ -1,0 +1,148 @@
+//! The first of the meshes of a layer: coarse, and fitted to what is in the layer and to what presses on it.
+
+use super::layer::{End, Indenter, LayerMesh};
+use super::levels::fit_to_edges;
+use super::mesh::{geometric, graded_to_edges, uniform};
+use super::obstacle::IndenterProfile;
+
+/// Square of the radius of the contact with a round indenter over its radius times its displacement, about: it is 1 on a half-space, and 2 where the
+/// surface around the contact stays where it was.
+const CONTACT: f64 = 1.5;
+/// Size of the elements at the edges of inclusions, over those where the layer is smooth.
+const AT_EDGES: f64 = 0.4;
+/// Growth of the size of elements per distance, times the number of them over the thickness, where they are more than a thickness away
+/// from the indenter.
+const FAR_GROWTH: f64 = 2.0;
+/// Distance over which they grow, over the thickness.
+const FARTHEST_GROWTH: f64 = 2.0;
+/// Half-length over the thickness of a layer that is solved with equal elements all along.
+const SHORT: f64 = 4.0;
+
+/// What the first mesh depends on. Lengths in m.
+#[derive(Debug, Clone)]
+pub(crate) struct FirstMesh {
+    /// Thickness at rest.
+    pub(crate) thickness: f64,
+    /// From the middle of the layer to its end.
+    pub(crate) half_length: f64,
+    /// Ends of the inclusions along each axis.
+    pub(crate) edges: [Vec<f64>; 3],
+    /// What presses.
+    pub(crate) indenter: Indenter,
+    /// `x1` of its middle; off the middle of the layer, all of that is meshed.
+    pub(crate) position: f64,
+    /// The condition at the end.
+    pub(crate) end: End,
+    /// The deepest compression that is asked for.
+    pub(crate) deepest: f64,
+}
+
+/// Fractions of the way from a bonded edge in a fan on the mesh with `n` elements over the thickness. Its smallest ring is halved
+/// where `n` grows by two.
+fn fan(n: usize) -> Vec<f64> {
+    let rings = n.div_ceil(2);
+    geometric(0.5_f64.powf(0.5 * n as f64 / rings as f64), rings)
+}
+
+impl FirstMesh {
+    /// About how many elements it has over the thickness: an even number where a fan around the edge of a punch needs one.
+    pub(crate) fn coarsest(&self) -> usize {
+        if self.indenter.sharp_corner().is_some() { 2 } else { 1 }
+    }
+
+    /// The section `x3 = 0` with about `n` elements over the thickness.
+    pub(crate) fn section(&self, n: usize) -> LayerMesh {
+        let (height, length) = (self.thickness, self.half_length);
+        let mut section = match self.indenter {
+            // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
+            Indenter::Sharp { half_width }
+            | Indenter::Held { half_width }
+            | Indenter::Bonded { half_width } => {
+                let highest = self.edges[1].iter().copied().fold(0.0, f64::max);
+                let room = 0.5 * (length - height - half_width).min(half_width);
+                let reach = (0.5 * height).min(0.9 * (height - highest)).min(room);
+                LayerMesh::under_punch(height, length, [half_width, reach], n, 0.5, n / 2)
+            }
+            Indenter::WholeTop | Indenter::Smooth(_) => {
+                let size = self.size(n, 0);
+                let begin = if self.position == 0.0 { 0.0 } else { height - length };
+                LayerMesh {
+                    along: graded_to_edges(begin, length - height, &self.edges[0], |x| {
+                        size(x - self.position)
+                    }),
+                    up: graded_to_edges(0.0, height, &self.edges[1], |y| {
+                        (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)
+                    }),
+                    end_top: uniform(length - height, length, n.div_ceil(2)),
+                    radii: if self.end == End::Far { Vec::new() } else { fan(n) },
+                    punch: None,
+                }
+            }
+        };
+        let LayerMesh { along, up, punch, .. } = &mut section;
+        let kept = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
+        // Stress is singular at the edges of electrodes. Beside a fan, refinement there would take minutes for a load; the error states what
+        // is missing.
+        let smallest = if kept.is_none() { AT_EDGES * height / n as f64 } else { f64::INFINITY };
+        fit_to_edges(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), &self.edges[0], smallest);
+        fit_to_edges(
+            up,
+            kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)),
+            &self.edges[1],
+            smallest,
+        );
+        if let (Some(punch), Some((ends, low))) = (punch, kept) {
+            let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
+            (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
+        }
+        section
+    }
+
+    /// Size of the smallest elements at the surface, in m, with about `n` over the thickness.
+    pub(crate) fn finest(&self, n: usize) -> f64 {
+        let part = if self.indenter.is_rounded() { 0.5 } else { 1.0 };
+        part * self.thickness / n as f64
+    }
+
+    /// Size in m of the elements as a function of the distance from the middle of the indenter along `x1` (`axis` 0) or `x3` (1). They are finer where
+    /// the surface bends around the indenter: under a round one that is pressed all over the
+    /// contact, where less of it is in contact at smaller loads.
+    pub(crate) fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
+        let thickness = self.thickness;
+        let depth = self.deepest * thickness;
+        let round = |radius: f64| ((CONTACT * radius * depth).sqrt().min(radius), thickness);
+        let along_x1 = |edge: (f64, f64)| (axis == 0).then_some(edge);
+        let edge = match self.indenter {
+            Indenter::Smooth(profile) => match profile {
+                IndenterProfile::Block { half_widths, .. } => Some((half_widths[axis], 0.0)),
+                IndenterProfile::Sphere { radius } => Some(round(radius)),
+                IndenterProfile::Cylinder { radius } => along_x1(round(radius)),
+                IndenterProfile::Punch { half_width, .. } => along_x1((half_width, 0.0)),
+            },
+            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
+                None
+            }
+        };
+        let (fine, coarse, growth) = (self.finest(n), thickness / n as f64, FAR_GROWTH / n as f64);
+        // Away from its end and its inclusions a layer under a plate varies over the length only.
+        let longest = coarse * (self.half_length / (SHORT * thickness)).max(1.0);
+        let end = self.half_length - thickness;
+        let edges = self.edges[axis * 2].clone();
+        move |x: f64| {
+            let x = x.abs();
+            // Away from the indenter the layer is at rest but for what decays over a thickness or so.
+            match edge {
+                Some((edge, inside)) => {
+                    let away = (x - edge).max(edge - inside - x).max(0.0);
+                    let far = (x - edge - thickness).clamp(0.0, FARTHEST_GROWTH * thickness);
+                    (fine + 0.5 * away).min(coarse) + growth * far
+                }
+                None if axis == 0 => {
+                    let away = edges.iter().map(|edge| (x - edge).abs()).fold(end - x, f64::min);
+                    (coarse + 0.5 * (away - thickness).max(0.0)).min(longest)
+                }
+                None => coarse,
+            }
+        }
+    }
+}
