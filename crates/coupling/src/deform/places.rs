@@ -26,12 +26,13 @@ pub(super) struct LayerPlaces<'a, S: Dimension> {
     rods: Rods,
     /// The ends of the rods.
     folded: Vec<Folded>,
+    /// The numbers before loading.
     at_rest: Vec<f64>,
 }
 
 impl<'a, S: Dimension> LayerPlaces<'a, S> {
-    /// Those of a case whose electrodes, as far as they are solved, are the `inclusions`. `is_half` says whether only what lies at positive
-    /// x1 is solved.
+    /// The bodies of a case. The `inclusions` are those of its electrodes that lie in the part of the layer that is solved; `is_half` says whether that is
+    /// only the half at positive x1.
     pub(super) fn new(case: &'a Case, thickness: f64, inclusions: &'a [Inclusion<S>], is_half: bool) -> Self {
         let rods = Rods::of(case);
         let nowhere = |_: [f64; 3]| None;
@@ -85,13 +86,13 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
     /// The relative error to reach of each number.
     pub(super) fn tolerances(&self, numbers: &[f64]) -> Vec<f64> {
         let field = self.case.electrostatics.as_ref();
-        let of = |(number, rest): (&f64, &f64)| {
+        let tolerance = |(number, rest): (&f64, &f64)| {
             let of_value = field.map_or(f64::INFINITY, |field| field.relative_tolerance);
             let of_change = field.and_then(|field| field.change_tolerance).unwrap_or(f64::INFINITY);
             // The capacitance changes roughly in proportion to the distances.
             of_value.min(of_change * (number / rest - 1.0).abs()).max(LEAST_TOLERANCE)
         };
-        numbers.iter().zip(&self.at_rest).map(of).collect()
+        numbers.iter().zip(&self.at_rest).map(tolerance).collect()
     }
 
     /// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is proportional to; nothing without a pair.
@@ -111,7 +112,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
     /// The ends of the electrodes where the mean displacements of their faces are these, of each along each axis at the lower and the upper
     /// end. In space only the half with positive x3 is solved, of which the lower end is the image of the upper one.
     fn moved(&self, means: &[f64]) -> Vec<Ends> {
-        let of = |(inclusion, means): (&Inclusion<S>, &[f64])| {
+        let moved_ends = |(inclusion, means): (&Inclusion<S>, &[f64])| {
             let mut ends = [[-0.5 * self.width, 0.5 * self.width]; 3];
             for (a, ends) in ends.iter_mut().enumerate().take(S::AXES) {
                 *ends = [inclusion.min[a] + means[2 * a], inclusion.max[a] + means[2 * a + 1]];
@@ -119,7 +120,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
             ends[2][0] = -ends[2][1];
             ends
         };
-        self.inclusions.iter().zip(means.chunks_exact(2 * S::AXES)).map(of).collect()
+        self.inclusions.iter().zip(means.chunks_exact(2 * S::AXES)).map(moved_ends).collect()
     }
 
     /// The mean displacements along `axis` of the lower and the upper face of an electrode there.
@@ -134,8 +135,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         let (inclusion, tiny) = (&self.inclusions[electrode], 1e-9 * self.thickness);
         let of_electrode = |material: u16| usize::from(material) == electrode + 1;
         let mesh = &body.mesh;
-        let own = mesh.elements.iter().zip(&body.material).filter(|(_, material)| of_electrode(**material));
-        let elements: Vec<&[u32]> = own.map(|(element, _)| element.as_ref()).collect();
+        let solid = mesh.elements.iter().zip(&body.material).filter(|(_, material)| of_electrode(**material));
+        let elements: Vec<&[u32]> = solid.map(|(element, _)| element.as_ref()).collect();
         [inclusion.min[axis], inclusion.max[axis]].map(|at| {
             let mut nodes = Vec::new();
             let sides = elements.iter().flat_map(|e| S::SIDES.iter().map(move |side| (*e, *side)));
@@ -161,7 +162,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
 
     /// The electrodes as boxes.
     pub(super) fn boxes(&self, body: &Body<S>, state: &State<S>) -> Vec<ElectrodeBox> {
-        let of = |electrode: usize| {
+        let electrode_box = |electrode: usize| {
             let face = |nodes: Vec<(usize, f64)>| -> Face {
                 let place = |(node, weight): (usize, f64)| {
                     let u = &state.displacement[S::AXES * node..];
@@ -186,7 +187,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
             });
             ElectrodeBox::new(&faces)
         };
-        (0..self.inclusions.len()).map(of).collect()
+        (0..self.inclusions.len()).map(electrode_box).collect()
     }
 }
 

@@ -73,15 +73,17 @@ pub(super) fn solve(
     let goals = goals(loads, model.width);
     check_room(&problem, &goals)?;
     let refinement = Refinement::to(model.relative_tolerance);
-    let own = LayerPlaces::new(case, problem.thickness, &problem.inclusions, problem.position == 0.0);
-    let (means, of) = (|model: &LayerModel| own.means(model), |means: &[f64]| own.numbers(means));
-    let tolerances = |numbers: &[f64]| own.tolerances(numbers);
+    let layer_places =
+        LayerPlaces::new(case, problem.thickness, &problem.inclusions, problem.position == 0.0);
+    let (means, of) =
+        (|model: &LayerModel| layer_places.means(model), |means: &[f64]| layer_places.numbers(means));
+    let tolerances = |numbers: &[f64]| layer_places.tolerances(numbers);
     let places = case.electrostatics.as_ref();
     let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
     let pressing = problem.press(&goals, &refinement, places.as_ref(), cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
-    let bodies = |pressed: &Pressed| bodies(&problem, &own, &pressing, pressed);
+    let bodies = |pressed: &Pressed| bodies(&problem, &layer_places, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
     run.clothe(&pressing, |pressed, step| {

@@ -55,10 +55,10 @@ pub(super) fn solve(
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance);
-    let bodies = LayerPlaces::new(case, problem.thickness, &problem.inclusions, true);
+    let layer_places = LayerPlaces::new(case, problem.thickness, &problem.inclusions, true);
     let (means, of) =
-        (|model: &LayerModel<Space>| bodies.means(model), |means: &[f64]| bodies.numbers(means));
-    let tolerances = |numbers: &[f64]| bodies.tolerances(numbers);
+        (|model: &LayerModel<Space>| layer_places.means(model), |means: &[f64]| layer_places.numbers(means));
+    let tolerances = |numbers: &[f64]| layer_places.tolerances(numbers);
     let places = case.electrostatics.as_ref();
     let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
     let pressing = problem.press(&goals, &refinement, places.as_ref(), memory_limit, cancel, report)?;
@@ -69,7 +69,7 @@ pub(super) fn solve(
         let on_top = |n: &usize| problem.thickness - mesh.nodes[*n][1] < 1e-9 * problem.thickness;
         let top = (0..mesh.nodes.len()).filter(on_top);
         let heights = range(top.map(|n| mesh.nodes[n][1] + pressed.state.displacement[3 * n + 1]));
-        (bodies.boxes(body, &pressed.state), DeformedCurves { heights, ..DeformedCurves::default() })
+        (layer_places.boxes(body, &pressed.state), DeformedCurves { heights, ..DeformedCurves::default() })
     };
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);

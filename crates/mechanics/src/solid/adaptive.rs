@@ -2,8 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::dimension::Dimension;
+use super::dimension::{Dimension, Numbers};
 use super::estimate::{Estimate, marks};
+use super::forecast::MeshSize;
 use super::layer::LayerModel;
 use super::mesh::Mesh;
 use super::model::{Equations, ModelError};
@@ -28,17 +29,42 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
     pub(crate) first: &'a dyn Fn() -> Result<Mesh<S>, ModelError>,
     /// The layer at rest on a mesh.
     pub(crate) model: &'a dyn Fn(Mesh<S>) -> Result<LayerModel<S>, ModelError>,
-    /// How it is pressed.
-    pub(crate) settings: NewtonSettings<'static>,
+    /// Whether what presses is a rounded body in contact with the surface.
+    pub(crate) is_rounded: bool,
+    /// How far the meshes are refined.
+    pub(crate) limits: Limits,
+    /// The memory in bytes that no mesh may take more of.
+    pub(crate) memory_limit: u64,
+}
+
+/// How far meshes are refined.
+pub(crate) struct Limits {
+    /// Meshes at most.
+    pub(crate) meshes: usize,
+    /// The elements from which on no finer mesh is made.
+    pub(crate) elements: usize,
+    /// About how many times as many elements the next mesh has.
+    pub(crate) finer: f64,
+    /// Meshes that are solved on for places after the force is known, at most.
+    pub(crate) for_places: usize,
     /// Elements in the middle of a fan are not cut to less than this, over the thickness: a free surface that folds at a bonded corner does
     /// so on all scales.
     pub(crate) smallest_at_corner: f64,
-    /// Meshes that are solved on for places after the force is known, at most.
-    pub(crate) for_places: usize,
-    /// The elements from which on no finer mesh is made.
-    pub(crate) enough: usize,
-    /// The memory in bytes that no mesh may take more of.
-    pub(crate) memory_limit: u64,
+}
+
+impl Limits {
+    /// The sizes of the meshes that may be solved on, coarse to fine: that of the `first` mesh, and about those of the finer ones, which have as many
+    /// nodes for each element.
+    pub(crate) fn sizes<S: Dimension>(&self, first: &Mesh<S>) -> Vec<MeshSize> {
+        let nodes = first.nodes.len();
+        let of = |k: usize| {
+            let [elements, nodes] =
+                [first.elements.len(), nodes].map(|n| (n as f64 * self.finer.powi(k as i32)) as usize);
+            MeshSize { elements, unknowns: S::AXES * nodes + S::Pressure::COUNT * elements }
+        };
+        let begun = |k: &usize| *k == 0 || of(k - 1).elements <= self.elements;
+        (0..self.meshes).take_while(begun).map(of).collect()
+    }
 }
 
 impl<S: Dimension> Adaptive<'_, S> {
@@ -60,7 +86,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             };
             let mesh = last.mesh.as_ref()?;
             let count = mesh.mesh().elements.len();
-            if k >= refinement.meshes.len() || count > self.enough {
+            if k >= refinement.meshes.len() || count > self.limits.elements {
                 return None;
             }
             let estimates: Vec<&Estimate> =
@@ -68,7 +94,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             let every_axis = || vec![(1_u8 << S::AXES) - 1; count];
             let cut_along = |e: usize, axes: u8| {
                 let lengths: Vec<f64> = (0..S::AXES).map(|axis| mesh.length(e, axis)).collect();
-                let smallest = if mesh.is_collapsed(e) { self.smallest_at_corner } else { SMALLEST };
+                let smallest = if mesh.is_collapsed(e) { self.limits.smallest_at_corner } else { SMALLEST };
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
             let marks = marks(&estimates, GROWTH, cut_along).unwrap_or_else(every_axis);
@@ -80,7 +106,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             remesh: None,
             estimates: true,
             places,
-            for_places: self.for_places,
+            for_places: self.limits.for_places,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }
@@ -99,7 +125,16 @@ impl<S: Dimension> Adaptive<'_, S> {
         let model = (self.model)(mesh)?;
         fits(elements, model.equations().memory_bytes())?;
         let size = 1.0 / model.equations().unknowns() as f64;
-        Ok(Meshed { model, mesh: Some(refinable), size, settings: self.settings })
+        // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
+        let settings = NewtonSettings {
+            tolerance: 1e-7,
+            first_step: if self.is_rounded { 0.5 } else { 1.0 },
+            moving_gap: 3e-3,
+            final_gap: 1e-5,
+            first_gap: 3e-5,
+            ..NewtonSettings::default()
+        };
+        Ok(Meshed { model, mesh: Some(refinable), size, settings })
     }
 }
 

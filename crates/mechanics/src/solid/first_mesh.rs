@@ -45,11 +45,6 @@ fn fan(n: usize) -> Vec<f64> {
 }
 
 impl FirstMesh {
-    /// About how many elements it has over the thickness: an even number where a fan around the edge of a punch needs one.
-    pub(crate) fn coarsest(&self) -> usize {
-        if self.indenter.sharp_corner().is_some() { 2 } else { 1 }
-    }
-
     /// The section `x3 = 0` with about `n` elements over the thickness.
     pub(crate) fn section(&self, n: usize) -> LayerMesh {
         let (height, length) = (self.thickness, self.half_length);

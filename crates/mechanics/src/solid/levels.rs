@@ -3,15 +3,12 @@
 use super::contact_end::{FIRST_COMPRESSION, slid};
 use super::forecast::PressingRegime;
 use super::layer::{End, Indenter, LayerMesh, PunchFan, RoundedPunch};
-use super::mesh::{geometric, graded, uniform};
+use super::mesh::{geometric, uniform};
 use super::model::ModelError;
 use super::newton::{FromCoarser, NewtonSettings};
 use super::obstacle::IndenterProfile;
 use super::press::{Goal, PlaneLayer};
 use elastocap_materials::Rubber;
-
-/// Half-length over the thickness of a layer that is solved with equal elements all along.
-const SHORT: f64 = 4.0;
 
 /// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
 const ROUNDED_BARRIER: f64 = 20.0;
@@ -83,25 +80,19 @@ impl PlaneLayer {
             Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 return self.under_sharp_punch(half_width, level);
             }
-            Indenter::Smooth(profile) => match self.rounded_punch(profile) {
-                Some(punch) => {
-                    let n = COARSEST_CELLS + level;
-                    LayerMesh::under_rounded_punch(height, length, &punch, deepest, n, passing(level))
-                }
-                None => self.uniform(level),
-            },
-            Indenter::WholeTop if self.folds() => {
+            Indenter::Smooth(profile) => {
+                let Some(punch) = self.rounded_punch(profile) else {
+                    return Ok(self.first_mesh(level, deepest));
+                };
+                let n = COARSEST_CELLS + level;
+                LayerMesh::under_rounded_punch(height, length, &punch, deepest, n, passing(level))
+            }
+            Indenter::WholeTop if !self.folds() => return Ok(self.first_mesh(level, deepest)),
+            Indenter::WholeTop => {
                 // The roll at the corner is small at small loads, and the rest of the layer is smooth: it is the
                 // quadrilaterals at the corner that have to be halved, and those on the way to it.
                 let (cells, growth) = (24 << level, 1.0 + 0.5 / (1 + level) as f64);
                 LayerMesh::folding_end(height, length, 5 + level, cells, ROLL, growth)
-            }
-            Indenter::WholeTop => {
-                let mut mesh = self.uniform(level);
-                if length > SHORT * height {
-                    mesh.along = self.long(cells(level));
-                }
-                mesh
             }
         };
         if self.position != 0.0 && !mesh.is_whole() {
@@ -177,17 +168,6 @@ impl PlaneLayer {
         Ok(mesh)
     }
 
-    /// Equal quadrilaterals all along, with a fan at the bonded corner of an end that is free.
-    fn uniform(&self, level: usize) -> LayerMesh {
-        let n = cells(level);
-        let mut mesh = LayerMesh::uniform(self.thickness, self.half_length, n, 0.8, 4 + n / 2);
-        match self.end {
-            End::Far => mesh.radii.clear(),
-            End::Free | End::FreeOnSubstrate => {}
-        }
-        mesh
-    }
-
     /// The indenter as a punch with rounded corners that has a mesh of its own for each load, if it is one: any such punch but one at
     /// the very end of the layer, where the half of the layer beyond its middle is too short to be solved alone.
     pub(super) fn punch_on_own_meshes(&self) -> Option<RoundedPunch> {
@@ -256,18 +236,6 @@ impl PlaneLayer {
     pub(super) fn folds(&self) -> bool {
         let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
         self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()
-    }
-
-    /// Breakpoints along a long layer. Away from its end and its inclusions the solution varies over the length only, and the ratio
-    /// of length to height of the elements grows to that of the layer over [`SHORT`].
-    fn long(&self, n: usize) -> Vec<f64> {
-        let (size, end) = (self.thickness / n as f64, self.half_length - self.thickness);
-        let longest = size * self.half_length / (SHORT * self.thickness);
-        graded(0.0, end, |x| {
-            let from_inclusions = self.inclusions.iter().map(|i| (i.min[0] - x).max(x - i.max[0]));
-            let away = from_inclusions.fold(end - x, f64::min) - self.thickness;
-            (size + 0.25 * away.max(0.0)).min(longest)
-        })
     }
 
     /// The mesh under a sharp punch: each level has more quadrilaterals over the thickness and more rings in the fan around the end
@@ -343,11 +311,6 @@ pub(super) fn around_corners(corner_radius: f64, passing: f64) -> NewtonSettings
         max_solves: MAX_SOLVES,
         ..NewtonSettings::default()
     }
-}
-
-/// Equal quadrilaterals over the thickness where the solution is smooth.
-fn cells(level: usize) -> usize {
-    5 << level
 }
 
 /// Sides over the radius of a rounded corner while they pass it.
@@ -485,13 +448,11 @@ mod tests {
     }
 
     #[test]
-    fn elements_at_the_edges_of_inclusions_shrink_from_mesh_to_mesh_under_any_indenter() {
+    fn elements_at_the_edges_of_inclusions_shrink_from_level_to_level_under_punches_and_at_ends_that_fold() {
         let inclusion = Inclusion { min: [0.1, 0.48], max: [0.7, 0.52], rubber: Rubber::neo_hookean(11.0) };
         let rounded = Indenter::Smooth(IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 });
         let sharp = Indenter::Sharp { half_width: 1.0 };
-        let cylinder = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 });
-        for (indenter, position) in
-            [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0), (cylinder, 0.0), (Indenter::WholeTop, 0.0)]
+        for (indenter, position) in [(rounded, 0.0), (rounded, 0.4), (sharp, 0.0), (Indenter::WholeTop, 0.0)]
         {
             let layer =
                 PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };

@@ -2,33 +2,24 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::adaptive::Adaptive;
+use super::adaptive::{Adaptive, Limits};
 use super::dimension::Plane;
 use super::first_mesh::FirstMesh;
 use super::forecast::MeshSize;
 use super::layer::{Indenter, LayerMesh, LayerModel, Symmetry, include};
-use super::levels::within_limit;
 use super::mesh::Mesh;
 use super::model::{Body, ModelError};
-use super::newton::NewtonSettings;
-use super::press::{Goal, Places, PlaneLayer, Pressing, Refinement, deepest};
+use super::press::{Goal, LEVELS, Places, PlaneLayer, Pressing, Refinement, deepest};
 
-/// Meshes, at most, and the elements from which on no finer one is made.
-const MESHES: usize = 12;
-const ENOUGH: usize = 20_000;
-/// About how many times as many elements the next one has.
-const FINER: f64 = 1.85;
-/// Elements over the thickness on the first one.
+const LIMITS: Limits =
+    Limits { meshes: 12, elements: 20_000, finer: 1.85, for_places: 4, smallest_at_corner: 0.01 };
+/// Elements over the thickness on the first mesh.
 const COARSEST: usize = 2;
-/// Meshes, at most, that are solved on for places after the force is known.
-const FOR_PLACES: usize = 4;
-/// Size of the elements in the middle of a fan, over the thickness, below which they are not cut.
-const SMALLEST_AT_CORNER: f64 = 0.01;
 
 impl Refinement {
     /// As many meshes as a layer in the plane may need.
     pub fn to(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: (0..MESHES).collect() }
+        Self { relative_tolerance, meshes: (0..LIMITS.meshes).collect() }
     }
 }
 
@@ -52,17 +43,8 @@ impl PlaneLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
-        // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
-        let settings = NewtonSettings {
-            tolerance: 1e-7,
-            first_step: if self.indenter.is_rounded() { 0.5 } else { 1.0 },
-            moving_gap: 3e-3,
-            final_gap: 1e-5,
-            first_gap: 3e-5,
-            ..Default::default()
-        };
         let deepest = deepest(goals);
-        let first = || Ok(self.first_mesh(deepest)?.mesh());
+        let first = || Ok(self.mesh_within_limit(0, deepest)?.mesh());
         let model = |mesh: Mesh| {
             let length = (1.0 - 1e-9) * self.half_length;
             let mut body = Body::new(mesh, self.rubber_in_use());
@@ -76,23 +58,15 @@ impl PlaneLayer {
             thickness: self.thickness,
             first: &first,
             model: &model,
-            settings,
-            smallest_at_corner: SMALLEST_AT_CORNER,
-            for_places: FOR_PLACES,
-            enough: ENOUGH,
+            is_rounded: self.indenter.is_rounded(),
+            limits: LIMITS,
             memory_limit: u64::MAX, // they are small in the plane
         };
         adaptive.press(goals, refinement, places, cancel, tell)
     }
 
-    /// The first of these meshes, for compressions up to `deepest`.
-    ///
-    /// # Errors
-    /// [`ModelError::NoRoom`], [`ModelError::TooManyElements`].
-    fn first_mesh(&self, deepest: f64) -> Result<LayerMesh, ModelError> {
-        if self.half_length <= self.thickness {
-            return Err(ModelError::NoRoom);
-        }
+    /// The first of these meshes for compressions up to `deepest`, or one like it whose elements are half as large for each level.
+    pub(super) fn first_mesh(&self, level: usize, deepest: f64) -> LayerMesh {
         let first = FirstMesh {
             thickness: self.thickness,
             half_length: self.half_length,
@@ -102,10 +76,7 @@ impl PlaneLayer {
             end: self.end,
             deepest,
         };
-        let section = first.section(COARSEST);
-        within_limit(section.elements_at_most())?;
-        section.check()?;
-        Ok(section)
+        first.section(COARSEST << level)
     }
 
     /// The sizes of the meshes that may be solved on, coarse to fine; where they are refined, the finer ones about.
@@ -113,24 +84,17 @@ impl PlaneLayer {
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
     pub fn mesh_sizes(&self, deepest: f64) -> Result<Vec<MeshSize>, ModelError> {
-        let size = |mesh: &LayerMesh| {
-            let mesh = mesh.mesh();
+        let on_level = |level: usize| self.mesh_within_limit(level, deepest).map(|mesh| mesh.mesh());
+        let first = on_level(0)?;
+        if self.is_refined() {
+            return Ok(LIMITS.sizes(&first));
+        }
+        let size = |mesh: Mesh| {
             let elements = mesh.elements.len();
             MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
         };
-        if !self.is_refined() {
-            let [first, finer @ ..] = [0, 1, 2, 3].map(|level| self.mesh_within_limit(level, deepest));
-            // The first mesh with too many elements ends the refinement.
-            let finer = finer.into_iter().map_while(Result::ok);
-            return Ok(std::iter::once(first?).chain(finer).map(|mesh| size(&mesh)).collect());
-        }
-        let first = size(&self.first_mesh(deepest)?);
-        let of = |k: usize| {
-            let [elements, unknowns] =
-                [first.elements, first.unknowns].map(|n| (n as f64 * FINER.powi(k as i32)) as usize);
-            MeshSize { elements, unknowns }
-        };
-        let begun = |k: &usize| *k == 0 || of(k - 1).elements <= ENOUGH;
-        Ok((0..MESHES).take_while(begun).map(of).collect())
+        // The first mesh with too many elements ends the refinement.
+        let finer = (1..LEVELS).map_while(|level| on_level(level).ok());
+        Ok(std::iter::once(first).chain(finer).map(size).collect())
     }
 }

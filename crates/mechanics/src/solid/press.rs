@@ -1,9 +1,10 @@
 //! A layer pressed to given loads on finer and finer meshes, until its force is known to a tolerance.
 //!
-//! Every mesh halves the size of the elements of the one before. The error of a force is estimated from the differences between
-//! the last three meshes. The corners of a pressed layer are singular and the force converges with the first power of the
-//! element size or better, so that the remaining error is at most about the last difference. Where the differences fall
-//! more slowly, the observed order gives the estimate. A quarter is added, as is usual with three meshes.
+//! The error of a force is estimated on each mesh by itself where meshes are refined where the errors are made, and otherwise from the
+//! differences between the last three meshes, each of which halves the size of the elements of the one before. The corners of a pressed
+//! layer are singular and the force converges with the first power of the element size or better, so that the remaining error is at most
+//! about the last difference. Where the differences fall more slowly, the observed order gives the estimate. A quarter is added, as is
+//! usual with three meshes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -193,7 +194,7 @@ impl PlaneLayer {
 }
 
 /// Levels of meshes that are not refined where the errors are made.
-const LEVELS: usize = 4;
+pub(super) const LEVELS: usize = 4;
 
 /// The corner of a punch that the surface slides around, on meshes that are made for one load.
 #[derive(Debug, Clone, Copy)]
@@ -431,15 +432,15 @@ impl<S: Dimension> Pressing<S> {
 /// The numbers besides the force on the last level, if they were estimated there under goal `g`.
 fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
-    let mut numbers = last.estimates[g].as_ref()?.numbers.clone();
+    let own = &last.estimates[g].as_ref()?.numbers;
     let before: Vec<&Estimate> =
         before.iter().rev().filter_map(|level| level.estimates[g].as_ref()).collect();
-    for (k, now) in numbers.iter_mut().enumerate() {
+    let number = |(k, now): (usize, &Estimated)| {
         let before: Vec<f64> = before.iter().map(|estimate| estimate.numbers[k].value).collect();
-        let least = least_error::<S>(now.value, &before).unwrap_or(f64::INFINITY);
-        now.error = now.error.max(least / now.value.abs());
-    }
-    Some(numbers)
+        let least = least_error::<S>(now.value, &before)? / now.value.abs();
+        Some(Estimated { error: now.error.max(least), ..*now })
+    };
+    own.iter().enumerate().map(number).collect()
 }
 
 /// Whether the numbers besides the force are known to their tolerances on the last level.

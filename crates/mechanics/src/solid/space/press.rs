@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::layer::{SideCondition, SpaceLayerMesh};
-use crate::solid::adaptive::Adaptive;
+use crate::solid::adaptive::{Adaptive, Limits};
 use crate::solid::dimension::Space;
 use crate::solid::first_mesh::FirstMesh;
 use crate::solid::forecast::MeshSize;
@@ -11,7 +11,6 @@ use crate::solid::layer::{End, Inclusion, Indenter, LayerModel};
 use crate::solid::levels::within_limit;
 use crate::solid::mesh::graded_to_edges;
 use crate::solid::model::ModelError;
-use crate::solid::newton::NewtonSettings;
 use crate::solid::press::{Goal, Places, Pressing, Refinement, deepest};
 use elastocap_materials::Rubber;
 
@@ -36,20 +35,13 @@ pub struct SpaceLayer {
     pub side: SideCondition,
 }
 
-/// About how many times as many elements the next mesh has.
-const FINER: f64 = 2.3;
-/// Meshes, at most, and the elements from which on no finer one is made.
-const MESHES: usize = 9;
-const ENOUGH: usize = 8000;
-/// Meshes, at most, that are solved on for places after the force is known.
-const FOR_PLACES: usize = 2;
-/// Size of the elements in the middle of a fan, over the thickness, below which they are not cut.
-const SMALLEST_AT_CORNER: f64 = 0.05;
+const LIMITS: Limits =
+    Limits { meshes: 9, elements: 8000, finer: 2.3, for_places: 2, smallest_at_corner: 0.05 };
 
 impl Refinement {
     /// Meshes that are refined where it is needed, for a layer in space.
     pub fn in_space(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: (0..MESHES).collect() }
+        Self { relative_tolerance, meshes: (0..LIMITS.meshes).collect() }
     }
 }
 
@@ -66,7 +58,8 @@ impl SpaceLayer {
 
     /// About how many hexahedra the first mesh has over the thickness.
     pub fn coarsest(&self) -> usize {
-        self.first_mesh(0.0).coarsest()
+        // A fan around the edge of a punch needs an even number.
+        if self.indenter.sharp_corner().is_some() { 2 } else { 1 }
     }
 
     /// What the first mesh depends on, for compressions up to `deepest`.
@@ -88,15 +81,7 @@ impl SpaceLayer {
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
     pub fn mesh_sizes(&self, deepest: f64) -> Result<Vec<MeshSize>, ModelError> {
-        let first = self.mesh_within_limit(self.coarsest(), deepest)?.mesh();
-        let (elements, nodes) = (first.elements.len() as f64, first.nodes.len() as f64);
-        let of = |k: usize| {
-            let elements = (elements * FINER.powi(k as i32)) as usize;
-            // A finer mesh has as many nodes for each element, about.
-            MeshSize { elements, unknowns: 3 * (nodes * FINER.powi(k as i32)) as usize + 4 * elements }
-        };
-        let begun = |k: &usize| *k == 0 || of(k - 1).elements <= ENOUGH;
-        Ok((0..MESHES).take_while(begun).map(of).collect())
+        Ok(LIMITS.sizes(&self.mesh_within_limit(self.coarsest(), deepest)?.mesh()))
     }
 
     /// The mesh of [`SpaceLayer::mesh`], unless it has too many elements.
@@ -141,16 +126,6 @@ impl SpaceLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing<Space>, ModelError> {
-        let rounded = self.indenter.is_rounded();
-        // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
-        let settings = NewtonSettings {
-            tolerance: 1e-7,
-            first_step: if rounded { 0.5 } else { 1.0 },
-            moving_gap: 3e-3,
-            final_gap: 1e-5,
-            first_gap: 3e-5,
-            ..Default::default()
-        };
         let deepest = deepest(goals);
         let first = || {
             let mesh = self.mesh_within_limit(self.coarsest(), deepest)?;
@@ -165,10 +140,8 @@ impl SpaceLayer {
             thickness: self.thickness,
             first: &first,
             model: &model,
-            settings,
-            smallest_at_corner: SMALLEST_AT_CORNER,
-            for_places: FOR_PLACES,
-            enough: ENOUGH,
+            is_rounded: self.indenter.is_rounded(),
+            limits: LIMITS,
             memory_limit,
         };
         adaptive.press(goals, refinement, places, cancel, tell)
