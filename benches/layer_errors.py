@@ -47,7 +47,7 @@ def drawn(lot, plane):
         finger = min(length, 0.8 * room[0]) / 4
         pair = {"fingers": 4, "finger_width": um(0.5 * finger), "gap": um(0.5 * finger), "overlap": um(0.8 * room[1]), "end_gap": um(0.1 * room[1]), "bus_width": um(0.1 * room[1]), "thickness": um(thickness), "height": um(height * lot.uniform(0.25, 0.7))}
     in_space = ["whole-top", "block", "punch", "cylinder", "sphere", "held", "bonded"]
-    in_plane = ["whole-top", "punch", "cylinder", "cylinder", "held", "bonded"]
+    in_plane = ["whole-top", "punch", "punch", "cylinder", "held", "bonded"]
     press = lot.choice(in_plane if plane else in_space)
     reach = lambda of: of * lot.uniform(0.2, 0.6)
     radius = height * lot.uniform(0.1, 0.4)

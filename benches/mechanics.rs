@@ -18,7 +18,8 @@ use criterion::{Criterion, SamplingMode};
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Refinement};
 use elastocap_mechanics::solid::space::layer::{SideCondition, SpaceLayerMesh};
 
 /// Unknowns, and the force at 40 %.

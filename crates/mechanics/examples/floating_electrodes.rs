@@ -7,7 +7,7 @@
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerModel};
 use elastocap_mechanics::solid::newton::NewtonSettings;
-use elastocap_mechanics::solid::press::PlaneLayer;
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerMap};
 
 const HALF_LENGTH: f64 = 4.0;

@@ -8,7 +8,8 @@ use std::sync::atomic::AtomicBool;
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::punch_force::{COMPRESSIONS, HALF_WIDTHS};
 use elastocap_mechanics::solid::layer::{End, Indenter};
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Refinement};
 
 /// Length of the layer beyond the punch, in thicknesses: four would change forces by less than a thousandth.
 const BEYOND: f64 = 6.0;

@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Refinement};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();

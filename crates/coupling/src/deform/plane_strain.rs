@@ -7,7 +7,8 @@ use elastocap_mechanics::solid::dimension::Plane;
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime};
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press, LayerModel};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Goal, Places, PlaneLayer, Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Places, Pressed, Pressing, Refinement, deepest};
 
 use super::curves::{DeformedCurves, range, through};
 use super::electrode_box::ElectrodeBox;
@@ -55,7 +56,7 @@ pub fn forecast(
     let problem = problem(case, model)?;
     let deepest = deepest(&goals(loads, model.width));
     let meshes = problem.mesh_sizes(deepest).map_err(LayerSetupError::too_large)?;
-    Ok((meshes, problem.regime(deepest)))
+    Ok((meshes, problem.regime()))
 }
 
 /// The path of the layer through the loads.

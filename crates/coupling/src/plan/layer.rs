@@ -166,11 +166,8 @@ impl Plan {
         let loads = self.distinct_steps().count();
         let kept = match regime {
             // Each load has meshes of its own, and all are kept.
-            PressingRegime::Sharp | PressingRegime::RoundedCorner => meshes.repeat(loads.max(1)),
-            PressingRegime::Smooth
-            | PressingRegime::Patch
-            | PressingRegime::PassedCorner(_)
-            | PressingRegime::Folds => meshes.to_vec(),
+            PressingRegime::Sharp => meshes.repeat(loads.max(1)),
+            PressingRegime::Smooth | PressingRegime::Patch | PressingRegime::Folds => meshes.to_vec(),
         };
         let memory =
             |meshes: &[MeshSize]| memory_bytes::<S>(meshes, self.steps.len(), self.layer_memory_limit);

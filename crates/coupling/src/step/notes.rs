@@ -92,8 +92,8 @@ impl Solver<'_> {
         None
     }
 
-    /// Relative error of gaps and capacitance for the finite elements of the layer, from the differences between the meshes: the largest of
-    /// those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, where one mesh alone
+    /// Relative error of gaps and capacitance for the finite elements of the layer, estimated on its finest mesh or from the differences between the
+    /// meshes: the largest of those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, where one mesh alone
     /// reached the load, and of a coarser mesh than the finest.
     pub(super) fn mechanics_error(
         &self,
@@ -114,6 +114,9 @@ impl Solver<'_> {
         let rods = Rods::of(self.case);
         if rods.is_empty() {
             return None;
+        }
+        if layer.places_error.is_some() {
+            return layer.places_error;
         }
         let is_half = layer.curves.half || matches!(self.case.mechanics, Some(Mechanics::Solid(_)));
         let read = |displacement: &Displacement<'_>| rods.lengths_under(self.case, is_half, displacement);

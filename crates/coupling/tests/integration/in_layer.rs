@@ -172,40 +172,36 @@ fn a_disc_that_moves_with_the_layer_is_refused_by_its_name() {
     assert!(error.contains("how \"pad\" moves with the material of the layer is not known"), "{error}");
 }
 
-/// The punch over a layer on meshes that leave distances in it open by 2e-3, and over one on finer meshes.
+/// The punch over a layer whose force is asked for roughly, and over one whose force is asked for sharply.
 fn coarse_and_fine() -> [String; 2] {
     ["2e-1", "5e-3"]
         .map(|own| PUNCH.replace("relative_tolerance = 2e-2", &format!("relative_tolerance = {own}")))
 }
 
 #[test]
-fn where_distances_leave_too_much_the_error_is_that_of_the_capacitance_on_coarser_meshes() {
+fn a_layer_is_refined_for_the_capacitance_where_its_force_is_asked_for_roughly() {
     let [coarse, fine] = coarse_and_fine();
     let row = |sensor: &str, punch: &str, tolerance: f64| {
         loaded(&solve(&layer(sensor, punch, tolerance))).0.clone()
     };
     for sensor in [PAIR, BODIES] {
-        let [by_distances, own] = [1e-2, 1.5e-3].map(|tolerance| row(sensor, &coarse, tolerance));
-        assert_eq!(own.status, Status::Ok, "{own:?}");
-        let [rough, error] = [by_distances, own].map(|row| row.mechanics_error_estimate.unwrap());
-        assert!(rough > 1.5e-3 && 0.0 < error && error < 0.1 * rough, "{rough} {error}");
+        let [rough, sharp] = [1e-2, 1.5e-3].map(|tolerance| row(sensor, &coarse, tolerance));
+        let [of_rough, of_sharp] = [&rough, &sharp].map(|row| row.mechanics_error_estimate.unwrap());
+        assert!(of_rough <= 1e-2 && 0.0 < of_sharp && of_sharp <= 1.5e-3, "{of_rough} {of_sharp}");
     }
     // The grids are much the same, and so is what they miss: the capacitances differ by what the layer's meshes do.
     let [own, finer] = [&coarse, &fine].map(|punch| row(BODIES, punch, 1.5e-3));
     let [c, of_finer] = [&own, &finer].map(|row| row.capacitance_f.unwrap());
     let error = own.mechanics_error_estimate.unwrap() + finer.mechanics_error_estimate.unwrap();
     assert!((c / of_finer - 1.0).abs() < error, "{own:?} {finer:?}");
-    assert_ne!(own.force_n, finer.force_n, "the meshes are the same");
 }
 
 #[test]
-fn a_change_is_not_refused_for_distances_that_the_capacitance_hardly_depends_on() {
+fn a_change_is_known_to_its_tolerance_where_the_force_is_asked_for_roughly() {
     let [coarse, _] = coarse_and_fine();
-    let text = layer(BODIES, &coarse, 1e-2);
-    let outcome = solve(&format!("{text}change_tolerance = 3e-2\n"));
+    let outcome = solve(&format!("{}change_tolerance = 3e-2\n", layer(BODIES, &coarse, 1e-2)));
     let (row, _) = loaded(&outcome);
     assert_eq!(row.status, Status::Ok, "{row:?}");
     let (change, error) = (row.change_relative.unwrap().abs(), row.mechanics_error_estimate.unwrap());
-    let of_distances = loaded(&solve(&text)).0.mechanics_error_estimate.unwrap();
-    assert!(error < 3e-2 * change && 3e-2 * change < of_distances, "{change} {error} {of_distances}");
+    assert!(error < 3e-2 * change, "{change} {error}");
 }

@@ -7,7 +7,7 @@ use super::estimate::{Estimate, marks};
 use super::forecast::MeshSize;
 use super::layer::LayerModel;
 use super::mesh::Mesh;
-use super::model::{Equations, ModelError};
+use super::model::{Equations, ModelError, State};
 use super::newton::NewtonSettings;
 use super::press::{Goal, Layers, Level, Meshed, Places, Pressing, Refinement, press_on};
 use super::refinement::Refinable;
@@ -21,14 +21,20 @@ const SMALLEST: f64 = 1e-3;
 /// one end of a slender element hardly shows at the points of its quadrature: along which of its axes it varies there is not seen.
 const SLENDER: f64 = 3.0;
 
+/// Least relative error of a force, or of a compression, where a surface slides around corners: it may be caught by a side of an element earlier or
+/// later, and from one way to an equilibrium to another forces differ by up to this.
+const SLIDING: f64 = 1e-3;
+
 /// A layer and the meshes that it may be pressed on.
 pub(crate) struct Adaptive<'a, S: Dimension> {
     /// Thickness of the layer in m.
     pub(crate) thickness: f64,
     /// Makes the first mesh.
     pub(crate) first: &'a dyn Fn() -> Result<Mesh<S>, ModelError>,
-    /// The layer at rest on a mesh.
-    pub(crate) model: &'a dyn Fn(Mesh<S>) -> Result<LayerModel<S>, ModelError>,
+    /// The layer at rest on a mesh, of which the number is given.
+    pub(crate) model: &'a dyn Fn(Mesh<S>, usize) -> Result<LayerModel<S>, ModelError>,
+    /// How often elements at the surface have to be halved besides, so that it can follow what presses.
+    pub(crate) halvings: Option<&'a HalvingsAt<'a, S>>,
     /// Whether what presses is a rounded body in contact with the surface.
     pub(crate) is_rounded: bool,
     /// How far the meshes are refined.
@@ -36,6 +42,16 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
     /// The memory in bytes that no mesh may take more of.
     pub(crate) memory_limit: u64,
 }
+
+/// How often an element has to be halved along which of its axes, as bits.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Halvings {
+    pub(crate) times: u8,
+    pub(crate) axes: u8,
+}
+
+/// The halvings that each element needs for the mesh of a number, from a layer on the mesh before and its configuration.
+pub(crate) type HalvingsAt<'a, S> = dyn Fn(&LayerModel<S>, &State<S>, usize) -> Vec<Halvings> + 'a;
 
 /// How far meshes are refined.
 pub(crate) struct Limits {
@@ -82,7 +98,7 @@ impl<S: Dimension> Adaptive<'_, S> {
     ) -> Result<Pressing<S>, ModelError> {
         let meshed = |k: usize, levels: &[Level<S>], unknown: &[usize]| {
             let Some(last) = levels.last() else {
-                return Some((self.first)().and_then(|mesh| self.on(Refinable::new(mesh))));
+                return Some((self.first)().and_then(|mesh| self.on(Refinable::new(mesh), 0)));
             };
             let mesh = last.mesh.as_ref()?;
             let count = mesh.mesh().elements.len();
@@ -98,21 +114,31 @@ impl<S: Dimension> Adaptive<'_, S> {
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
             let marks = marks(&estimates, GROWTH, cut_along).unwrap_or_else(every_axis);
-            Some(self.on(mesh.cut(&marks).0))
+            let mut halvings = vec![Halvings::default(); count];
+            if let Some(halvings_at) = self.halvings {
+                for (model, state) in unknown.iter().filter_map(|&g| last.start(g)) {
+                    for (all, of_goal) in halvings.iter_mut().zip(halvings_at(model, state, k)) {
+                        *all =
+                            Halvings { times: all.times.max(of_goal.times), axes: all.axes | of_goal.axes };
+                    }
+                }
+            }
+            Some(self.on(cut(mesh, &marks, halvings), k))
         };
         let layers = Layers {
             meshed: &meshed,
             room_for_two: &|model| 2 * model.equations().memory_bytes() <= self.memory_limit,
             remesh: None,
             estimates: true,
+            scatter: if self.halvings.is_some() { SLIDING } else { 0.0 },
             places,
             for_places: self.limits.for_places,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }
 
-    /// The layer at rest on a mesh, where that fits into the memory.
-    fn on(&self, refinable: Refinable<S>) -> Result<Meshed<S>, ModelError> {
+    /// The layer at rest on mesh number `k`, where that fits into the memory.
+    fn on(&self, refinable: Refinable<S>, k: usize) -> Result<Meshed<S>, ModelError> {
         let limit = self.memory_limit;
         let fits = |elements: usize, bytes: u64| match bytes <= limit {
             true => Ok(()),
@@ -122,20 +148,39 @@ impl<S: Dimension> Adaptive<'_, S> {
         let elements = mesh.elements.len();
         // What the elements take is taken with the equations, what the factor takes only afterwards.
         fits(elements, Equations::<S>::element_bytes(elements))?;
-        let model = (self.model)(mesh)?;
+        let model = (self.model)(mesh, k)?;
         fits(elements, model.equations().memory_bytes())?;
         let size = 1.0 / model.equations().unknowns() as f64;
-        // Gaps of 1e-5 sides of the mesh where the pressure is the shear modulus change a force by less than 1e-4.
+        // Gaps of 3e-6 of the thickness, where the pressure is the shear modulus, change a force by less than 1e-4; those of the settings are parts
+        // of the shortest side.
+        let gap = |of_thickness: f64| of_thickness * self.thickness / model.equations().shortest_side;
         let settings = NewtonSettings {
             tolerance: 1e-7,
             first_step: if self.is_rounded { 0.5 } else { 1.0 },
-            moving_gap: 3e-3,
-            final_gap: 1e-5,
-            first_gap: 3e-5,
+            moving_gap: gap(3e-4),
+            final_gap: gap(1e-5),
+            first_gap: gap(1e-5),
             ..NewtonSettings::default()
         };
         Ok(Meshed { model, mesh: Some(refinable), size, settings })
     }
+}
+
+/// A mesh with elements cut along the axes of their `marks`, and those at the surface by the `halvings` that they need.
+fn cut<S: Dimension>(mesh: &Refinable<S>, marks: &[u8], mut halvings: Vec<Halvings>) -> Refinable<S> {
+    let halved = |halvings: &Halvings| if halvings.times > 0 { halvings.axes } else { 0 };
+    let both: Vec<u8> = marks.iter().zip(&halvings).map(|(axes, halvings)| axes | halved(halvings)).collect();
+    let (mut finer, mut parents) = mesh.cut(&both);
+    while halvings.iter().any(|halvings| halvings.times > 1) {
+        let left = |(e, parent): (usize, &u32)| {
+            let Halvings { times, axes } = halvings[*parent as usize];
+            let times = if finer.is_at_surface(e) { times.saturating_sub(1) } else { 0 };
+            Halvings { times, axes }
+        };
+        halvings = parents.iter().enumerate().map(left).collect();
+        (finer, parents) = finer.cut(&halvings.iter().map(halved).collect::<Vec<u8>>());
+    }
+    finer
 }
 
 /// The axes along which an element of these `lengths` (m) is cut where it is to be cut along `axes`, as bits: none along which it is no

@@ -16,7 +16,7 @@
 
 use super::dimension::{Dimension, Numbers};
 use super::model::{Body, Equations, Load, State};
-use super::obstacle::Gap;
+use super::obstacle::{Gap, IndenterProfile, ObstacleShape};
 use super::refinement::add;
 
 /// The fraction of the way to `g = 0` or `l = 0` that one step may go.
@@ -135,6 +135,18 @@ impl<S: Dimension> Equations<S> {
     /// Whether anything may touch an obstacle.
     pub(crate) fn has_contact(&self) -> bool {
         !self.pairs.is_empty()
+    }
+
+    /// Gives the corners of the punch that presses another radius, in m.
+    pub(crate) fn set_corner_radius(&mut self, radius: f64) {
+        for obstacle in &mut self.body.obstacles {
+            if let ObstacleShape::Indenter(
+                IndenterProfile::Punch { corner_radius, .. } | IndenterProfile::Block { corner_radius, .. },
+            ) = &mut obstacle.shape
+            {
+                *corner_radius = radius;
+            }
+        }
     }
 
     fn gap(&self, pair: &Pair<S>, state: &State<S>) -> Gap {

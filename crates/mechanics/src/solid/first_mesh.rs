@@ -1,7 +1,6 @@
 //! The first of the meshes of a layer: coarse, and fitted to what is in the layer and to what presses on it.
 
 use super::layer::{End, Indenter, LayerMesh};
-use super::levels::fit_to_edges;
 use super::mesh::{geometric, graded_to_edges, uniform};
 use super::obstacle::IndenterProfile;
 
@@ -139,5 +138,48 @@ impl FirstMesh {
                 None => coarse,
             }
         }
+    }
+}
+
+/// Makes the edges of inclusions along an axis breakpoints without moving those that are `kept`, and halves the steps that are longer
+/// than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and a mesh that is
+/// coarse there makes it stiffer.
+pub(super) fn fit_to_edges(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64], smallest: f64) {
+    move_to(breakpoints, kept, edges);
+    refine_toward(breakpoints, edges, smallest);
+}
+
+/// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
+fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
+    let mut k = 1;
+    while k < breakpoints.len() {
+        let (from, to) = (breakpoints[k - 1], breakpoints[k]);
+        let away = edges.iter().map(|edge| (from - edge).max(edge - to)).fold(f64::INFINITY, f64::min);
+        if to - from > smallest + away.max(0.0) {
+            breakpoints.insert(k, 0.5 * (from + to));
+        } else {
+            k += 1;
+        }
+    }
+}
+
+/// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
+fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64]) {
+    let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let tiny = 1e-9 * last;
+    let mut fixed = vec![first, last];
+    fixed.extend(kept);
+    for &edge in edges.iter().filter(|e| **e > first + tiny && **e < last - tiny) {
+        if fixed.iter().any(|f| (f - edge).abs() < tiny) {
+            continue;
+        }
+        let after = breakpoints.partition_point(|x| *x < edge).min(breakpoints.len() - 1);
+        let near = if edge - breakpoints[after - 1] < breakpoints[after] - edge { after - 1 } else { after };
+        if fixed.contains(&breakpoints[near]) {
+            breakpoints.insert(after, edge);
+        } else {
+            breakpoints[near] = edge;
+        }
+        fixed.push(edge);
     }
 }

@@ -9,7 +9,7 @@
 
 use super::dimension::Dimension;
 use super::model::{Equations, Load, State};
-use super::newton::{Effort, Failure, FromCoarser, NewtonSettings, StopReason, Stopped, Target};
+use super::newton::{Effort, Failure, NewtonSettings, StopReason, Stopped, Target};
 
 /// The smallest drag, over the shear modulus.
 const MIN_DRAG: f64 = 0.1;
@@ -26,12 +26,7 @@ const MAX_STEPS: usize = 400;
 impl NewtonSettings<'_> {
     /// For bodies whose surface folds: twelve steps, then a drag.
     pub fn through_folds() -> Self {
-        Self {
-            through_folds: true,
-            from_coarser: FromCoarser::Nothing,
-            max_iterations: 12,
-            ..Self::default()
-        }
+        Self { through_folds: true, from_coarser: false, max_iterations: 12, ..Self::default() }
     }
 }
 

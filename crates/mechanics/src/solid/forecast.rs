@@ -5,7 +5,6 @@
 //! and by more for punches with rounded corners.
 
 use super::dimension::{Dimension, Numbers};
-use super::levels::RIPPLED;
 use super::model::Equations;
 
 /// How large a mesh is.
@@ -26,13 +25,15 @@ pub enum PressingRegime {
     Patch,
     /// A sharp punch in contact: for each load the point of the surface at its corner is searched for, on a mesh of its own.
     Sharp,
-    /// A punch with rounded corners on a layer in the plane: each load has a mesh of its own, fine where the surface lies at the corners.
-    RoundedCorner,
-    /// The same at the end of a layer, on one mesh for all loads. The surface slides around the corners, one side of an element after the other; the number is how many
-    /// sides of the first mesh pass a corner.
-    PassedCorner(f64),
     /// A free end that rolls up, fold after fold.
     Folds,
+}
+
+impl PressingRegime {
+    /// Whether the layer is pressed on meshes made for levels of refinement, and not on ones that are refined where the errors are made.
+    pub(crate) fn has_levels(self) -> bool {
+        matches!(self, Self::Patch | Self::Sharp | Self::Folds)
+    }
 }
 
 /// Factor for memory that is not counted item by item.
@@ -103,18 +104,14 @@ pub fn seconds<S: Dimension>(
     by_force: bool,
 ) -> f64 {
     let tries = if by_force { TRIES } else { 1.0 };
-    let systems = |level: usize| match regime {
+    let systems = match regime {
         PressingRegime::Smooth => 10.0 * loads as f64,
         PressingRegime::Patch => 45.0 * loads as f64,
         PressingRegime::Sharp => 30.0 * loads as f64,
-        PressingRegime::RoundedCorner => 25.0 * loads as f64,
-        PressingRegime::PassedCorner(sides) if level < RIPPLED => 30.0 * sides * 2_f64.powi(level as i32),
-        PressingRegime::PassedCorner(_) => 150.0 * loads as f64,
         PressingRegime::Folds => 100.0 * loads as f64,
     };
     let shared = |level: usize| if S::AXES == 3 && level > 0 { ON_TWO_THREADS } else { 1.0 };
-    let of_mesh =
-        |(level, mesh): (usize, &MeshSize)| shared(level) * systems(level) * mesh.system_seconds::<S>();
+    let of_mesh = |(level, mesh): (usize, &MeshSize)| shared(level) * systems * mesh.system_seconds::<S>();
     // A sum of nothing is a minus zero.
     0.0 + tries * meshes.iter().enumerate().map(of_mesh).sum::<f64>()
 }
@@ -126,7 +123,7 @@ mod tests {
     use crate::solid::layer::{End, Indenter, LayerModel};
     use crate::solid::mesh::Mesh;
     use crate::solid::obstacle::IndenterProfile;
-    use crate::solid::press::PlaneLayer;
+    use crate::solid::plane::press::PlaneLayer;
     use crate::solid::space::layer::SideCondition;
     use crate::solid::space::press::SpaceLayer;
     use elastocap_materials::Rubber;

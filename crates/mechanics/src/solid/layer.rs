@@ -12,11 +12,11 @@ use super::estimate::{Estimate, Wanted, WantedNumber};
 use super::flanks::flanks;
 use super::force_goal::meet_force;
 use super::model::{Body, Equations, Load, ModelError, State};
-use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
+use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
 use super::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
 use elastocap_materials::Rubber;
 
-pub use super::layer_mesh::{LayerMesh, PunchFan, RoundedPunch};
+pub use super::layer_mesh::{LayerMesh, PunchFan};
 
 /// The condition at the end of the layer, at `x1 = half_length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +87,14 @@ impl Indenter {
         }
     }
 
+    /// The radius (m) of its corners, if they are rounded, made at least as large as `least` (m), or as half its width if that is less.
+    pub(crate) fn corner_radius(&self, least: f64) -> Option<f64> {
+        match self {
+            Self::Smooth(profile) => profile.corner_radius(least),
+            Self::WholeTop | Self::Sharp { .. } | Self::Held { .. } | Self::Bonded { .. } => None,
+        }
+    }
+
     /// Half its width in m if it is a flat punch with sharp corners, which need a fan in the mesh.
     pub(crate) fn sharp_corner(&self) -> Option<f64> {
         match *self {
@@ -101,12 +109,9 @@ impl Indenter {
 /// Height above the layer at which an indenter starts, over the thickness.
 const START: f64 = 0.02;
 
-/// Starting points that are tried, as multiples of the run-up: where one has no equilibrium near that of the coarser mesh, the next one
-/// mostly has.
-const RUN_UPS: &[f64] = &[1.0, 1.3, 1.6, 2.0];
-
-/// How much larger errors under a rounded indenter in the plane may be than stresses tell, since these say nothing of what is wrong with
-/// the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser, and stresses are what is wrong there.
+/// How much larger errors in the plane may be than stresses tell where the surface passes a corner or leaves what presses it, since they say
+/// nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser, and stresses are what is
+/// wrong there.
 const CAUTION: f64 = 3.0;
 
 /// A layer under an indenter, ready to be pressed.
@@ -331,6 +336,13 @@ impl<S: Dimension> LayerModel<S> {
         pressure
     }
 
+    /// Lets the surface slide around corners of at least the radius `least` (m), or of half the width of a punch that is narrower.
+    pub(crate) fn round_corners(&mut self, least: f64) {
+        if let Some(radius) = self.indenter.corner_radius(least) {
+            self.equations.set_corner_radius(radius);
+        }
+    }
+
     /// The corner of a sharp punch in contact, if that is what presses.
     pub(crate) fn corner(&self) -> Option<Corner> {
         self.corner
@@ -410,48 +422,17 @@ impl<S: Dimension> LayerModel<S> {
         compression: f64,
         settings: &NewtonSettings,
     ) -> Option<LayerStep> {
-        let found = match settings.from_coarser {
-            FromCoarser::Nothing => None,
-            FromCoarser::Equilibrium => {
-                let load = self.load_at(compression);
-                let found = self.equations.equilibrium_from(&other.equations, state, &load, settings);
-                found.map(|(state, effort)| {
-                    (self.state, self.load) = (state, load);
-                    effort
-                })
-            }
-            FromCoarser::RunUp(length) => {
-                let before = (self.state.clone(), self.load.clone());
-                let found = RUN_UPS.iter().find_map(|factor| {
-                    let start = compression - factor * length / self.thickness;
-                    self.run_up(other, state, [start, compression], settings)
-                });
-                if found.is_none() {
-                    (self.state, self.load) = before;
-                }
-                found
-            }
-        };
+        let load = self.load_at(compression);
+        let found = self.equations.equilibrium_from(&other.equations, state, &load, settings);
+        let found = found.map(|(state, effort)| {
+            (self.state, self.load) = (state, load);
+            effort
+        });
         if found.is_none() {
             // Reactions are those of the last assembly.
             self.equations.assemble(&self.state, &self.load);
         }
         found.map(|effort| self.step(effort))
-    }
-
-    /// Puts the model into the configuration that its right half and the mirror image of its left half have, as layers of their own on
-    /// the middle of which the indenter stands, which is at `middle` (m) of this one. That is a guess and no equilibrium. Returns whether
-    /// the halves cover it.
-    pub(crate) fn join(&mut self, halves: [&Self; 2], middle: f64, compression: f64) -> bool {
-        let load = self.load_at(compression);
-        let Some(mut state) =
-            self.equations.joined(halves.map(|half| (&half.equations, &half.state)), middle)
-        else {
-            return false;
-        };
-        state.shift.clone_from(&load.shift);
-        (self.state, self.load) = (state, load);
-        true
     }
 
     /// Moves the nodes at rest to `nodes` (m), of which the one at the corner is at `end` (m), and finds the equilibrium near `state`.
@@ -476,21 +457,6 @@ impl<S: Dimension> LayerModel<S> {
         }
         (self.state, self.load) = (state, load);
         Ok(effort)
-    }
-
-    /// Finds an equilibrium at the compression `start` near `state` of `other`, and follows the load to `end`.
-    fn run_up(
-        &mut self,
-        other: &Self,
-        state: &State<S>,
-        [start, end]: [f64; 2],
-        settings: &NewtonSettings,
-    ) -> Option<Effort> {
-        let [start, end] = [start, end].map(|compression| self.load_at(compression));
-        let (state, effort) = self.equations.beginning_from(&other.equations, state, &start, settings)?;
-        (self.state, self.load) = (state, start);
-        let further = self.equations.advance(&mut self.state, &mut self.load, &end, settings).ok()?;
-        (further.negative_pivots == 0).then(|| further.after(effort))
     }
 
     /// The load with the indenter at `compression`.

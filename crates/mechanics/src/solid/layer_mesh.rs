@@ -1,6 +1,6 @@
 //! Meshes of a layer in the plane: tensor products with fans around the bonded end and the edge of a sharp punch.
 
-use super::mesh::{Mesh, Patch, geometric, graded, uniform};
+use super::mesh::{Mesh, Patch, geometric, uniform};
 use super::model::ModelError;
 
 /// The breakpoints and fans of a mesh of the layer.
@@ -37,41 +37,6 @@ pub struct PunchFan {
     /// corner it is stretched without limit, and its elements have to be narrow at rest.
     pub narrowing: f64,
 }
-
-/// The dimensions of a punch with rounded corners that a mesh depends on. Lengths in m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RoundedPunch {
-    /// Half its width.
-    pub half_width: f64,
-    /// Radius of its corners.
-    pub corner_radius: f64,
-    /// `x1` of its middle.
-    pub position: f64,
-}
-
-impl RoundedPunch {
-    /// How far in m the surface slides around a corner up to the compression `deepest`, about.
-    fn slide(&self, thickness: f64, deepest: f64) -> f64 {
-        (SLIDE * deepest * self.half_width.max(thickness)).min(self.half_width)
-    }
-
-    /// How many sides pass a corner up to the compression `deepest` on a mesh with `per_radius` sides over its radius, about.
-    pub fn sides_passing(&self, thickness: f64, deepest: f64, per_radius: f64) -> f64 {
-        let slide = self.slide(thickness, deepest) / thickness;
-        per_radius * thickness / self.corner_radius * (slide + 0.5 * STRETCH * slide * slide)
-    }
-}
-
-/// How far the surface slides around the corner of a punch, over the compression and the half width (or the thickness,
-/// if that is larger); as observed, rounded up.
-const SLIDE: f64 = 1.5;
-/// Stretch of the surface there when it has slid by a thickness; as observed, rounded up.
-const STRETCH: f64 = 9.0;
-
-/// How far from the middle of the layer, over the length of the mesh to either side, a breakpoint below the middle of a punch may be.
-const MIDDLE: f64 = 0.9;
-/// Growth of the size of elements per distance from where they are fine.
-const GROWTH: f64 = 0.25;
 
 /// Breakpoints at ascending distances from `middle` (m), 0 the first of them, to the left and to the right.
 pub(super) fn about(middle: f64, left: &[f64], right: &[f64]) -> Vec<f64> {
@@ -161,52 +126,6 @@ impl LayerMesh {
         });
         let end_top = uniform(body, half_length, count(0.6 * thickness));
         Self { along, up, end_top, radii: geometric(0.5, 1), punch }
-    }
-
-    /// A mesh for a smooth punch with rounded corners at `position` that goes down to the compression `deepest`: about `n`
-    /// quadrilaterals over the thickness far away, and `per_radius` over the length of the corner's radius where the surface slides
-    /// around a corner. It is stretched there, the more the farther it has slid, so that its sides have to be shorter at rest. Off the
-    /// middle it is a mesh of the whole layer.
-    pub fn under_rounded_punch(
-        thickness: f64,
-        half_length: f64,
-        punch: &RoundedPunch,
-        deepest: f64,
-        n: usize,
-        per_radius: f64,
-    ) -> Self {
-        let (coarse, fine) = (thickness / n as f64, punch.corner_radius / per_radius);
-        let body = half_length - thickness;
-        let farthest = punch.slide(thickness, deepest);
-        // Of what begins so far inside of a corner.
-        let inside = |slid: f64| {
-            if slid < 0.0 {
-                return fine - GROWTH * slid;
-            }
-            fine / (1.0 + STRETCH * slid.min(farthest) / thickness) + GROWTH * (slid - farthest).max(0.0)
-        };
-        // By the distance from the middle of the punch, to either side of it.
-        let size = |x: f64| {
-            let right = punch.half_width - x;
-            let at_corners = inside(right).min(inside(2.0 * punch.half_width - right));
-            at_corners.min(if x.abs() < punch.half_width { coarse } else { 2.0 * coarse })
-        };
-        let along = if punch.position == 0.0 {
-            graded(0.0, body, size)
-        } else {
-            // Within the mesh, even if the punch stands at the end of the layer.
-            let middle = punch.position.clamp(-MIDDLE * body, MIDDLE * body);
-            let to =
-                |side: f64| graded(0.0, body - side * middle, |x| size(side * x + middle - punch.position));
-            about(middle, &to(-1.0), &to(1.0))
-        };
-        Self {
-            along,
-            up: graded(0.0, thickness, |y| (fine + GROWTH * (thickness - y)).min(coarse)),
-            end_top: uniform(body, half_length, (n / 2).max(2)),
-            radii: geometric(0.5, 1),
-            punch: None,
-        }
     }
 
     /// Thickness of the layer in m.
@@ -310,4 +229,13 @@ impl LayerMesh {
         }
         self
     }
+}
+
+/// Refuses a mesh of so many elements, at most.
+///
+/// # Errors
+/// [`ModelError::TooManyElements`].
+pub(crate) fn check_elements(elements: usize) -> Result<(), ModelError> {
+    let limit = LayerMesh::MAX_ELEMENTS;
+    if elements > limit { Err(ModelError::TooManyElements { elements, limit }) } else { Ok(()) }
 }

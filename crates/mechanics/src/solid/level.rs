@@ -8,7 +8,7 @@ use super::dimension::{Dimension, Plane};
 use super::estimate::Estimate;
 use super::layer::{LayerModel, LayerStep};
 use super::model::{Load, State};
-use super::newton::{Effort, FromCoarser, NewtonSettings, StopReason, Stopped};
+use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
 use super::press::{Goal, Pressed};
 use super::refinement::Refinable;
 use super::soundness::StateFault;
@@ -146,8 +146,9 @@ impl<S: Dimension> Level<S> {
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> usize {
-        let coarser = coarser.filter(|_| settings.from_coarser != FromCoarser::Nothing);
-        let near = |g: usize| coarser.and_then(|level| level.start(g)).filter(|_| goals[g].value() != 0.0);
+        let coarser = coarser.filter(|_| settings.from_coarser);
+        let near =
+            |g: usize| coarser.and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
         let mut tried = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, tell);
         for (done, &g) in order.iter().enumerate() {
             if settings.cancelled() {
@@ -317,12 +318,17 @@ impl<S: Dimension> Level<S> {
 
     /// What was found for goal `g`, a fault or not.
     pub(super) fn step(&self, g: usize) -> Option<&LayerStep> {
-        self.start(g).map(|(_, reached)| &reached.step)
+        self.to_start_from(g).map(|(_, reached)| &reached.step)
     }
 
     /// Where the equilibrium under goal `g` may be searched for on a finer mesh.
-    fn start(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
+    fn to_start_from(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         self.found(g).or_else(|| self.faulty.get(g)?.as_ref().map(|(reached, _)| (&self.model, reached)))
+    }
+
+    /// The layer and what was found for goal `g`, a fault or not.
+    pub(super) fn start(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
+        self.to_start_from(g).map(|(model, reached)| (model, &reached.state))
     }
 
     /// The layer and its configuration under goal `g`, if that was reached.

@@ -12,6 +12,7 @@
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`side`] | the surface, its quadrature and loads |
+//! | [`plane`] | what only plane strain has: layers of which a section is solved, sharp punches |
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | [`stress`] | Cauchy stress at points, at nodes, along lines |
 //! | `transfer` | the equilibrium on one mesh as a first guess on a finer one |
@@ -22,11 +23,7 @@
 //! | `flanks` | the flanks beside a patch that is held or bonded, as obstacles |
 //! | `first_mesh` | the first of the meshes for that |
 //! | `adaptive` | the layer pressed on meshes that are refined where the errors are made |
-//! | `plane` | that in plane strain, under plates and cylinders |
-//! | `levels` | meshes in plane strain with elements of the right shapes at corners, coarse to fine |
 //! | [`forecast`] | its memory and time, estimated in advance |
-//! | `contact_end` | which point of the surface lies at the corner of a sharp punch |
-//! | `rounded_corner` | a mesh for each load under a punch with rounded corners |
 //! | `estimate` | the error of an equilibrium on one mesh, and the elements that make it |
 //! | [`mesh_error`] | the error of a force, or of anything else, from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
@@ -63,7 +60,6 @@
 
 mod adaptive;
 mod contact;
-mod contact_end;
 pub mod dimension;
 pub mod element;
 mod estimate;
@@ -75,18 +71,16 @@ pub mod forecast;
 pub mod layer;
 mod layer_mesh;
 mod level;
-mod levels;
 pub mod mesh;
 pub mod mesh_error;
 pub mod model;
 pub mod newton;
 mod nodes_by_place;
 pub mod obstacle;
-mod plane;
+pub mod plane;
 pub mod press;
 pub mod probe;
 pub mod refinement;
-mod rounded_corner;
 pub mod shear_length;
 pub mod side;
 pub mod soundness;

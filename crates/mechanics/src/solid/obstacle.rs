@@ -135,6 +135,11 @@ impl IndenterProfile {
             Self::Cylinder { .. } | Self::Sphere { .. } => None,
         }
     }
+
+    /// The radius (m) of its corners, if it has a flat face, made at least as large as `least` (m), or as half its width if that is less.
+    pub(crate) fn corner_radius(&self, least: f64) -> Option<f64> {
+        self.flat_face().map(|(half_width, radius)| radius.max(least.min(half_width)))
+    }
 }
 
 /// Distance from a flat-faced block: from its rounded face where the point is below the middle of the edges' rounding,

@@ -11,35 +11,15 @@ use std::time::Instant;
 
 use super::dimension::{Dimension, Plane};
 use super::estimate::{Estimate, Estimated, WantedNumber};
-use super::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, LayerStep, RoundedPunch};
+use super::layer::{LayerModel, LayerStep};
 use super::level::{Estimator, Reached};
 use super::mesh_error::{error_of, scatter_of};
 use super::model::{Load, ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
 use super::refinement::Refinable;
 use super::soundness::StateFault;
-use elastocap_materials::Rubber;
 
 pub use super::level::Level;
-
-/// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlaneLayer {
-    /// Thickness `H` at rest.
-    pub thickness: f64,
-    /// From the middle of the layer to its end, at rest.
-    pub half_length: f64,
-    /// What the layer is made of.
-    pub rubber: Rubber,
-    /// Bodies of another rubber in it.
-    pub inclusions: Vec<Inclusion>,
-    /// What presses.
-    pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for sharp punches and patches.
-    pub position: f64,
-    /// The condition at the end.
-    pub end: End,
-}
 
 /// The load to reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,101 +99,6 @@ pub struct Pressing<S: Dimension = Plane> {
     pub too_large: Option<ModelError>,
 }
 
-impl PlaneLayer {
-    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
-    ///
-    /// Under a plate or a cylinder each mesh is the one before with those elements cut in which the errors are made, so that also the `places` are
-    /// known. Under punches, and at an end that folds, meshes are made to have elements of the right shapes at corners; places are then
-    /// not asked for. `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the number of goals done on it.
-    ///
-    /// # Errors
-    /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
-    pub fn press(
-        &self,
-        goals: &[Goal],
-        refinement: &Refinement,
-        places: Option<&Places<'_, Plane>>,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Pressing, ModelError> {
-        if self.is_refined() {
-            return self.press_refined(goals, refinement, places, cancel, tell);
-        }
-        let halved = |level: usize| 0.5_f64.powi(level as i32);
-        let deepest = deepest(goals);
-        let remesh = self.corner().map(|corner| {
-            move |level: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                let settings = NewtonSettings { cancel: Some(cancel), ..self.settings(level) };
-                match corner {
-                    Corner::Rounded(punch) => self.press_rounded(punch, level, coarser, goal, &settings),
-                    Corner::Sharp { half_width } => {
-                        self.press_sharp(half_width, level, coarser, goal, &settings)
-                    }
-                }
-            }
-        });
-        let meshed = |k: usize, _: &[Level], _: &[usize]| {
-            let level = refinement.meshes.get(k).copied().filter(|level| *level < LEVELS)?;
-            let model = self.mesh_within_limit(level, deepest).and_then(|mesh| self.model_on(&mesh));
-            Some(model.map(|model| Meshed {
-                model,
-                mesh: None,
-                size: halved(level),
-                settings: self.settings(level),
-            }))
-        };
-        let remeshed = remesh.map(|remesh| {
-            move |k: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                remesh(refinement.meshes[k], coarser, goal)
-            }
-        });
-        let layers = Layers {
-            meshed: &meshed,
-            room_for_two: &|_| true, // they are small in the plane
-            remesh: remeshed.as_ref().map(|remesh| remesh as &Remesh<'_, Plane>),
-            estimates: false,
-            places: None,
-            for_places: 0,
-        };
-        press_on(goals, refinement, &layers, cancel, tell)
-    }
-}
-
-impl PlaneLayer {
-    /// This layer at rest on a mesh.
-    ///
-    /// # Errors
-    /// See [`ModelError`].
-    pub(super) fn model_on(&self, mesh: &LayerMesh) -> Result<LayerModel, ModelError> {
-        if self.position != 0.0 && self.indenter.sharp_corner().is_some() {
-            return Err(ModelError::SharpOffTheMiddle);
-        }
-        let (rubber, inclusions) = (self.rubber_in_use(), &self.inclusions);
-        LayerModel::with_indenter_at(self.position, mesh, &rubber, inclusions, self.indenter, self.end)
-    }
-}
-
-/// Levels of meshes that are not refined where the errors are made.
-pub(super) const LEVELS: usize = 4;
-
-/// The corner of a punch that the surface slides around, on meshes that are made for one load.
-#[derive(Debug, Clone, Copy)]
-enum Corner {
-    Sharp { half_width: f64 },
-    Rounded(RoundedPunch),
-}
-
-impl PlaneLayer {
-    /// The corner that each load has a mesh of its own for, if there is one.
-    fn corner(&self) -> Option<Corner> {
-        match self.indenter {
-            Indenter::Sharp { half_width } => Some(Corner::Sharp { half_width }),
-            Indenter::Smooth(_) => self.punch_on_own_meshes().map(Corner::Rounded),
-            Indenter::WholeTop | Indenter::Held { .. } | Indenter::Bonded { .. } => None,
-        }
-    }
-}
-
 /// Presses a layer to a goal on a mesh made for it: from the number of the mesh, and the equilibrium on a coarser one.
 pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
     + Sync
@@ -243,6 +128,8 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) remesh: Option<&'a Remesh<'a, S>>,
     /// Whether errors are estimated on each mesh by itself, and not from the differences between three of them.
     pub(crate) estimates: bool,
+    /// The least relative error of a force, or of a compression, that is stated, where these scatter from mesh to mesh.
+    pub(crate) scatter: f64,
     /// What else is to be known, besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
     /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
@@ -315,7 +202,6 @@ pub(crate) fn press_on<S: Dimension>(
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
     let mut levels: Vec<Level<S>> = Vec::new();
     let mut too_large = None;
-    let mut jumps = 0.0;
     let places = layers.places;
     let estimate = |model: &mut LayerModel<S>, step: &LayerStep| {
         let numbers = places.map_or_else(Vec::new, |places| places.wanted(model));
@@ -333,12 +219,9 @@ pub(crate) fn press_on<S: Dimension>(
             Err(error) => return Err(error),
         };
         let settings = NewtonSettings { cancel: Some(cancel), ..settings };
-        if settings.through_folds {
-            jumps = JUMPS;
-        }
         let mut level = Level::new(model, mesh, size, goals.len());
         let force_known = |levels: &[Level<S>], g: usize| {
-            judge(levels, goals, g, refinement, jumps).is_some_and(|pressed| pressed.converged)
+            judge(levels, goals, g, refinement, layers.scatter).is_some_and(|pressed| pressed.converged)
         };
         let known = |levels: &[Level<S>], g: usize| {
             // For what else is to be known there are only so many meshes more.
@@ -384,7 +267,7 @@ pub(crate) fn press_on<S: Dimension>(
         }
     }
     let goals = (0..goals.len())
-        .map(|g| judge(&levels, goals, g, refinement, jumps).ok_or_else(|| why_not(&levels, g)))
+        .map(|g| judge(&levels, goals, g, refinement, layers.scatter).ok_or_else(|| why_not(&levels, g)))
         .collect();
     Ok(Pressing { levels, goals, too_large })
 }
@@ -416,8 +299,7 @@ impl<S: Dimension> Pressing<S> {
     /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
     /// own errors are not judged.
     pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
-        let reached =
-            |(level, l): (usize, &Level<S>)| Some((l.size, l.reached.get(g)?.as_ref()?.unjudged(level)));
+        let reached = |(level, l): (usize, &Level<S>)| Some((l.size, l.reached[g].as_ref()?.unjudged(level)));
         let mut all: Vec<_> = self.levels.iter().enumerate().filter_map(reached).collect();
         all.pop();
         all
@@ -452,6 +334,7 @@ fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
 /// the edge of an electrode, looks the same on every mesh.
 fn numbers_stay<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
     let error = |level: &Level<S>| {
+        level.reached[g].as_ref()?;
         let numbers = &level.estimates[g].as_ref()?.numbers;
         numbers.iter().map(|number| number.error / number.tolerance).reduce(f64::max)
     };
@@ -468,7 +351,7 @@ fn judge<S: Dimension>(
     goals: &[Goal],
     g: usize,
     refinement: &Refinement,
-    jumps: f64,
+    scatter: f64,
 ) -> Option<Pressed<S>> {
     let (level, reached) =
         levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
@@ -498,7 +381,7 @@ fn judge<S: Dimension>(
         ([first, before, now], None) => Some(error_of([*first, *before, *now])),
         _ => None,
     };
-    let error = error.map(|error| error.max(jumps * now.abs()));
+    let error = error.map(|error| error.max(scatter * now.abs()));
     let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
     let refinement = values.iter().map(|v| v.1).collect();
     let numbers = numbers_of(&levels[..=level], g);
@@ -517,10 +400,6 @@ fn least_error<S: Dimension>(now: f64, before: &[f64]) -> Option<f64> {
         _ => None,
     }
 }
-
-/// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
-/// from element to element, on every mesh, so that the difference between meshes may be smaller by accident.
-const JUMPS: f64 = 3e-3;
 
 fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
     // The mesh that came farthest is the most informative.

@@ -94,6 +94,11 @@ impl<S: Dimension> Refinable<S> {
         nodes.len() < count
     }
 
+    /// Whether a side of an element belongs to the surface of the body.
+    pub(crate) fn is_at_surface(&self, element: usize) -> bool {
+        self.outside[element] != 0
+    }
+
     /// The mean length in m of the edges of an element along one of its axes.
     pub(crate) fn length(&self, element: usize, axis: usize) -> f64 {
         let (nodes, stride) = (self.mesh.elements[element].as_ref(), 3_usize.pow(axis as u32));

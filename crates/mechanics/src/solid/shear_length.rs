@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::forecast::MeshSize;
 use super::layer::{End, Indenter, LayerMesh, LayerModel, LayerStep, PunchFan};
-use super::levels::within_limit;
+use super::layer_mesh::check_elements;
 use super::mesh::{geometric, uniform};
 use super::model::{ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
@@ -122,12 +122,12 @@ impl Contact {
         match self {
             Self::WholeTop(half_length) => {
                 let mesh = LayerMesh::uniform(1.0, half_length, n, fan.0, fan.1);
-                within_limit(mesh.elements_at_most())?;
+                check_elements(mesh.elements_at_most())?;
                 LayerModel::new(&mesh, rubber, Indenter::WholeTop, end)
             }
             Self::Punch(half_width) => {
                 let mesh = under_punch(half_width, n, fan);
-                within_limit(mesh.elements_at_most())?;
+                check_elements(mesh.elements_at_most())?;
                 LayerModel::new(&mesh, rubber, Indenter::Held { half_width }, end)
             }
         }

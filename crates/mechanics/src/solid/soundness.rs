@@ -10,6 +10,7 @@
 
 use super::dimension::{Dimension, Numbers};
 use super::layer::{Indenter, LayerModel};
+use super::obstacle::ObstacleShape;
 use super::side::Side;
 
 /// Depth of the surface inside an indenter or the substrate that is accepted, over the thickness of the layer.
@@ -91,11 +92,16 @@ impl<S: Dimension> LayerModel<S> {
             if obstacle.carrier.is_some() {
                 continue;
             }
+            // The corners that it slides around may be rounder than those of what presses.
+            let shape = match (obstacle.shape, self.indenter) {
+                (ObstacleShape::Indenter(_), Indenter::Smooth(asked)) => ObstacleShape::Indenter(asked),
+                (shape, _) => shape,
+            };
             for side in &obstacle.sides {
                 for point in body.mesh.side_points(side, POINTS) {
                     let place = self.place(side, &point.shape);
                     let y = S::Point::from_fn(|k| place[k] - shift[k]);
-                    see(-obstacle.shape.gap(S::in_space(&y)).distance, place[0]);
+                    see(-shape.gap(S::in_space(&y)).distance, place[0]);
                 }
             }
         }
@@ -229,7 +235,8 @@ mod tests {
     use super::super::layer::{End, LayerMesh};
     use super::super::newton::NewtonSettings;
     use super::super::obstacle::IndenterProfile;
-    use super::super::press::{Goal, PlaneLayer, PressError, Refinement};
+    use super::super::plane::press::PlaneLayer;
+    use super::super::press::{Goal, PressError, Refinement};
     use super::*;
     use elastocap_materials::Rubber;
     use std::sync::atomic::AtomicBool;

@@ -16,9 +16,6 @@ use elastocap_materials::space::{Tensor, cofactor, determinant};
 
 /// Largest number of Newton steps from the guess to the equilibrium: where more are needed, following the load is no worse.
 const MAX_ITERATIONS: usize = 12;
-/// The same where following the load takes very many steps, so that more steps are worth it, shortened ones included.
-const MAX_PATIENT_ITERATIONS: usize = 40;
-const MAX_CUT_STEPS: usize = 30;
 
 /// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the shear modulus.
 const CLEARANCE: f64 = 0.3;
@@ -273,33 +270,6 @@ impl<S: Dimension> Equations<S> {
         Some(contact)
     }
 
-    /// The configuration of this body that is put together from those of its right half and of the mirror image of its left half, whose
-    /// places are measured from `middle` (m), in motion. `None` where they do not cover it.
-    pub(crate) fn joined(&self, halves: [(&Self, &State<S>); 2], middle: f64) -> Option<State<S>> {
-        let halves = halves.map(|(half, state)| Source::new(half, state.moving.as_deref().unwrap_or(state)));
-        let mirrored = |x: S::Point| S::Point::from_fn(|k| if k == 0 { -x[0] } else { x[k] });
-        let away = |x: S::Point| S::Point::from_fn(|k| if k == 0 { (x[0] - middle).abs() } else { x[k] });
-        let [right, left] = &halves;
-        let mut state = self.body.at_rest();
-        let at = |x: S::Point| {
-            if x[0] >= middle {
-                return right.at(away(x));
-            }
-            left.at(away(x)).map(|(u, pressed)| (mirrored(u), pressed))
-        };
-        let pressure = |centre: S::Point, size: S::Point| {
-            if centre[0] >= middle {
-                return right.pressure(away(centre), size);
-            }
-            let of_mirror_image = left.pressure(away(centre), size)?;
-            // The second coefficient is the slope along the axis that is turned round.
-            Some(S::Pressure::from_fn(|m| if m == 1 { -of_mirror_image[1] } else { of_mirror_image[m] }))
-        };
-        let contact = self.read(&mut state, at, pressure)?;
-        self.guess_contact(&mut state, &contact);
-        Some(state)
-    }
-
     /// The same with contact as it is in motion, or closer if [`NewtonSettings::first_gap`] says so.
     fn guess_in_motion(
         &mut self,
@@ -409,32 +379,13 @@ impl<S: Dimension> Equations<S> {
         effort: &mut Effort,
     ) -> Option<State<S>> {
         // Where there are equilibria with ripples beside the one that the surface reaches, long steps may lead to them.
-        if !self.has_contact() || settings.longest_move.is_finite() {
+        if !self.has_contact() {
             return None;
         }
         let (mut guess, contact) = self.read_off(other, state, load)?;
         self.press_with_nodal(&mut guess, &contact);
         let found = self.settle_without_bounds(&mut guess, load, settings, effort);
         (found.is_ok() && effort.negative_pivots == 0).then_some(guess)
-    }
-
-    /// The same with the contact left at the gap in motion and more steps allowed: a start for following the load.
-    pub(crate) fn beginning_from(
-        &mut self,
-        other: &Self,
-        state: &State<S>,
-        load: &Load<S>,
-        settings: &NewtonSettings,
-    ) -> Option<(State<S>, Effort)> {
-        let settings = NewtonSettings {
-            max_iterations: MAX_PATIENT_ITERATIONS,
-            max_cut_steps: MAX_CUT_STEPS,
-            ..*settings
-        };
-        let mut state = self.guess_in_motion(other, state, load, &settings)?;
-        let mut effort = Effort::default();
-        let found = self.follow_to(&mut state, load, &settings, &mut effort);
-        (found.is_ok() && effort.negative_pivots == 0).then_some((state, effort))
     }
 }
 

@@ -9,6 +9,13 @@ use crate::solid::model::{Equations, Load, Residual, State};
 const MIN_DAMPING: f64 = 0.02;
 const MAX_DAMPING: f64 = 1e4;
 
+/// Damping, over the shear modulus, that is given up once the tangent has none: the less a step is damped, the farther it goes away from an unstable
+/// equilibrium.
+const LEAST_DAMPING: f64 = 2e-4;
+
+/// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.
+const MAX_CUT_STEPS: usize = 6;
+
 /// The shortest part of a Newton step that is tried.
 const SHORTEST_PART: f64 = 1e-3;
 
@@ -111,7 +118,7 @@ impl<S: Dimension> Equations<S> {
         let Shortened { trial, part, refused } = self.shortened(state, &step, settings)?;
         if let Some(reason) = refused {
             course.cut_steps += 1;
-            if course.cut_steps > settings.max_cut_steps {
+            if course.cut_steps > MAX_CUT_STEPS {
                 return Err((reason, residual.smallest_j));
             }
         }
@@ -119,7 +126,7 @@ impl<S: Dimension> Equations<S> {
         *state = trial;
         let damping = course.damping;
         if negative_pivots == 0 {
-            course.damping = if damping > MIN_DAMPING { 0.25 * damping } else { 0.0 };
+            course.damping = if damping > LEAST_DAMPING { 0.25 * damping } else { 0.0 };
         }
         effort.smallest_j = residual.smallest_j.0;
         effort.residual = residual.force;
@@ -141,7 +148,7 @@ impl<S: Dimension> Equations<S> {
         effort.solves += 1;
         let mut negative = first;
         while self.has_contact() && negative > 0 && *damping < MAX_DAMPING {
-            let more = (4.0 * *damping).max(MIN_DAMPING);
+            let more = if *damping > 0.0 { 4.0 * *damping } else { MIN_DAMPING };
             self.damp(more - *damping);
             *damping = more;
             negative = self.factorise()?;

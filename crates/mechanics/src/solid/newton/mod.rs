@@ -16,7 +16,7 @@ use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Load, State};
 
 pub use report::{Effort, StopReason, Stopped};
-pub use settings::{FromCoarser, NewtonSettings};
+pub use settings::NewtonSettings;
 
 /// How well an equilibrium has to be met, and how close contact has to be.
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +37,6 @@ const MIN_GAP: f64 = 1e-20;
 /// Factor by which a gap is closed at a time: with points at the edge of the contact, which are about to touch or to separate,
 /// Newton's method converges no farther in one or two steps.
 const CLOSING: f64 = 0.1;
-
-/// Where [`NewtonSettings::longest_move`] limits load steps, a step in which the smallest `J` falls to this fraction has left the path
-/// of the surface for one with a fold.
-const STRAYED: f64 = 0.9;
-/// Steps shorter than this fraction of the longest are not checked for that.
-const LONG: f64 = 0.05;
 
 /// Parts of the load reached that are tried where the gaps cannot be closed at its end.
 const RETREATS: [f64; 3] = [0.95, 0.8, 0.5];
@@ -129,9 +123,7 @@ impl<S: Dimension> Equations<S> {
     ) -> Result<(), Box<Stopped>> {
         let start = from.clone();
         let mut settings = *settings;
-        let longest = (settings.longest_move / start.farthest_shift(to)).min(1.0);
-        let (mut reached, mut step) =
-            (0.0, settings.first_step.clamp(settings.smallest_step, 1.0).min(longest));
+        let (mut reached, mut step) = (0.0, settings.first_step.clamp(settings.smallest_step, 1.0));
         let mut target = Target { force: settings.tolerance, contact: 0.0 };
         if self.has_contact() {
             target = ON_THE_WAY;
@@ -143,7 +135,6 @@ impl<S: Dimension> Equations<S> {
             }
             self.start_contact(state);
         }
-        let mut smallest_j = self.smallest_j(&state.displacement, &state.displacement, false).0;
         // Whether a step was given up because of the limit of extension.
         let mut at_limit = false;
         while reached < 1.0 {
@@ -151,14 +142,8 @@ impl<S: Dimension> Equations<S> {
             let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
             let load = start.toward(to, part);
             let mut trial = state.clone();
-            let mut found = self.equilibrate(&mut trial, &load, target, &settings, effort);
-            let strays = step > LONG * longest && effort.smallest_j < STRAYED * smallest_j;
-            if found.is_ok() && longest < 1.0 && strays {
-                found = Err((StopReason::NoConvergence, (effort.smallest_j, 0)));
-            }
-            match found {
+            match self.equilibrate(&mut trial, &load, target, &settings, effort) {
                 Ok(iterations) => {
-                    smallest_j = effort.smallest_j;
                     *state = trial;
                     *from = load;
                     reached = part;
@@ -168,7 +153,6 @@ impl<S: Dimension> Equations<S> {
                     } else if iterations > 8 {
                         step *= 0.7;
                     }
-                    step = step.min(longest);
                 }
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
@@ -314,12 +298,6 @@ impl<S: Dimension> Equations<S> {
 }
 
 impl<S: Dimension> Load<S> {
-    /// Longest way of an obstacle along any axis from this load to another, in m.
-    fn farthest_shift(&self, to: &Self) -> f64 {
-        let along = |k: usize| self.shift.iter().zip(&to.shift).map(move |(a, b)| (b[k] - a[k]).abs());
-        (0..S::AXES).flat_map(along).fold(0.0, f64::max)
-    }
-
     /// The load at the fraction `part` of the way from this one to another.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };

@@ -30,12 +30,9 @@ pub struct NewtonSettings<'a> {
     /// may turn inside out, and where an equilibrium ceases to exist, the body moves on to the next; see
     /// [`folds`](crate::solid::folds).
     pub through_folds: bool,
-    /// How equilibria on a coarser mesh are used.
-    pub from_coarser: FromCoarser,
-    /// Longest move of an obstacle in one load step, in m.
-    pub longest_move: f64,
-    /// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.
-    pub max_cut_steps: usize,
+    /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the path to them,
+    /// it is not, and the load is followed on every mesh.
+    pub from_coarser: bool,
     /// Set from outside to stop before the next linear system.
     pub cancel: Option<&'a AtomicBool>,
 }
@@ -45,18 +42,6 @@ impl NewtonSettings<'_> {
     pub(crate) fn cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
-}
-
-/// How the equilibrium of a coarser mesh is used under the same load.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FromCoarser {
-    /// Not at all: equilibria depend on the path to them, and the load is followed on every mesh.
-    Nothing,
-    /// As the first guess for the equilibrium on the finer mesh.
-    Equilibrium,
-    /// As the first guess for an equilibrium with the indenter this far (m) before the load. The finer mesh follows the load over
-    /// the rest of the way, on which the surface loses the memory of where it started.
-    RunUp(f64),
 }
 
 impl Default for NewtonSettings<'_> {
@@ -72,9 +57,7 @@ impl Default for NewtonSettings<'_> {
             smallest_step: 1e-4,
             smallest_ratio: 0.2,
             through_folds: false,
-            from_coarser: FromCoarser::Equilibrium,
-            longest_move: f64::INFINITY,
-            max_cut_steps: 6,
+            from_coarser: true,
             cancel: None,
         }
     }

@@ -13,8 +13,8 @@ const FIRST: f64 = 100.0;
 /// The unbalanced force over the largest force below which the gaps are closed farther.
 const NEAR: f64 = 3e-3;
 
-/// Largest number of steps: the interior method from the same guess takes no more.
-const MAX_STEPS: usize = 20;
+/// Largest number of steps: to follow the load from rest takes more.
+const MAX_STEPS: usize = 60;
 
 impl<S: Dimension> Equations<S> {
     /// Takes the guess `state` to the equilibrium under `load` with the gaps at [`NewtonSettings::final_gap`], by Newton's method

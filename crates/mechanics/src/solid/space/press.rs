@@ -8,7 +8,7 @@ use crate::solid::dimension::Space;
 use crate::solid::first_mesh::FirstMesh;
 use crate::solid::forecast::MeshSize;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerModel};
-use crate::solid::levels::within_limit;
+use crate::solid::layer_mesh::check_elements;
 use crate::solid::mesh::graded_to_edges;
 use crate::solid::model::ModelError;
 use crate::solid::press::{Goal, Places, Pressing, Refinement, deepest};
@@ -90,7 +90,7 @@ impl SpaceLayer {
     /// [`ModelError::TooManyElements`].
     pub fn mesh_within_limit(&self, n: usize, deepest: f64) -> Result<SpaceLayerMesh, ModelError> {
         let mesh = self.mesh(n, deepest);
-        within_limit(mesh.elements_at_most())?;
+        check_elements(mesh.elements_at_most())?;
         Ok(mesh)
     }
 
@@ -132,7 +132,7 @@ impl SpaceLayer {
             mesh.section.check()?;
             Ok(mesh.mesh())
         };
-        let model = |mesh| {
+        let model = |mesh, _| {
             let (rubber, inclusions) = (self.rubber.clone(), &self.inclusions);
             LayerModel::of_quarter(mesh, rubber, inclusions, self.indenter, self.end, self.side)
         };
@@ -140,6 +140,7 @@ impl SpaceLayer {
             thickness: self.thickness,
             first: &first,
             model: &model,
+            halvings: None,
             is_rounded: self.indenter.is_rounded(),
             limits: LIMITS,
             memory_limit,

@@ -1,8 +1,8 @@
 //! Contact: against the closed form of line contact, by its own conditions, by symmetry, and round a corner.
 
 use elastocap_mechanics::materials::Rubber;
-use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel, RoundedPunch};
-use elastocap_mechanics::solid::mesh::{Mesh, Patch, graded};
+use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
+use elastocap_mechanics::solid::mesh::{Mesh, Patch, geometric, graded, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
@@ -14,8 +14,16 @@ fn rounded(n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
 }
 
 fn rounded_at(position: f64, n: usize, per_radius: f64, radius: f64, whole: bool) -> LayerModel {
-    let punch = RoundedPunch { half_width: HALF_WIDTH, corner_radius: radius, position: 0.0 };
-    let mesh = LayerMesh::under_rounded_punch(1.0, 3.0, &punch, 0.4, n, per_radius);
+    // Fine where the surface slides around the corner.
+    let (coarse, fine) = (1.0 / n as f64, 0.3 * radius / per_radius);
+    let size = |x: f64| (fine + 0.25 * (0.5 - x).max(x - HALF_WIDTH).max(0.0)).min(coarse);
+    let mesh = LayerMesh {
+        along: graded(0.0, 2.0, size),
+        up: graded(0.0, 1.0, |y| (fine + 0.25 * (1.0 - y)).min(coarse)),
+        end_top: uniform(2.0, 3.0, (n / 2).max(2)),
+        radii: geometric(0.5, 1),
+        punch: None,
+    };
     let mesh = if whole { mesh.mirrored() } else { mesh };
     let indenter = Indenter::Smooth(IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius: radius });
     let rubber = Rubber { volume_barrier: 20.0, ..Rubber::neo_hookean(1.0) };

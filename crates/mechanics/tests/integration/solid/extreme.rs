@@ -6,7 +6,8 @@ use elastocap_mechanics::materials::{Rubber, Volume};
 use elastocap_mechanics::solid::layer::{End, Inclusion, Indenter, LayerModel};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressing, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Pressing, Refinement};
 use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
 use super::patch::{Block, closed_form};
@@ -95,7 +96,7 @@ fn forces_scale_with_thickness_and_modulus_alone() {
             if punch {
                 problem.indenter = rounded(size);
             }
-            forces(&problem, 1, &[0.02, 0.1])
+            forces(&problem, 3, &[0.02, 0.1])
         };
         let unit = forces(1.0, 1.0);
         for (size, modulus) in [(1e-9, 1.0), (1e-9, 1e12), (1e3, 1.0), (1e3, 1e12), (450e-6, 89e3)] {

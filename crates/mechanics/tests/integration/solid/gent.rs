@@ -7,7 +7,8 @@ use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::{Effort, NewtonSettings, StopReason};
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, PressError, Pressed, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, PressError, Pressed, Refinement};
 
 fn gent(limiting_invariant: f64, bulk_modulus: Option<f64>) -> Rubber {
     Rubber::of_law(HyperelasticLaw::Gent { shear_modulus: 1.0, limiting_invariant }, bulk_modulus)

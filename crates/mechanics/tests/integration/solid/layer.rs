@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};
 use elastocap_mechanics::solid::newton::{NewtonSettings, StopReason};
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Refinement};
 
 fn whole_top(mesh: &LayerMesh, end: End) -> LayerModel {
     LayerModel::new(mesh, Rubber::neo_hookean(1.0), Indenter::WholeTop, end).unwrap()

@@ -7,6 +7,7 @@ mod gent;
 mod layer;
 mod off_the_middle;
 mod patch;
+mod rounded;
 mod sharp;
 mod shear_length;
 mod space;

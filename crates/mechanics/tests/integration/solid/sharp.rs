@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Goal, PlaneLayer, Pressed, Refinement};
+use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::press::{Goal, Pressed, Refinement};
 
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 

@@ -15,13 +15,14 @@
 //! At a distance `d` from the corner the surface is stretched by about `d^(-1/2)`. That is integrable, the stored energy near the
 //! corner falls with `d`, and the forces converge with the rings of the fan.
 
-use super::dimension::{Element, Plane};
-use super::element::ReferenceElement;
-use super::force_goal::{NEAR, meet_force};
-use super::layer::{LayerMesh, LayerModel, LayerStep};
-use super::model::State;
-use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
-use super::press::{Goal, PlaneLayer};
+use super::press::PlaneLayer;
+use crate::solid::dimension::{Element, Plane};
+use crate::solid::element::ReferenceElement;
+use crate::solid::force_goal::{NEAR, meet_force};
+use crate::solid::layer::{LayerMesh, LayerModel, LayerStep};
+use crate::solid::model::State;
+use crate::solid::newton::{Effort, NewtonSettings, StopReason, Stopped};
+use crate::solid::press::Goal;
 
 /// How far the surface slides around the corner, over the compression and the half width, as observed from 0.5 to 3 thicknesses: a first
 /// guess.
@@ -343,8 +344,8 @@ impl LayerModel {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layer::{End, Indenter};
     use super::*;
+    use crate::solid::layer::{End, Indenter};
     use elastocap_materials::Rubber;
 
     const HALF_WIDTH: f64 = 500.0 / 450.0;
@@ -363,7 +364,7 @@ mod tests {
 
     fn pressed(goal: Goal) -> (LayerModel, LayerStep) {
         let layer = layer();
-        layer.press_sharp(HALF_WIDTH, 1, None, goal, &layer.settings(1)).unwrap()
+        layer.press_sharp(HALF_WIDTH, 1, None, goal, &NewtonSettings::default()).unwrap()
     }
 
     /// Of both halves.
@@ -395,8 +396,9 @@ mod tests {
         let half_width = 6.0;
         let indenter = Indenter::Sharp { half_width };
         let wide = PlaneLayer { half_length: 24.0, end: End::FreeOnSubstrate, indenter, ..layer() };
-        let press =
-            |goal| wide.press_sharp(half_width, 0, None, goal, &wide.settings(0)).map(|(_, step)| step);
+        let press = |goal| {
+            wide.press_sharp(half_width, 0, None, goal, &NewtonSettings::default()).map(|(_, step)| step)
+        };
         let found = press(Goal::Force(160.0)).unwrap();
         let there = press(Goal::Compression(found.compression)).unwrap();
         assert!((found.force / 160.0 - 1.0).abs() < 2.0 * FORCE_TOLERANCE, "{found:?}");
@@ -407,7 +409,7 @@ mod tests {
     #[test]
     fn at_the_corner_the_energy_is_least_over_the_point_that_lies_there() {
         let layer = layer();
-        let settings = layer.settings(0);
+        let settings = NewtonSettings::default();
         let (model, _) = layer.press_sharp(HALF_WIDTH, 0, None, Goal::Compression(0.1), &settings).unwrap();
         let found = model.corner().unwrap().end;
         let mut sliding = Sliding::new(&layer, HALF_WIDTH, 0, found, &settings).unwrap();
