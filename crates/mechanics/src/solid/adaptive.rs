@@ -157,7 +157,8 @@ impl<S: Dimension> Adaptive<'_, S> {
         let settings = NewtonSettings {
             tolerance: 1e-7,
             first_step: if self.is_rounded { 0.5 } else { 1.0 },
-            moving_gap: gap(3e-4),
+            // Meshes in space are coarse.
+            moving_gap: if S::AXES == 3 { 3e-3 } else { gap(3e-4) },
             final_gap: gap(1e-5),
             first_gap: gap(1e-5),
             ..NewtonSettings::default()
