@@ -49,8 +49,8 @@ impl Shortfalls {
     }
 }
 
-/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of convergence. The
-/// difference between two may vanish by accident.
+/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of
+/// convergence. The difference between two may vanish by accident.
 const ERRORS_FROM: usize = 2;
 
 /// The least share of the difference between the capacitances on two meshes that is stated as the error on the finer one.
@@ -92,9 +92,10 @@ impl Solver<'_> {
         None
     }
 
-    /// Relative error of gaps and capacitance for the finite elements of the layer, estimated on its finest mesh or from the differences between the
-    /// meshes: the largest of those of a pair and of other bodies in the layer. `None` without finite elements, with nothing in the layer, where one mesh alone
-    /// reached the load, and of a coarser mesh than the finest.
+    /// The relative error of gaps and capacitance that the finite elements of the layer leave: the largest of those of a pair and
+    /// of other bodies in the layer. It is the one estimated on the finest mesh, or follows from the differences between the
+    /// meshes. `None` without finite elements, with nothing in the layer, where no other mesh reached the load, and on a coarser
+    /// mesh than the finest.
     pub(super) fn mechanics_error(
         &self,
         step: &PlannedStep,
@@ -103,6 +104,11 @@ impl Solver<'_> {
     ) -> Result<Option<f64>, Stop> {
         if self.coarser > 0 {
             return Ok(None);
+        }
+        if let Some(Deformation::FiniteElement(layer)) = state
+            && layer.places_error.is_some()
+        {
+            return Ok(layer.places_error);
         }
         let of_pair = self.error_of_pair(step, state, deformed)?;
         Ok([of_pair, self.error_of_bodies(step, state)].into_iter().flatten().reduce(f64::max))
@@ -114,9 +120,6 @@ impl Solver<'_> {
         let rods = Rods::of(self.case);
         if rods.is_empty() {
             return None;
-        }
-        if layer.places_error.is_some() {
-            return layer.places_error;
         }
         let is_half = layer.curves.half || matches!(self.case.mechanics, Some(Mechanics::Solid(_)));
         let read = |displacement: &Displacement<'_>| rods.lengths_under(self.case, is_half, displacement);
@@ -141,9 +144,6 @@ impl Solver<'_> {
         let (Some(Deformation::FiniteElement(layer)), Some(fine)) = (state, &deformed.pair) else {
             return Ok(None);
         };
-        if layer.places_error.is_some() {
-            return Ok(layer.places_error);
-        }
         let (mut gaps, mut plates) = (Vec::new(), Vec::new());
         for coarser in self.layer.coarser(step.index) {
             if let Some([gap, plate]) = self.facing(coarser)? {
@@ -164,8 +164,8 @@ impl Solver<'_> {
         Ok(scene.pair.map(|pair| [pair.gap, pair.parallel_plate]))
     }
 
-    /// What the error of the pair's distances on the finest mesh is, over what they changed by from the mesh before; `None` where that error is
-    /// not estimated on one mesh, and where they did not change.
+    /// What the error of the pair's distances on the finest mesh is, over what they changed by from the mesh before; `None` where
+    /// that error is not estimated on one mesh, and where they did not change.
     fn share_left(&self, finest: &FiniteElementStep, before: &FiniteElementStep) -> Option<f64> {
         let error = finest.places_error?;
         let [now, then] = [finest, before].map(|layer| self.facing(layer).ok().flatten());
@@ -174,9 +174,9 @@ impl Solver<'_> {
         (moved > 0.0).then(|| (error / moved).max(LEAST_LEFT))
     }
 
-    /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances is too large,
-    /// the `capacitance` itself (F) is solved for on the coarser meshes: it may depend on these distances weakly. That is given where the
-    /// field has all that was asked for. A second solve of a step leaves this to the first one.
+    /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances
+    /// is too large, the `capacitance` itself (F) is solved for on the coarser meshes: it may depend on these distances weakly.
+    /// That is given where the field has all that was asked for. A second solve of a step leaves this to the first one.
     fn judge_mechanics(
         &self,
         step: &PlannedStep,
@@ -217,10 +217,10 @@ impl Solver<'_> {
         Ok(())
     }
 
-    /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from those on its last
-    /// coarser meshes, or from that on the last of them and the estimated error of distances, where there is one. These are solved for as
-    /// that was: grids are then much the same, and so is what they miss. `None` on tetrahedra,
-    /// whose solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
+    /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from
+    /// those on its last coarser meshes, or from that on the last of them and the estimated error of distances, where there is
+    /// one. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra, whose
+    /// solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
     /// time that it takes to `spent`.
     ///
     /// # Errors

@@ -197,6 +197,21 @@ fn a_layer_is_refined_for_the_capacitance_where_its_force_is_asked_for_roughly()
 }
 
 #[test]
+fn where_distances_leave_too_much_the_error_is_that_of_the_capacitance_on_coarser_meshes() {
+    // The meshes under a sharp punch are not refined for what the capacitance depends on.
+    let sharp = coarse_and_fine()[0].replace(", corner_radius = \"60 um\"", "");
+    let stiff = PAIR.replace("100 kPa", "2 MPa");
+    let errors = [1e-2, 1.2e-3].map(|tolerance| {
+        let outcome = solve(&layer(&stiff, &sharp, tolerance));
+        let step = outcome.steps.last().unwrap();
+        (step.row.mechanics_error_estimate.unwrap(), step.mechanics_by_capacitance)
+    });
+    let [(of_distances, false), (of_capacitance, true)] = errors else { panic!("{errors:?}") };
+    assert!(of_distances > 1.2e-3 && 0.0 < of_capacitance, "{errors:?}");
+    assert!(of_capacitance < 0.1 * of_distances, "{errors:?}");
+}
+
+#[test]
 fn a_change_is_known_to_its_tolerance_where_the_force_is_asked_for_roughly() {
     let [coarse, _] = coarse_and_fine();
     let outcome = solve(&format!("{}change_tolerance = 3e-2\n", layer(BODIES, &coarse, 1e-2)));

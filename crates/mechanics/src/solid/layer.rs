@@ -109,9 +109,9 @@ impl Indenter {
 /// Height above the layer at which an indenter starts, over the thickness.
 const START: f64 = 0.02;
 
-/// How much larger errors in the plane may be than stresses tell where the surface passes a corner or leaves what presses it, since they say
-/// nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser, and stresses are what is
-/// wrong there.
+/// How much larger errors in the plane may be than stresses tell where the surface passes a corner or leaves what presses it,
+/// since they say nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser,
+/// and stresses are what is wrong there.
 const CAUTION: f64 = 3.0;
 
 /// A layer under an indenter, ready to be pressed.

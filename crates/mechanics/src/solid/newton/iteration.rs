@@ -9,8 +9,8 @@ use crate::solid::model::{Equations, Load, Residual, State};
 const MIN_DAMPING: f64 = 0.02;
 const MAX_DAMPING: f64 = 1e4;
 
-/// Damping, over the shear modulus, that is given up once the tangent has none: the less a step is damped, the farther it goes away from an unstable
-/// equilibrium.
+/// Damping, over the shear modulus, below which it is left out once the tangent has no negative pivots. Near an unstable
+/// equilibrium the damping has to become this small: the less a step is damped, the farther it leads away from there.
 const LEAST_DAMPING: f64 = 2e-4;
 
 /// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.

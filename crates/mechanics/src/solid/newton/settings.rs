@@ -30,8 +30,8 @@ pub struct NewtonSettings<'a> {
     /// may turn inside out, and where an equilibrium ceases to exist, the body moves on to the next; see
     /// [`folds`](crate::solid::folds).
     pub through_folds: bool,
-    /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the path to them,
-    /// it is not, and the load is followed on every mesh.
+    /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the
+    /// path to them, it is not, and the load is followed on every mesh.
     pub from_coarser: bool,
     /// Set from outside to stop before the next linear system.
     pub cancel: Option<&'a AtomicBool>,

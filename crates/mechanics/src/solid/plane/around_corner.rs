@@ -1,14 +1,16 @@
 //! How short the sides of elements have to be at the rounded corner of a punch, so that the surface can bend around it.
 //!
-//! The surface is stretched there, up to six times, and what lies below it is squeezed. Elements are therefore cut along the surface only, and deformed
-//! they are about as long as they are thick. Those that are square at rest become thin, and a corner that moves into them turns them inside out.
+//! The surface is stretched there, up to six times, and what lies below it is squeezed. Elements are therefore cut along the
+//! surface only, and deformed they are about as long as they are thick. Those that are square at rest become thin, and a corner
+//! that moves into them turns them inside out.
 
 use crate::solid::adaptive::Halvings;
 use crate::solid::layer::LayerModel;
 use crate::solid::model::State;
 use crate::solid::obstacle::ObstacleShape;
 
-/// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola, which cannot follow a larger part of the arc.
+/// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola, which cannot follow a
+/// larger part of the arc.
 const LONGEST_SIDE: f64 = 0.25;
 /// How far from the indenter a side lies at its corner, over the radius.
 const NEAR: f64 = 0.5;
@@ -17,8 +19,8 @@ const MOST_HALVINGS: f64 = 4.0;
 /// Points of a side that are looked at.
 const POINTS: usize = 5;
 
-/// How often each element has to be halved before the surface of a layer can bend around corners of the radius `least` (m), or of that of its punch if
-/// it is larger; 0 for elements that are not at a corner in the configuration `state`.
+/// How often each element has to be halved before the surface of a layer can bend around corners of the radius `least` (m), or of
+/// that of its punch if it is larger; 0 for elements that are not at a corner in the configuration `state`.
 pub(super) fn halvings(model: &LayerModel, state: &State, least: f64) -> Vec<Halvings> {
     let body = model.equations().body();
     let mut halvings = vec![Halvings::default(); body.mesh.elements.len()];
@@ -49,11 +51,11 @@ pub(super) fn halvings(model: &LayerModel, state: &State, least: f64) -> Vec<Hal
                 let times = (length / (LONGEST_SIDE * corner_radius)).log2().ceil().clamp(0.0, MOST_HALVINGS);
                 let nodes = &body.mesh.elements[side.element as usize];
                 let place = |n: u32| nodes.iter().position(|m| *m == n).unwrap_or(0);
-                // Of two ends of a side along the first axis the numbers differ by two, along the second by six.
-                let axis = if place(side.nodes[0]).abs_diff(place(side.nodes[2])) == 2 { 1 } else { 2 };
+                // The nodes of an element are numbered in rows of three along its first axis.
+                let is_along_first = place(side.nodes[0]).abs_diff(place(side.nodes[2])) == 2;
+                let axes = if is_along_first { 0b01 } else { 0b10 };
                 let of_element = &mut halvings[side.element as usize];
-                *of_element =
-                    Halvings { times: of_element.times.max(times as u8), axes: of_element.axes | axis };
+                *of_element = of_element.and(Halvings { times: times as u8, axes });
             }
         }
     }

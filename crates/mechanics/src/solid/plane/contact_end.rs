@@ -31,9 +31,9 @@ const SLIDE: f64 = 1.35;
 const LEAST: f64 = 0.1;
 /// `X` over the thickness has this error, at most about. A force changes by less than 1e-4 with 1e-5.
 const TOLERANCE: f64 = 2e-6;
-/// The same over the compression, where that is less: the point at the corner is moved by as much as the punch, about.
+/// The error of `X` over the compression, where that is less: the punch moves the point at its corner by about as much as itself.
 const RELATIVE_TOLERANCE: f64 = 1e-4;
-/// What rounding leaves of it.
+/// The least error of `X` over the thickness that rounding allows for.
 const LEAST_TOLERANCE: f64 = 1e-11;
 /// Steps to the zero of `dE/dX`.
 const MAX_STEPS: usize = 25;
@@ -311,7 +311,7 @@ impl<'a> Sliding<'a> {
     }
 }
 
-/// The same mesh with the centre of its fan at `corner` (m).
+/// The `mesh` with the centre of its fan at `corner` (m).
 fn with_corner(mesh: &LayerMesh, corner: f64) -> LayerMesh {
     let mut mesh = mesh.clone();
     if let Some(fan) = &mut mesh.punch {

@@ -17,10 +17,10 @@ const ROLL: f64 = 0.1;
 const SHRINK: f64 = 0.7;
 const COARSEST_RINGS: usize = 8;
 const RINGS_PER_LEVEL: usize = 2;
-/// The same where the surface slides around the corner, which then does not hold it: what is singular there is weaker.
+/// Rings on the coarsest mesh where the surface slides around the corner. The corner does not hold it then, and the singularity is weaker.
 const COARSEST_SLIDING_RINGS: usize = 3;
-/// [`PunchFan::narrowing`] there. At a distance `d` from the corner the surface is stretched by about `d^(-1/2)`: what comes to lie within
-/// `d` was as wide as `d^(3/2)` at rest, and as deep as `d^(1/2)`.
+/// [`PunchFan::narrowing`] of those rings. At a distance `d` from the corner the surface is stretched by about `d^(-1/2)`: what
+/// comes to lie within `d` was as wide as `d^(3/2)` at rest, and as deep as `d^(1/2)`.
 const NARROWING: f64 = 1.5;
 /// Quadrilaterals over the thickness around that fan. They have to shrink too: beyond a compression of some per cent
 /// they contribute as much to the error as the corner.
@@ -31,7 +31,7 @@ const LEAST_ROOM: f64 = 1e-3;
 /// Size of the elements at the edges of inclusions on the first mesh, over the thickness; each level halves it.
 const AT_EDGES: f64 = 0.0125;
 
-/// What a level leaves of the size of the elements of the first one.
+/// The size of the elements of a level over that of the first one.
 pub(super) fn halved(level: usize) -> f64 {
     0.5_f64.powi(level as i32)
 }
@@ -113,8 +113,8 @@ impl PlaneLayer {
         self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
 
-    /// The mesh under a sharp punch that ends at `corner` (m): each level has more quadrilaterals over the thickness and more rings in the fan around the end
-    /// of the punch. The fan stays clear of the inclusions below it.
+    /// The mesh under a sharp punch that ends at `corner` (m). Each level has more quadrilaterals over the thickness, and more
+    /// rings in the fan around the end of the punch. The fan stays clear of the inclusions below it.
     ///
     /// # Errors
     /// [`ModelError::NoRoom`] where the fan has no room before the end of the layer.
@@ -149,7 +149,7 @@ impl PlaneLayer {
         Ok(LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) })
     }
 
-    /// The same where the surface slides around the corner, at which its point `end` (m) lies.
+    /// The mesh under a sharp punch that the surface slides around; its point `end` (m) at rest lies at the corner.
     ///
     /// # Errors
     /// [`ModelError::NoRoom`].

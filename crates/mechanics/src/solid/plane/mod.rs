@@ -1,6 +1,6 @@
-//! What only plane strain has: layers of which a section is solved, and punches with sharp corners.
+//! Layers in plane strain, of which a section is solved, and punches with sharp corners, which only these can have.
 //!
-//! Equations, contact and Newton's method are those of three dimensions; see [`super::dimension`].
+//! The equations, the contact and Newton's method are written once for the plane and for space; see [`super::dimension`].
 //!
 //! | module | what is in it |
 //! |---|---|

@@ -25,11 +25,11 @@ pub struct PlaneLayer {
     pub thickness: f64,
     /// From the middle of the layer to its end, at rest.
     pub half_length: f64,
-    /// What the layer is made of.
+    /// The rubber of the layer.
     pub rubber: Rubber,
     /// Bodies of another rubber in it.
     pub inclusions: Vec<Inclusion>,
-    /// What presses.
+    /// The indenter.
     pub indenter: Indenter,
     /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for sharp punches and patches.
     pub position: f64,
@@ -46,7 +46,7 @@ const FIRST_RADIUS: f64 = 0.25;
 
 /// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
 const ROUNDED_BARRIER: f64 = 20.0;
-/// The same where the surface piles up at a sharp corner.
+/// Barrier against `J -> 0` where the surface piles up at a sharp corner.
 const SHARP_BARRIER: f64 = 5.0;
 
 /// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
@@ -63,10 +63,10 @@ impl Refinement {
 impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// Each mesh is the one before with those elements cut in which the errors are made, so that also the `places` are known. Under punches with
-    /// sharp corners and at an end that folds, the elements there have to have the right shapes: there are up to four meshes made for that, for each load
-    /// where the surface slides around a corner, and places are not asked for. `cancel` stops the work before the next linear system; `tell` is called with the number of the mesh and the
-    /// number of goals done on it.
+    /// Each mesh is the one before with those elements cut in which the errors are made, so that the `places` are known too.
+    /// Punches with sharp corners and ends that fold need elements of the right shapes there: they have up to four meshes made
+    /// for that, and places are not asked for. `cancel` stops the work before the next linear system; `tell` is called with the
+    /// number of the mesh and the number of goals done on it.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
@@ -78,62 +78,9 @@ impl PlaneLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
-        match self.indenter {
-            Indenter::Sharp { half_width } => {
-                let remesh = |k: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                    let settings = NewtonSettings { cancel: Some(cancel), ..NewtonSettings::default() };
-                    self.press_sharp(half_width, refinement.meshes[k], coarser, goal, &settings)
-                };
-                self.press_on_levels(goals, refinement, Some(&remesh), cancel, tell)
-            }
-            Indenter::Held { .. } | Indenter::Bonded { .. } => {
-                self.press_on_levels(goals, refinement, None, cancel, tell)
-            }
-            Indenter::WholeTop if self.folds() => self.press_on_levels(goals, refinement, None, cancel, tell),
-            Indenter::WholeTop | Indenter::Smooth(_) => {
-                self.press_adaptively(goals, refinement, places, cancel, tell)
-            }
+        if self.regime().has_levels() {
+            return self.press_on_levels(goals, refinement, cancel, tell);
         }
-    }
-
-    /// Presses it on the meshes of [`PlaneLayer::mesh`], each of which halves what limits the accuracy of the one before.
-    fn press_on_levels(
-        &self,
-        goals: &[Goal],
-        refinement: &Refinement,
-        remesh: Option<&Remesh<'_, Plane>>,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Pressing, ModelError> {
-        let deepest = deepest(goals);
-        let settings = if self.folds() { NewtonSettings::through_folds() } else { NewtonSettings::default() };
-        let meshed = |k: usize, _: &[Level], _: &[usize]| {
-            let level = *refinement.meshes.get(k)?;
-            let mesh = self.levels().contains(&level).then(|| self.mesh_within_limit(level, deepest))?;
-            let model = mesh.and_then(|mesh| self.model_on(&mesh));
-            Some(model.map(|model| Meshed { model, mesh: None, size: halved(level), settings }))
-        };
-        let layers = Layers {
-            meshed: &meshed,
-            room_for_two: &|_| true, // they are small in the plane
-            remesh,
-            estimates: false,
-            scatter: if self.folds() { JUMPS } else { 0.0 },
-            places: None,
-            for_places: 0,
-        };
-        press_on(goals, refinement, &layers, cancel, tell)
-    }
-
-    /// Presses it on meshes that are refined where the errors are made.
-    fn press_adaptively(
-        &self,
-        goals: &[Goal],
-        refinement: &Refinement,
-        places: Option<&Places<'_, Plane>>,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Pressing, ModelError> {
         let deepest = deepest(goals);
         let first = || Ok(self.mesh_within_limit(0, deepest)?.mesh());
         let model = |mesh: Mesh, k: usize| {
@@ -156,9 +103,47 @@ impl PlaneLayer {
         adaptive.press(goals, refinement, places, cancel, tell)
     }
 
-    /// The least radius (m) of the corners that the surface bends around on mesh number `k`, which is more than that of the punch on the first of them: around
-    /// a radius much shorter than the sides of its elements the surface cannot slide. What is found there is inside the punch, and counts only if
-    /// that is by no more than is accepted of any state.
+    /// Presses it on the meshes of [`PlaneLayer::mesh`], each of which halves what limits the accuracy of the one before.
+    fn press_on_levels(
+        &self,
+        goals: &[Goal],
+        refinement: &Refinement,
+        cancel: &AtomicBool,
+        tell: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Pressing, ModelError> {
+        let deepest = deepest(goals);
+        // The surface slides around sharp corners: each load has a mesh of its own.
+        let press_sharp = match self.indenter {
+            Indenter::Sharp { half_width } => {
+                Some(move |k: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
+                    let settings = NewtonSettings { cancel: Some(cancel), ..NewtonSettings::default() };
+                    self.press_sharp(half_width, refinement.meshes[k], coarser, goal, &settings)
+                })
+            }
+            _ => None,
+        };
+        let settings = if self.folds() { NewtonSettings::through_folds() } else { NewtonSettings::default() };
+        let meshed = |k: usize, _: &[Level], _: &[usize]| {
+            let level = *refinement.meshes.get(k)?;
+            let mesh = self.levels().contains(&level).then(|| self.mesh_within_limit(level, deepest))?;
+            let model = mesh.and_then(|mesh| self.model_on(&mesh));
+            Some(model.map(|model| Meshed { model, mesh: None, size: halved(level), settings }))
+        };
+        let layers = Layers {
+            meshed: &meshed,
+            room_for_two: &|_| true, // they are small in the plane
+            remesh: press_sharp.as_ref().map(|press| press as &Remesh<'_, Plane>),
+            estimates: false,
+            scatter: if self.folds() { JUMPS } else { 0.0 },
+            places: None,
+            for_places: 0,
+        };
+        press_on(goals, refinement, &layers, cancel, tell)
+    }
+
+    /// The least radius (m) of the corners that the surface bends around on mesh number `k`. It is larger than that of a punch on
+    /// the first meshes, on whose long sides the surface could not slide around it. What is found there lies inside the punch,
+    /// which is a fault unless it is by as little as in any state that counts.
     fn least_corner_radius(&self, k: usize) -> f64 {
         FIRST_RADIUS * self.thickness * halved(k)
     }
@@ -172,7 +157,7 @@ impl PlaneLayer {
         self.model(mesh.mesh(), mesh.punch.as_ref().map(|fan| fan.corner))
     }
 
-    /// The same where the point `contact_end` (m) of the surface lies at the corner of a sharp punch.
+    /// This layer at rest on a mesh; the point `contact_end` (m) of the surface, if there is one, lies at the corner of a sharp punch.
     fn model(&self, mesh: Mesh, contact_end: Option<f64>) -> Result<LayerModel, ModelError> {
         if self.position != 0.0 && self.indenter.sharp_corner().is_some() {
             return Err(ModelError::SharpOffTheMiddle);
@@ -187,7 +172,7 @@ impl PlaneLayer {
         })
     }
 
-    /// What the first of the meshes that are refined depends on, for compressions up to `deepest`.
+    /// The first of the meshes that are refined where the errors are made, for compressions up to `deepest`.
     pub(super) fn first_mesh(&self, deepest: f64) -> FirstMesh {
         FirstMesh {
             thickness: self.thickness,
@@ -226,7 +211,7 @@ impl PlaneLayer {
         Ok(LIMITS.sizes(&self.mesh_within_limit(0, deepest)?.mesh()))
     }
 
-    /// What decides how many linear systems a load takes.
+    /// The kind of pressing, which decides how many linear systems a load takes.
     pub fn regime(&self) -> PressingRegime {
         match self.indenter {
             Indenter::WholeTop if self.folds() => PressingRegime::Folds,
