@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::punch_force::{COMPRESSIONS, HALF_WIDTHS};
-use elastocap_mechanics::solid::layer::{End, Indenter};
-use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::layer::End;
+use elastocap_mechanics::solid::plane::press::{PlaneLayer, sharp_punch};
 use elastocap_mechanics::solid::press::{Goal, Refinement};
 
 /// Length of the layer beyond the punch, in thicknesses: four would change forces by less than a thousandth.
@@ -26,7 +26,7 @@ fn main() {
             half_length: half_width + BEYOND,
             rubber: Rubber::neo_hookean(1.0),
             inclusions: Vec::new(),
-            indenter: Indenter::Sharp { half_width },
+            indenter: sharp_punch(half_width, 1.0),
             position: 0.0,
             end: End::Free,
         };

@@ -2,14 +2,14 @@
 //!
 //! `cargo run --release -p elastocap-mechanics --example sharp_punch -- HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...`
 //!
-//! `HALF_WIDTH@POSITION` moves punches with rounded corners off the middle of the layer, in thicknesses; a sharp one has to stand on it.
+//! `HALF_WIDTH@POSITION` moves the punches off the middle of the layer, in thicknesses.
 
 use std::sync::atomic::AtomicBool;
 
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::plane::press::{PlaneLayer, sharp_punch};
 use elastocap_mechanics::solid::press::{Goal, Refinement};
 
 fn main() {
@@ -30,8 +30,8 @@ fn main() {
             Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
         )
     });
-    let sharp = (position == 0.0).then(|| ("sharp".to_owned(), Indenter::Sharp { half_width }));
-    for (name, indenter) in sharp.into_iter().chain(rounded) {
+    let sharp = ("sharp".to_owned(), sharp_punch(half_width, 1.0));
+    for (name, indenter) in std::iter::once(sharp).chain(rounded) {
         let layer = PlaneLayer {
             thickness: 1.0,
             half_length: half_width + 5.0,

@@ -1,6 +1,5 @@
 //! Why a layer cannot be deformed as a case asks.
 
-use crate::words::prefixed;
 use elastocap_mechanics::MechanicsError;
 use elastocap_mechanics::solid::model::ModelError;
 use elastocap_mechanics::solid::newton::Stopped;
@@ -43,37 +42,9 @@ pub enum LayerSetupError {
     /// The coarsest mesh has too many elements already.
     #[error("{0}; make [layer] and what presses it more alike in size")]
     TooManyElements(Box<ModelError>),
-    /// The layer is too short for what is solved at its end.
-    #[error(
-        "half the length of the layer, {}, is not more than its thickness, {}, which the finite elements at its end take up; make \
-         `half_length` in [layer] {} or more",
-        prefixed(*half_length, 4, "m"),
-        prefixed(*thickness, 4, "m"),
-        prefixed(ROOM * thickness, 4, "m")
-    )]
-    Short {
-        /// Half its length, m.
-        half_length: f64,
-        /// Its thickness, m.
-        thickness: f64,
-    },
-    /// A punch ends where the elements at the end of the layer begin.
-    #[error(
-        "the punch reaches to {} from the middle of the layer, and the finite elements at its end take up what lies beyond {}: there is no \
-         room for those around the corner of the punch; make `half_length` in [layer] {} or more{}",
-        prefixed(*reach, 4, "m"),
-        prefixed(half_length - thickness, 4, "m"),
-        prefixed(reach + ROOM * thickness, 4, "m"),
-        narrower(half_length - ROOM * thickness)
-    )]
-    PunchNearEnd {
-        /// How far the punch reaches from the middle, m.
-        reach: f64,
-        /// Half the length of the layer, m.
-        half_length: f64,
-        /// Its thickness, m.
-        thickness: f64,
-    },
+    /// A patch ends where the layer ends.
+    #[error("{0}")]
+    NoRoom(Box<ModelError>),
     /// The layer is so long that rounding takes its first elements for none.
     #[error(
         "the layer is {ratio:.0e} times as long as it is thick, and its finite elements are meant for {limit:.0e} at most; make \
@@ -87,7 +58,7 @@ pub enum LayerSetupError {
     },
     /// In plane strain the electrodes end too near to the end of the layer.
     #[error(
-        "the electrodes reach into the last thickness of the layer before its end; make `half_length` in [layer] larger"
+        "the electrodes reach into the last thickness of the layer, or the outer half of a short one; make `half_length` in [layer] larger"
     )]
     ElectrodesNearEnd,
     /// In space the electrodes end too near to an edge of the layer.
@@ -106,17 +77,6 @@ pub enum LayerSetupError {
         /// What to make larger.
         key: &'static str,
     },
-}
-
-/// Length over the thickness that is enough between a punch and the end of the layer.
-const ROOM: f64 = 1.25;
-
-fn narrower(reach: f64) -> String {
-    if reach > 0.0 {
-        format!(", or let the punch reach to {} at most", prefixed(reach, 4, "m"))
-    } else {
-        String::new()
-    }
 }
 
 /// Largest half-length of a layer over its thickness.

@@ -7,8 +7,8 @@ use elastocap_mechanics::solid::dimension::Plane;
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime};
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press, LayerModel};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::plane::press::PlaneLayer;
-use elastocap_mechanics::solid::press::{Goal, Places, Pressed, Pressing, Refinement, deepest};
+use elastocap_mechanics::solid::plane::press::{PlaneLayer, sharp_punch};
+use elastocap_mechanics::solid::press::{Places, Pressed, Pressing, Refinement, deepest};
 
 use super::curves::{DeformedCurves, range, through};
 use super::electrode_box::ElectrodeBox;
@@ -17,7 +17,7 @@ use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus
 use super::places::LayerPlaces;
 use super::skin;
 use crate::load_steps::StepLoad;
-use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, PunchContact};
+use elastocap_case::{Case, Electrodes, Indenter, Layout, PlaneStrain, PunchContact};
 
 /// Whether the layer can be set up.
 ///
@@ -25,23 +25,8 @@ use elastocap_case::{Case, Electrodes, Indenter, Layer, Layout, PlaneStrain, Pun
 /// Why not.
 pub(super) fn check(case: &Case, model: &PlaneStrain, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     let (problem, goals) = (problem(case, model)?, goals(loads, model.width));
-    check_room(&problem, &goals)?;
     problem.mesh_sizes(deepest(&goals)).map_err(LayerSetupError::too_large)?;
     Ok(())
-}
-
-/// Whether the elements under the indenter have room before the end of the layer.
-fn check_room(problem: &PlaneLayer, goals: &[Goal]) -> Result<(), LayerSetupError> {
-    let Err(_no_room) = problem.check_room(goals) else { return Ok(()) };
-    let (half_length, thickness) = (problem.half_length, problem.thickness);
-    Err(match problem.indenter.half_width() {
-        Some(half_width) if half_length > thickness => LayerSetupError::PunchNearEnd {
-            reach: problem.position.abs() + half_width,
-            half_length,
-            thickness,
-        },
-        Some(_) | None => LayerSetupError::Short { half_length, thickness },
-    })
 }
 
 /// The meshes that a run may need, coarse to fine, and what their linear systems are for.
@@ -72,7 +57,6 @@ pub(super) fn solve(
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, model.width);
-    check_room(&problem, &goals)?;
     let refinement = Refinement::to(model.relative_tolerance);
     let layer_places =
         LayerPlaces::new(case, problem.thickness, &problem.inclusions, problem.position == 0.0);
@@ -148,7 +132,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
         Indenter::WholeTop => (Press::WholeTop, 0.0),
         Indenter::FlatPunch { half_width, corner_radius, contact, position } => {
             let punch = match (corner_radius > 0.0, contact) {
-                (false, PunchContact::Smooth) => Press::Sharp { half_width },
+                (false, PunchContact::Smooth) => sharp_punch(half_width, layer.thickness),
                 (false, PunchContact::Held) => Press::Held { half_width },
                 (false, PunchContact::Bonded) => Press::Bonded { half_width },
                 (true, PunchContact::Smooth) => {
@@ -165,10 +149,10 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
         }
     };
     let inclusions = match &case.electrodes {
-        Some(electrodes) => inclusions(electrodes, layer, half_length, material, position != 0.0)?,
+        Some(electrodes) => inclusions(electrodes, material, position != 0.0),
         None => Vec::new(),
     };
-    Ok(PlaneLayer {
+    let problem = PlaneLayer {
         thickness: layer.thickness,
         half_length,
         rubber: Rubber::of_law(material.clone(), layer.bulk_modulus),
@@ -176,17 +160,20 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
         indenter,
         position,
         end: end(model.end),
-    })
+    };
+    problem.check_room().map_err(|error| LayerSetupError::NoRoom(Box::new(error)))?;
+    if problem.inclusions.iter().any(|i| i.max[0] > problem.room()) {
+        return Err(LayerSetupError::ElectrodesNearEnd);
+    }
+    Ok(problem)
 }
 
 /// The electrodes in the right half of the layer, or in the `whole` of it: what is solved.
 fn inclusions(
     electrodes: &Electrodes,
-    layer: &Layer,
-    half_length: f64,
     material: &HyperelasticLaw,
     whole: bool,
-) -> Result<Vec<Inclusion>, LayerSetupError> {
+) -> Vec<Inclusion> {
     let modulus = electrode_modulus(electrodes, material);
     let regions = electrodes.regions();
     let solved = match electrodes.layout {
@@ -197,15 +184,11 @@ fn inclusions(
     solved
         .iter()
         .map(|region| {
-            let inclusion: Inclusion = Inclusion {
+            Inclusion {
                 min: [region.min[0].max(axis), region.min[1]],
                 max: [region.max[0], region.max[1]],
                 rubber: Rubber::neo_hookean(modulus),
-            };
-            if inclusion.max[0] > half_length - layer.thickness {
-                return Err(LayerSetupError::ElectrodesNearEnd);
             }
-            Ok(inclusion)
         })
         .collect()
 }

@@ -92,7 +92,7 @@ impl Plan {
             Ok(Some((meshes, compressions))) => {
                 let unknowns: Vec<usize> = meshes.iter().map(|mesh| mesh.unknowns).collect();
                 let listed_unknowns: Vec<String> = unknowns.iter().map(|n| grouped(*n)).collect();
-                let regime = PressingRegime::Sharp;
+                let regime = PressingRegime::Patch;
                 self.layer = Some(LayerForecast {
                     unknowns,
                     memory_bytes: memory_bytes::<Plane>(&meshes, compressions, self.layer_memory_limit),
@@ -164,17 +164,12 @@ impl Plan {
         let by_force = matches!(load, Load::Force(_));
         let by = if by_force { "compression" } else { "force" };
         let loads = self.distinct_steps().count();
-        let kept = match regime {
-            // Each load has meshes of its own, and all are kept.
-            PressingRegime::Sharp => meshes.repeat(loads.max(1)),
-            PressingRegime::Smooth | PressingRegime::Patch | PressingRegime::Folds => meshes.to_vec(),
-        };
         let memory =
             |meshes: &[MeshSize]| memory_bytes::<S>(meshes, self.steps.len(), self.layer_memory_limit);
         // In space no mesh is begun that does not fit into the memory.
         let fits = |meshes: &&[MeshSize]| S::AXES == 2 || memory(meshes) <= self.layer_memory_limit;
         let begun =
-            (2..=kept.len()).rev().map(|n| &kept[..n]).find(fits).unwrap_or(&kept[..kept.len().min(1)]);
+            (2..=meshes.len()).rev().map(|n| &meshes[..n]).find(fits).unwrap_or(&meshes[..meshes.len().min(1)]);
         self.layer = Some(LayerForecast {
             indenter,
             unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),

@@ -9,21 +9,19 @@ use super::layer::LayerModel;
 use super::mesh::Mesh;
 use super::model::{Equations, ModelError, State};
 use super::newton::NewtonSettings;
-use super::press::{Goal, Layers, Level, Meshed, Places, Pressing, Refinement, press_on};
+use super::press::{Goal, Layers, LeastErrors, Level, Meshed, Places, Pressing, Refinement, press_on};
 use super::refinement::Refinable;
 
 /// How many times as many elements the next mesh has by its marks alone.
 const GROWTH: f64 = 1.8;
+/// The same while no state counts, because each has a fault.
+const GROWTH_BEFORE: f64 = 1.5;
 /// Elements are not cut to less than this, over the thickness: stress is singular at the edges of stiff bodies, and what is there on the
 /// smallest scales matters to nothing that is asked for.
 const SMALLEST: f64 = 1e-3;
 /// Length of an element over the shortest of those along which it is cut, above which it is cut along that too. Stress that is singular at
 /// one end of a slender element hardly shows at the points of its quadrature: along which of its axes it varies there is not seen.
 const SLENDER: f64 = 3.0;
-
-/// Least relative error of a force, or of a compression, where a surface slides around corners. The side of an element may pass a
-/// corner earlier or later, depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
-const SLIDING: f64 = 1e-3;
 
 /// A layer and the meshes that it may be pressed on.
 pub(crate) struct Adaptive<'a, S: Dimension> {
@@ -37,6 +35,10 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
     pub(crate) halvings: Option<&'a HalvingsAt<'a, S>>,
     /// Whether what presses is a rounded body in contact with the surface.
     pub(crate) is_rounded: bool,
+    /// Whether the end of the layer rolls up.
+    pub(crate) folds: bool,
+    /// The least errors that are stated.
+    pub(crate) least_errors: LeastErrors,
     /// How far the meshes are refined.
     pub(crate) limits: Limits,
     /// The memory in bytes that no mesh may take more of.
@@ -120,7 +122,10 @@ impl<S: Dimension> Adaptive<'_, S> {
                 let smallest = if mesh.is_collapsed(e) { self.limits.smallest_at_corner } else { SMALLEST };
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
-            let marks = marks(&estimates, GROWTH, cut_along).unwrap_or_else(every_axis);
+            // What lies inside the indenter because its corners are still too round says little of where errors will be.
+            let none_counts = unknown.iter().all(|&g| last.fault(g).is_some());
+            let growth = if none_counts { GROWTH_BEFORE } else { GROWTH };
+            let marks = marks(&estimates, growth, cut_along).unwrap_or_else(every_axis);
             let mut halvings = vec![Halvings::default(); count];
             if let Some(halvings_at) = self.halvings {
                 for (model, state) in unknown.iter().filter_map(|&g| last.start(g)) {
@@ -133,9 +138,7 @@ impl<S: Dimension> Adaptive<'_, S> {
         let layers = Layers {
             meshed: &meshed,
             room_for_two: &|model| 2 * model.equations().memory_bytes() <= self.memory_limit,
-            remesh: None,
-            estimates: true,
-            scatter: if self.halvings.is_some() { SLIDING } else { 0.0 },
+            least_errors: self.least_errors,
             places,
             for_places: self.limits.for_places,
         };
@@ -159,6 +162,7 @@ impl<S: Dimension> Adaptive<'_, S> {
         // A gap is given at the pressure of the shear modulus. One of 1e-5 of the thickness changes the force of a punch by 7e-6.
         // The settings are parts of the shortest side of the mesh.
         let gap = |of_thickness: f64| of_thickness * self.thickness / model.equations().shortest_side;
+        let plain = if self.folds { NewtonSettings::through_folds() } else { NewtonSettings::default() };
         let settings = NewtonSettings {
             tolerance: 1e-7,
             first_step: if self.is_rounded { 0.5 } else { 1.0 },
@@ -167,7 +171,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             moving_gap: if S::AXES == 2 { gap(3e-4) } else { 3e-3 },
             final_gap: gap(1e-5),
             first_gap: gap(1e-5),
-            ..NewtonSettings::default()
+            ..plain
         };
         Ok(Meshed { model, mesh: Some(refinable), size, settings })
     }

@@ -1,6 +1,7 @@
 //! The first of the meshes of a layer: coarse, and fitted to what is in the layer and to what presses on it.
 
 use super::layer::{End, Indenter, LayerMesh};
+use super::layer_mesh::end_reach;
 use super::mesh::{geometric, graded_to_edges, uniform};
 use super::obstacle::IndenterProfile;
 
@@ -46,28 +47,26 @@ fn fan(n: usize) -> Vec<f64> {
 impl FirstMesh {
     /// The section `x3 = 0` with about `n` elements over the thickness.
     pub(crate) fn section(&self, n: usize) -> LayerMesh {
-        let (height, length) = (self.thickness, self.half_length);
+        let (height, length, end) = (self.thickness, self.half_length, self.end_reach());
         let mut section = match self.indenter {
             // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
-            Indenter::Sharp { half_width }
-            | Indenter::Held { half_width }
-            | Indenter::Bonded { half_width } => {
+            Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 let highest = self.edges[1].iter().copied().fold(0.0, f64::max);
-                let room = 0.5 * (length - height - half_width).min(half_width);
+                let room = 0.5 * (length - end - half_width).min(half_width);
                 let reach = (0.5 * height).min(0.9 * (height - highest)).min(room);
                 LayerMesh::under_punch(height, length, [half_width, reach], n, 0.5, n / 2)
             }
             Indenter::WholeTop | Indenter::Smooth(_) => {
                 let size = self.size(n, 0);
-                let begin = if self.position == 0.0 { 0.0 } else { height - length };
+                let begin = if self.position == 0.0 { 0.0 } else { end - length };
                 LayerMesh {
-                    along: graded_to_edges(begin, length - height, &self.edges[0], |x| {
+                    along: graded_to_edges(begin, length - end, &self.edges[0], |x| {
                         size(x - self.position)
                     }),
                     up: graded_to_edges(0.0, height, &self.edges[1], |y| {
                         (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)
                     }),
-                    end_top: uniform(length - height, length, n.div_ceil(2)),
+                    end_top: uniform(length - end, length, n.div_ceil(2)),
                     radii: if self.end == End::Far { Vec::new() } else { fan(n) },
                     punch: None,
                 }
@@ -92,6 +91,11 @@ impl FirstMesh {
         section
     }
 
+    /// How far the elements at the end of the layer reach inward, in m.
+    pub(crate) fn end_reach(&self) -> f64 {
+        end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
+    }
+
     /// Size of the smallest elements at the surface, in m, with about `n` over the thickness.
     pub(crate) fn finest(&self, n: usize) -> f64 {
         let part = if self.indenter.is_rounded() { 0.5 } else { 1.0 };
@@ -113,14 +117,12 @@ impl FirstMesh {
                 IndenterProfile::Cylinder { radius } => along_x1(round(radius)),
                 IndenterProfile::Punch { half_width, .. } => along_x1((half_width, 0.0)),
             },
-            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
-                None
-            }
+            Indenter::WholeTop | Indenter::Held { .. } | Indenter::Bonded { .. } => None,
         };
         let (fine, coarse, growth) = (self.finest(n), thickness / n as f64, FAR_GROWTH / n as f64);
         // Away from its end and its inclusions a layer under a plate varies over the length only.
         let longest = coarse * (self.half_length / (SHORT * thickness)).max(1.0);
-        let end = self.half_length - thickness;
+        let end = self.half_length - self.end_reach();
         let edges = self.edges[axis * 2].clone();
         move |x: f64| {
             let x = x.abs();

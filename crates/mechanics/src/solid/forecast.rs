@@ -23,17 +23,8 @@ pub enum PressingRegime {
     Smooth,
     /// The edge of a patch that is held or bonded, at which the surface piles up.
     Patch,
-    /// A sharp punch in contact: for each load the point of the surface at its corner is searched for, on a mesh of its own.
-    Sharp,
     /// A free end that rolls up, fold after fold.
     Folds,
-}
-
-impl PressingRegime {
-    /// Whether the layer is pressed on meshes made for levels of refinement, and not on ones that are refined where the errors are made.
-    pub(crate) fn has_levels(self) -> bool {
-        matches!(self, Self::Patch | Self::Sharp | Self::Folds)
-    }
 }
 
 /// Factor for memory that is not counted item by item.
@@ -107,7 +98,6 @@ pub fn seconds<S: Dimension>(
     let systems = match regime {
         PressingRegime::Smooth => 10.0 * loads as f64,
         PressingRegime::Patch => 45.0 * loads as f64,
-        PressingRegime::Sharp => 30.0 * loads as f64,
         PressingRegime::Folds => 100.0 * loads as f64,
     };
     let shared = |level: usize| if S::AXES == 3 && level > 0 { ON_TWO_THREADS } else { 1.0 };
@@ -161,7 +151,7 @@ mod tests {
                 position: 0.0,
                 end,
             };
-            let meshes = [0, 1, 2].map(|level| layer.mesh(level, 0.3).unwrap());
+            let meshes = [2, 4, 8].map(|n| layer.mesh(n, 0.3));
             let found = meshes.each_ref().map(|m| {
                 LayerModel::new(m, rubber.clone(), indenter, end).unwrap().equations().memory_bytes()
             });

@@ -12,7 +12,7 @@ use super::estimate::{Estimate, Wanted, WantedNumber};
 use super::flanks::flanks;
 use super::force_goal::meet_force;
 use super::model::{Body, Equations, Load, ModelError, State};
-use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
+use super::newton::{Effort, NewtonSettings, Stopped};
 use super::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
 use elastocap_materials::Rubber;
 
@@ -47,13 +47,6 @@ pub enum Indenter {
     WholeTop,
     /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
     Smooth(IndenterProfile),
-    /// A flat punch with sharp corners, in contact without friction: the surface slides around its corners and along its flanks. The
-    /// mesh says which point of the surface lies at the corner, by the centre of its [`PunchFan`]; see `contact_end`.
-    /// Only in the plane.
-    Sharp {
-        /// Half the width of the punch in m.
-        half_width: f64,
-    },
     /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by `U`, wherever they go
     /// along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
     Held {
@@ -72,7 +65,7 @@ impl Indenter {
     pub(crate) fn is_rounded(&self) -> bool {
         match self {
             Self::Smooth(_) => true,
-            Self::WholeTop | Self::Sharp { .. } | Self::Held { .. } | Self::Bonded { .. } => false,
+            Self::WholeTop | Self::Held { .. } | Self::Bonded { .. } => false,
         }
     }
 
@@ -81,9 +74,7 @@ impl Indenter {
         match self {
             Self::WholeTop => None,
             Self::Smooth(profile) => profile.flat_face().map(|(half_width, _)| half_width),
-            Self::Sharp { half_width } | Self::Held { half_width } | Self::Bonded { half_width } => {
-                Some(*half_width)
-            }
+            Self::Held { half_width } | Self::Bonded { half_width } => Some(*half_width),
         }
     }
 
@@ -91,16 +82,14 @@ impl Indenter {
     pub(crate) fn corner_radius(&self, least: f64) -> Option<f64> {
         match self {
             Self::Smooth(profile) => profile.corner_radius(least),
-            Self::WholeTop | Self::Sharp { .. } | Self::Held { .. } | Self::Bonded { .. } => None,
+            Self::WholeTop | Self::Held { .. } | Self::Bonded { .. } => None,
         }
     }
 
-    /// Half its width in m if it is a flat punch with sharp corners, which need a fan in the mesh.
-    pub(crate) fn sharp_corner(&self) -> Option<f64> {
+    /// Half its width in m if it is a patch that is held or bonded, whose edge needs a fan in the mesh.
+    pub(crate) fn patch(&self) -> Option<f64> {
         match *self {
-            Self::Sharp { half_width } | Self::Held { half_width } | Self::Bonded { half_width } => {
-                Some(half_width)
-            }
+            Self::Held { half_width } | Self::Bonded { half_width } => Some(half_width),
             Self::WholeTop | Self::Smooth(_) => None,
         }
     }
@@ -126,21 +115,6 @@ pub struct LayerModel<S: Dimension = Plane> {
     indenters: Range<usize>,
     substrate: Option<usize>,
     symmetry: Symmetry,
-    /// The corner of a sharp punch that the surface slides around.
-    corner: Option<Corner>,
-}
-
-/// The corner of a sharp punch, and what of the layer lies there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Corner {
-    /// Half the width of the punch in m.
-    pub(crate) half_width: f64,
-    /// `x1` at rest, in m, of the point of the surface that lies at the corner.
-    pub(crate) end: f64,
-    /// The node there.
-    node: usize,
-    /// Number of the punch's flank among the obstacles.
-    flank: usize,
 }
 
 /// One step of a pressed layer.
@@ -203,9 +177,7 @@ impl LayerModel {
         let mut body = Body::new(mesh.mesh(), rubber.clone());
         include(&mut body, inclusions);
         let symmetry = if mesh.is_whole() { Symmetry::None } else { Symmetry::Half };
-        let contact_end = mesh.punch.as_ref().map(|fan| fan.corner);
-        let indenter = (indenter, position);
-        Self::with(body, mesh.thickness(), indenter, contact_end, end, symmetry, |x| x[0].abs() > length)
+        Self::with(body, mesh.thickness(), (indenter, position), end, symmetry, |x| x[0].abs() > length)
     }
 }
 
@@ -241,14 +213,10 @@ impl<S: Dimension> LayerModel<S> {
         mut body: Body<S>,
         top: f64,
         (indenter, position): (Indenter, f64),
-        contact_end: Option<f64>,
         end: End,
         symmetry: Symmetry,
         outside: impl Fn(S::Point) -> bool,
     ) -> Result<Self, ModelError> {
-        if S::AXES == 3 && matches!(indenter, Indenter::Sharp { .. }) {
-            return Err(ModelError::SharpInSpace);
-        }
         let tiny = 1e-9 * top;
         body.hold(0, |x| x[0] == 0.0 && symmetry != Symmetry::None);
         for axis in 0..S::AXES {
@@ -258,21 +226,11 @@ impl<S: Dimension> LayerModel<S> {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
             body.hold(0, |x| x[0].abs() > length - tiny);
         }
-        let (mut substrate, mut corner) = (None, None);
-        let mut hold = None;
+        let (mut substrate, mut hold) = (None, None);
         let mut obstacles = match indenter {
             Indenter::WholeTop => {
                 hold = Some((f64::INFINITY, false));
                 Vec::new()
-            }
-            Indenter::Sharp { half_width } => {
-                let end = contact_end.unwrap_or(half_width);
-                hold = Some((end + tiny, false));
-                let node = body.mesh.nearest_node(S::Point::from_fn(|k| [end, top, 0.0][k]));
-                corner = Some(Corner { half_width, end, node, flank: 0 });
-                body.held[S::AXES * node] = true;
-                let sides = body.mesh.boundary_where(|x| x[1] > top - tiny && x[0] > end - tiny);
-                vec![Obstacle { shape: ObstacleShape::Flank { side: 1.0 }, sides, carrier: None }]
             }
             Indenter::Held { half_width } => {
                 hold = Some((half_width + tiny, false));
@@ -309,9 +267,6 @@ impl<S: Dimension> LayerModel<S> {
         for part in indenters.clone() {
             load.shift[part] = S::Point::from_fn(|k| [position, top, 0.0][k]);
         }
-        if let Some(corner) = corner {
-            load.shift[corner.flank][0] = corner.end;
-        }
         let mut shift = load.shift.clone();
         for part in indenters.clone() {
             // A contact force needs a gap.
@@ -319,7 +274,7 @@ impl<S: Dimension> LayerModel<S> {
         }
         let state = State { shift, ..body.at_rest() };
         let equations = Equations::new(body)?;
-        Ok(Self { equations, indenter, thickness: top, state, load, indenters, substrate, symmetry, corner })
+        Ok(Self { equations, indenter, thickness: top, state, load, indenters, substrate, symmetry })
     }
 
     /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
@@ -341,11 +296,6 @@ impl<S: Dimension> LayerModel<S> {
         if let Some(radius) = self.indenter.corner_radius(least) {
             self.equations.set_corner_radius(radius);
         }
-    }
-
-    /// The corner of a sharp punch in contact, if that is what presses.
-    pub(crate) fn corner(&self) -> Option<Corner> {
-        self.corner
     }
 
     /// Releases the memory that only pressing takes, until the next load.
@@ -435,30 +385,6 @@ impl<S: Dimension> LayerModel<S> {
         found.map(|effort| self.step(effort))
     }
 
-    /// Moves the nodes at rest to `nodes` (m), of which the one at the corner is at `end` (m), and finds the equilibrium near `state`.
-    pub(crate) fn settle_on(
-        &mut self,
-        nodes: Vec<S::Point>,
-        end: f64,
-        mut state: State<S>,
-        settings: &NewtonSettings,
-    ) -> Result<Effort, StopReason> {
-        let compression = self.compression();
-        self.equations.move_nodes(nodes).map_err(|_| StopReason::Inversion)?;
-        if let Some(corner) = &mut self.corner {
-            corner.end = end;
-        }
-        let load = self.load_at(compression);
-        let mut effort = Effort::default();
-        let settled = self.equations.settle_again(&mut state, &load, settings, &mut effort);
-        settled.map_err(|(reason, _)| reason)?;
-        if effort.negative_pivots > 0 {
-            return Err(StopReason::NoConvergence);
-        }
-        (self.state, self.load) = (state, load);
-        Ok(effort)
-    }
-
     /// The load with the indenter at `compression`.
     fn load_at(&self, compression: f64) -> Load<S> {
         let depth = compression * self.thickness;
@@ -473,10 +399,6 @@ impl<S: Dimension> LayerModel<S> {
                     next.displacement[S::AXES * n + 1] = -depth;
                 }
             }
-        }
-        if let Some(corner) = self.corner {
-            next.displacement[S::AXES * corner.node] = corner.half_width - corner.end;
-            next.shift[corner.flank][0] = corner.half_width;
         }
         next
     }
@@ -507,11 +429,6 @@ impl<S: Dimension> LayerModel<S> {
         moved / top
     }
 
-    /// Smallest `J` of the quadrature points in the last equilibrium.
-    pub(crate) fn smallest_j(&self) -> f64 {
-        self.equations.smallest_j(&self.state.displacement, &self.state.displacement, false).0
-    }
-
     /// Forces and contact in the last equilibrium, together with the `effort` it took.
     pub fn step(&self, effort: Effort) -> LayerStep {
         let tiny = 1e-9 * self.thickness;
@@ -519,7 +436,7 @@ impl<S: Dimension> LayerModel<S> {
         let contact = |o: usize| self.equations.contact_force(o, &self.state)[1];
         let part = match self.indenter {
             Indenter::Smooth(_) => -self.indenters.clone().map(contact).sum::<f64>(),
-            Indenter::WholeTop | Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => {
+            Indenter::WholeTop | Indenter::Held { .. } | Indenter::Bonded { .. } => {
                 -self.equations.reaction(1, |x| x[1] > top - tiny)
             }
         };

@@ -1,4 +1,4 @@
-//! Meshes of a layer in the plane: tensor products with fans around the bonded end and the edge of a sharp punch.
+//! Meshes of a layer in the plane: tensor products with fans around the bonded end and the edge of a patch.
 
 use super::mesh::{Mesh, Patch, geometric, uniform};
 use super::model::ModelError;
@@ -6,22 +6,22 @@ use super::model::ModelError;
 /// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerMesh {
-    /// Breakpoints along `x1` to one thickness before the end, in m: from the axis or, of a whole layer, from one thickness after its
-    /// other end.
+    /// Breakpoints along `x1` to where the elements at the end begin, in m: from the axis or, of a whole layer, from where those at its other
+    /// end begin.
     pub along: Vec<f64>,
     /// Breakpoints from the substrate to the top, in m.
     pub up: Vec<f64>,
-    /// Breakpoints along the top over the last thickness, in m, from `half_length - thickness` to `half_length`. A whole layer
+    /// Breakpoints along the top from there to the end, in m; see [`end_reach`]. A whole layer
     /// has the same at its other end.
     pub end_top: Vec<f64>,
     /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
     /// tensor product, which turns inside out at that corner.
     pub radii: Vec<f64>,
-    /// A fan around the point of the top where a sharp punch ends, if there is one.
+    /// A fan around the point of the top where a patch that is held or bonded ends, if there is one.
     pub punch: Option<PunchFan>,
 }
 
-/// Sectors around the point where a sharp punch ends: the surface next to it turns up by 90 degrees and more, which two
+/// Sectors around the point where a patch that is held or bonded ends: the surface next to it turns up by 90 degrees and more, which two
 /// quadrilaterals that meet there cannot follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PunchFan {
@@ -33,9 +33,12 @@ pub struct PunchFan {
     pub corner: f64,
     /// Fractions of the way from the centre, from 0 to 1.
     pub radii: Vec<f64>,
-    /// Power of these fractions that the way along the surface is cut at; 1 for rings of one shape. Where the surface slides around a
-    /// corner it is stretched without limit, and its elements have to be narrow at rest.
-    pub narrowing: f64,
+}
+
+/// How far the elements at the end of a layer of this thickness and half length reach inward: by the thickness, and at most half the way
+/// to `from`, the middle of the layer or the edge of a patch on it. All in m.
+pub(crate) fn end_reach(thickness: f64, half_length: f64, from: f64) -> f64 {
+    thickness.min(0.5 * (half_length - from))
 }
 
 /// Breakpoints at ascending distances from `middle` (m), 0 the first of them, to the left and to the right.
@@ -96,8 +99,8 @@ impl LayerMesh {
         }
     }
 
-    /// A mesh with about `n` quadrilaterals over the thickness for a sharp punch that ends at `corner` (m), with a
-    /// fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has two rings.
+    /// A mesh with about `n` quadrilaterals over the thickness for a patch of the top that ends at `corner` (m), with a
+    /// fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has one ring.
     pub fn under_punch(
         thickness: f64,
         half_length: f64,
@@ -106,7 +109,8 @@ impl LayerMesh {
         ratio: f64,
         rings: usize,
     ) -> Self {
-        let body = half_length - thickness;
+        let end = end_reach(thickness, half_length, corner);
+        let body = half_length - end;
         let (left, right, low) = (corner - reach, corner + reach, thickness - reach);
         let count = |length: f64| ((length / thickness) * n as f64).round().max(1.0) as usize;
         let mut along = uniform(0.0, left, count(left));
@@ -122,9 +126,8 @@ impl LayerMesh {
             up: floor,
             corner,
             radii: geometric(ratio, rings),
-            narrowing: 1.0,
         });
-        let end_top = uniform(body, half_length, count(0.6 * thickness));
+        let end_top = uniform(body, half_length, count(0.6 * end));
         Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }
 
@@ -187,7 +190,7 @@ impl LayerMesh {
         let other_end = self.is_whole().then(|| end.clone().mapped(|x| [-x[0], x[1]]));
         let mut patches = vec![end];
         patches.extend(other_end);
-        if let Some(PunchFan { along: [first, last], up: floor, corner, radii, narrowing }) = &self.punch {
+        if let Some(PunchFan { along: [first, last], up: floor, corner, radii }) = &self.punch {
             let (low, high) = (&self.up[..=*floor], &self.up[*floor..]);
             let under = &self.along[*first..=*last];
             patches.push(Patch::tensor(&self.along, low));
@@ -196,8 +199,7 @@ impl LayerMesh {
             let mut rim: Vec<[f64; 2]> = high.iter().rev().map(|&y| [under[0], y]).collect();
             rim.extend(under.iter().skip(1).map(|&x| [x, high[0]]));
             rim.extend(high.iter().skip(1).map(|&y| [under[under.len() - 1], y]));
-            let powers = [*narrowing, 1.0];
-            patches.push(Patch::narrowing_fan([*corner, top], &rim, radii, powers));
+            patches.push(Patch::fan([*corner, top], &rim, radii));
         } else {
             patches.push(Patch::tensor(&self.along, &self.up));
         }

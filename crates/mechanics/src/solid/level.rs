@@ -1,8 +1,6 @@
 //! Loads on one mesh: followed one after the other, or found near the equilibria of a coarser mesh, side by side.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::dimension::{Dimension, Plane};
 use super::estimate::Estimate;
@@ -22,8 +20,6 @@ pub struct Level<S: Dimension = Plane> {
     pub(super) mesh: Option<Refinable<S>>,
     /// Size of its elements, to be compared with that of the other meshes.
     pub(super) size: f64,
-    /// Layers on meshes of this level that were made for one load.
-    pub(super) remeshed: Vec<LayerModel<S>>,
     /// Wall-clock seconds that it took.
     pub seconds: f64,
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
@@ -41,8 +37,6 @@ pub(super) type Estimator<'a, S> = dyn Fn(&mut LayerModel<S>, &LayerStep) -> Est
 /// The equilibrium found for a goal.
 #[derive(Debug, Clone)]
 pub(super) struct Reached<S: Dimension> {
-    /// Which of the remeshed layers it is of, if it is of one of them.
-    remeshed: Option<usize>,
     pub(super) step: LayerStep,
     state: State<S>,
     load: Load<S>,
@@ -54,12 +48,12 @@ impl<S: Dimension> Reached<S> {
         Pressed {
             step: self.step,
             level,
-            remeshed: self.remeshed,
             state: self.state.clone(),
             load: self.load.clone(),
             error: None,
             refinement: Vec::new(),
             places_error: None,
+            mesh_is_enough: false,
             converged: false,
         }
     }
@@ -78,8 +72,8 @@ struct Found<S: Dimension> {
 type Tried<S> = Option<Result<Found<S>, Box<Stopped>>>;
 
 impl<S: Dimension> Found<S> {
-    fn of(model: &mut LayerModel<S>, step: LayerStep, estimator: Option<&Estimator<'_, S>>) -> Self {
-        let estimate = estimator.map(|estimate| estimate(model, &step));
+    fn of(model: &mut LayerModel<S>, step: LayerStep, estimator: &Estimator<'_, S>) -> Self {
+        let estimate = Some(estimator(model, &step));
         let (state, load) = (model.state().clone(), model.load().clone());
         Self { step, state, load, fault: model.fault(step.force), estimate }
     }
@@ -90,7 +84,7 @@ impl<S: Dimension> Found<S> {
         model: &mut LayerModel<S>,
         goal: Goal,
         settings: &NewtonSettings,
-        estimator: Option<&Estimator<'_, S>>,
+        estimator: &Estimator<'_, S>,
     ) -> Tried<S> {
         let step = model.take_over(coarser, &reached.state, reached.step.compression, settings)?;
         let step = match goal {
@@ -105,7 +99,7 @@ impl<S: Dimension> Found<S> {
         model: &mut LayerModel<S>,
         goal: Goal,
         settings: &NewtonSettings,
-        estimator: Option<&Estimator<'_, S>>,
+        estimator: &Estimator<'_, S>,
     ) -> Result<Self, Box<Stopped>> {
         let step = match goal {
             Goal::Compression(compression) => model.press(compression, settings),
@@ -122,7 +116,6 @@ impl<S: Dimension> Level<S> {
             model,
             mesh,
             size,
-            remeshed: Vec::new(),
             seconds: 0.0,
             reached: vec![None; goals],
             stopped: vec![None; goals],
@@ -142,7 +135,7 @@ impl<S: Dimension> Level<S> {
         wanted: &[bool],
         good_enough: &[bool],
         settings: &NewtonSettings,
-        estimator: Option<&Estimator<'_, S>>,
+        estimator: &Estimator<'_, S>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> usize {
@@ -175,7 +168,7 @@ impl<S: Dimension> Level<S> {
                     self.estimates[g] = estimate;
                     if wanted[g] {
                         let (state, load) = (state.clone(), load.clone());
-                        self.keep(goals, g, Reached { remeshed: None, step, state, load }, fault);
+                        self.keep(goals, g, Reached { step, state, load }, fault);
                     }
                     // What was found on the twin is where the next load is followed from.
                     self.model.put(state, load);
@@ -203,7 +196,7 @@ impl<S: Dimension> Level<S> {
         goals: &[Goal],
         order: &[usize],
         settings: &NewtonSettings,
-        estimator: Option<&Estimator<'_, S>>,
+        estimator: &Estimator<'_, S>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> Vec<Option<Tried<S>>> {
@@ -238,56 +231,6 @@ impl<S: Dimension> Level<S> {
         tried
     }
 
-    /// Presses to each goal on a mesh of its own, on all threads: none needs another. Where `coarser` has an equilibrium under a load,
-    /// `remesh` gets it. Returns the number of goals that were tried.
-    pub(super) fn press_each(
-        &mut self,
-        coarser: Option<&Self>,
-        goals: &[Goal],
-        order: &[usize],
-        remesh: &PressAlone<'_, S>,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize) + Sync),
-    ) -> usize {
-        let done = AtomicUsize::new(0);
-        let press = |&g: &usize| {
-            let goal = goals[g];
-            if goal.value() == 0.0 || cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            let coarser = coarser.and_then(|level| level.found(g));
-            let pressed = remesh(coarser.map(|(model, reached)| (model, &reached.state)), goal);
-            tell(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Some(pressed.map(|(mut model, step)| {
-                let fault = model.fault(step.force);
-                model.release();
-                (model, step, fault)
-            }))
-        };
-        // The largest loads take longest.
-        let pressed: Vec<_> = order.par_iter().rev().with_max_len(1).map(press).collect();
-        for (&g, pressed) in order.iter().zip(pressed.into_iter().rev()) {
-            match pressed {
-                // Each of many loads of zero takes a state of its own, which no stop waits for.
-                None if goals[g].value() == 0.0 && !cancel.load(Ordering::Relaxed) => {
-                    let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                    let reached = Reached { remeshed: None, step: self.at_rest(), state, load };
-                    self.keep(goals, g, reached, None);
-                }
-                None => {}
-                Some(Ok((model, step, fault))) => {
-                    let (state, load) = (model.state().clone(), model.load().clone());
-                    let remeshed = Some(self.remeshed.len());
-                    self.remeshed.push(model);
-                    self.keep(goals, g, Reached { remeshed, step, state, load }, fault);
-                }
-                Some(Err(stopped)) if stopped.reason == StopReason::Cancelled => {}
-                Some(Err(stopped)) => self.stopped[g] = Some(stopped),
-            }
-        }
-        order.len()
-    }
-
     /// The layer while not even the indenter's first gap is closed.
     fn at_rest(&self) -> LayerStep {
         self.model.step(Effort { smallest_j: 1.0, ..Effort::default() })
@@ -308,7 +251,7 @@ impl<S: Dimension> Level<S> {
     /// The layer and its equilibrium under goal `g`, if it was reached.
     fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         let reached = self.reached.get(g)?.as_ref()?;
-        Some((self.layer_of(reached.remeshed), reached))
+        Some((&self.model, reached))
     }
 
     /// The compression and the fault of what was found for goal `g`, if it has one.
@@ -335,16 +278,7 @@ impl<S: Dimension> Level<S> {
     pub fn state(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
         self.found(g).map(|(model, reached)| (model, &reached.state))
     }
-
-    pub(super) fn layer_of(&self, remeshed: Option<usize>) -> &LayerModel<S> {
-        remeshed.and_then(|k| self.remeshed.get(k)).unwrap_or(&self.model)
-    }
 }
-
-/// [`Remesh`] on the meshes of one level.
-type PressAlone<'a, S> = dyn Fn(Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
-    + Sync
-    + 'a;
 
 #[cfg(test)]
 mod tests {
@@ -368,7 +302,8 @@ mod tests {
         let (order, wanted) = ([0, 1, 2], [true; 3]);
         let settings = NewtonSettings { first_step: 0.5, ..NewtonSettings::default() };
         let mut coarser = Level::new(layer(3), None, 1.0, goals.len());
-        coarser.walk(None, &goals, &order, &wanted, &[false; 3], &settings, None, &|_| false, &|_| ());
+        let estimator = |model: &mut LayerModel<Space>, step: &LayerStep| model.estimate(step, 0.1, Vec::new());
+        coarser.walk(None, &goals, &order, &wanted, &[false; 3], &settings, &estimator, &|_| false, &|_| ());
         assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
         // Nothing is near a state that is none.
         let first = coarser.reached[0].as_mut().unwrap();
@@ -385,7 +320,7 @@ mod tests {
                     &wanted,
                     &[false; 3],
                     &settings,
-                    None,
+                    &estimator,
                     &|_| true,
                     &|_| (),
                 )

@@ -42,16 +42,11 @@ impl Patch {
     /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending, from 0 to 1)
     /// of the way. At the fraction 0 the quadrilaterals collapse into the centre.
     pub fn fan(centre: [f64; 2], rim: &[[f64; 2]], radii: &[f64]) -> Self {
-        Self::narrowing_fan(centre, rim, radii, [1.0; 2])
-    }
-
-    /// The same with the way along each axis cut at a power of `radii`.
-    pub fn narrowing_fan(centre: [f64; 2], rim: &[[f64; 2]], radii: &[f64], powers: [f64; 2]) -> Self {
         let toward = |rim: &[f64; 2], r: f64| -> [f64; 2] {
             if r == 1.0 {
                 return *rim;
             }
-            std::array::from_fn(|k| centre[k] + r.powf(powers[k]) * (rim[k] - centre[k]))
+            std::array::from_fn(|k| centre[k] + r * (rim[k] - centre[k]))
         };
         let points = rim.iter().flat_map(|p| radii.iter().map(move |&r| toward(p, r))).collect();
         Self { columns: radii.len(), points }

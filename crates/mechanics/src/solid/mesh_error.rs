@@ -46,17 +46,6 @@ pub(super) fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
     SAFETY * last * tail(low).max(1.0)
 }
 
-/// The same for four values whose last two differences are small compared with the first one, as small as second-order convergence would
-/// make them. Their ratio is then scatter, as where sides of elements pass a corner one by one, and gives no order; the larger
-/// difference counts.
-pub(super) fn scatter_of(values: [(f64, f64); 4]) -> Option<f64> {
-    let [a, b, c, d] = values.map(|v| v.0);
-    let [first, second, third] = [0, 1, 2].map(|k: usize| (values[k + 1].1 - values[k].1).abs());
-    let larger = second.max(third);
-    let small = first * (b * b - c * c) / (a * a - b * b);
-    (larger <= small).then(|| SAFETY * larger * (1.0 / (c / d - 1.0)).max(1.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,21 +89,6 @@ mod tests {
         // The free end at 5 % on meshes that do not see its roll yet; finer ones have 8.58.
         let error = error_of([(1.0, 8.647), (0.5, 8.635), (0.25, 8.623)]);
         assert!(error > 8.623 - 8.575 && error < 1.5 * (8.623 - 8.575), "{error}");
-    }
-
-    #[test]
-    fn small_differences_after_a_large_one_are_scatter_and_give_no_order() {
-        let values = |f: [f64; 4]| [(1.0, f[0]), (0.5, f[1]), (0.25, f[2]), (0.125, f[3])];
-        // A rounded punch at 30 and 40 %, the free end at 5 %: the second and the third differ by too much.
-        let found = scatter_of(values([210.893, 206.712, 206.536, 206.189])).unwrap();
-        assert!((found - SAFETY * 0.347).abs() < 1e-9);
-        assert_eq!(scatter_of(values([310.94, 309.93, 305.32, 305.23])), None);
-        assert_eq!(scatter_of(values([8.635, 8.622, 8.585, 8.587])), None);
-        for order in [2.1, 3.0] {
-            let sizes = [1.0, 0.5, 0.25, 0.125].map(|size: f64| (size, 1.0 - 0.1 * size.powf(order)));
-            assert!(scatter_of(sizes).unwrap() >= SAFETY * (1.0 - sizes[3].1), "order {order}");
-        }
-        assert_eq!(scatter_of([1.0, 0.5, 0.25, 0.125].map(|size: f64| (size, 1.0 - 0.1 * size))), None);
     }
 
     #[test]

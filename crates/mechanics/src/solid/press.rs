@@ -1,10 +1,6 @@
 //! A layer pressed to given loads on finer and finer meshes, until its force is known to a tolerance.
 //!
-//! The error of a force is estimated on each mesh by itself where meshes are refined where the errors are made, and otherwise from the
-//! differences between the last three meshes, each of which halves the size of the elements of the one before. The corners of a pressed
-//! layer are singular and the force converges with the first power of the element size or better, so that the remaining error is at most
-//! about the last difference. Where the differences fall more slowly, the observed order gives the estimate. A quarter is added, as is
-//! usual with three meshes.
+//! The error of a force is estimated on each mesh by itself, and is at least what the force changed by from the meshes before.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -12,8 +8,7 @@ use std::time::Instant;
 use super::dimension::{Dimension, Plane};
 use super::estimate::{Estimate, Estimated, WantedNumber};
 use super::layer::{LayerModel, LayerStep};
-use super::level::{Estimator, Reached};
-use super::mesh_error::{error_of, scatter_of};
+use super::level::Reached;
 use super::model::{Load, ModelError, State};
 use super::newton::{NewtonSettings, Stopped};
 use super::refinement::Refinable;
@@ -47,18 +42,18 @@ pub struct Pressed<S: Dimension = Plane> {
     pub step: LayerStep,
     /// Number of that mesh among the levels.
     pub level: usize,
-    /// Which of the level's layers that were made for one load it is of, if it is of one of them.
-    pub(super) remeshed: Option<usize>,
     /// Its equilibrium.
     pub state: State<S>,
     /// The load of that equilibrium.
     pub load: Load<S>,
-    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with less than three meshes.
+    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with too few meshes.
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
     pub refinement: Vec<f64>,
     /// The largest relative error of [`Places`], where it was estimated on this mesh by itself.
     pub places_error: Option<f64>,
+    /// Whether a finer mesh would not help: the error is within the tolerance, or within what is stated at least.
+    pub(super) mesh_is_enough: bool,
     /// Whether `error` is within the tolerance.
     pub converged: bool,
 }
@@ -99,11 +94,6 @@ pub struct Pressing<S: Dimension = Plane> {
     pub too_large: Option<ModelError>,
 }
 
-/// Presses a layer to a goal on a mesh made for it: from the number of the mesh, and the equilibrium on a coarser one.
-pub(crate) type Remesh<'a, S> = dyn Fn(usize, Option<(&LayerModel<S>, &State<S>)>, Goal) -> Result<(LayerModel<S>, LayerStep), Box<Stopped>>
-    + Sync
-    + 'a;
-
 /// A layer at rest on a mesh.
 pub(crate) struct Meshed<S: Dimension> {
     pub(crate) model: LayerModel<S>,
@@ -118,18 +108,36 @@ pub(crate) struct Meshed<S: Dimension> {
 /// Makes the mesh of a number from the ones before it and the numbers of the goals that are not known yet; `None` after the last one.
 type NextMesh<'a, S> = dyn Fn(usize, &[Level<S>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
 
+/// The least relative errors that are stated, where values scatter from mesh to mesh, or what is solved is not quite what was asked for.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LeastErrors {
+    /// Of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
+    pub(crate) force: f64,
+    /// The same of the smallest loads; between them it falls in proportion to the compression.
+    pub(crate) force_at_rest: f64,
+    /// Of the numbers besides it.
+    pub(crate) numbers: f64,
+}
+
+impl LeastErrors {
+    /// The compression below which [`LeastErrors::force_at_rest`] counts.
+    const SMALL: f64 = 0.05;
+
+    /// Of a force, or of a compression, at a compression.
+    fn of_force(&self, compression: f64) -> f64 {
+        let small = (1.0 - compression / Self::SMALL).max(0.0);
+        self.force + small * (self.force_at_rest - self.force)
+    }
+}
+
 /// The layers that [`press_on`] presses.
 pub(crate) struct Layers<'a, S: Dimension> {
     /// The next one.
     pub(crate) meshed: &'a NextMesh<'a, S>,
     /// Whether there is memory for two such layers at once.
     pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
-    /// Presses to a load on a mesh made for it, where loads have meshes of their own.
-    pub(crate) remesh: Option<&'a Remesh<'a, S>>,
-    /// Whether errors are estimated on each mesh by itself, and not from the differences between three of them.
-    pub(crate) estimates: bool,
-    /// The least relative error of a force, or of a compression, that is stated, where these scatter from mesh to mesh.
-    pub(crate) scatter: f64,
+    /// The least errors that are stated.
+    pub(crate) least_errors: LeastErrors,
     /// What else is to be known, besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
     /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
@@ -207,7 +215,6 @@ pub(crate) fn press_on<S: Dimension>(
         let numbers = places.map_or_else(Vec::new, |places| places.wanted(model));
         model.estimate(step, refinement.relative_tolerance, numbers)
     };
-    let estimator = layers.estimates.then_some(&estimate as &Estimator<'_, S>);
     while let Some(next) = (layers.meshed)(levels.len(), &levels, &order) {
         let (k, start) = (levels.len(), Instant::now());
         let Meshed { model, mesh, size, settings } = match next {
@@ -221,7 +228,7 @@ pub(crate) fn press_on<S: Dimension>(
         let settings = NewtonSettings { cancel: Some(cancel), ..settings };
         let mut level = Level::new(model, mesh, size, goals.len());
         let force_known = |levels: &[Level<S>], g: usize| {
-            judge(levels, goals, g, refinement, layers.scatter).is_some_and(|pressed| pressed.converged)
+            judge(levels, goals, g, refinement, layers.least_errors).is_some_and(|pressed| pressed.mesh_is_enough)
         };
         let known = |levels: &[Level<S>], g: usize| {
             // For what else is to be known there are only so many meshes more.
@@ -229,22 +236,15 @@ pub(crate) fn press_on<S: Dimension>(
                 let before = levels.len().saturating_sub(layers.for_places);
                 before > 0 && force_known(&levels[..before], g)
             };
-            let places_known = || numbers_met(levels, g) || many() || numbers_stay(levels, g);
+            let places_known = || numbers_met(levels, g, layers.least_errors.numbers) || many() || numbers_stay(levels, g);
             force_known(levels, g) && (goals[g].value() == 0.0 || places_known())
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let good_enough: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
         let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
-        let further = match layers.remesh {
-            Some(remesh) => {
-                let remesh = |coarser: Option<(&LayerModel<S>, &State<S>)>, goal| remesh(k, coarser, goal);
-                level.press_each(coarser, goals, &order, &remesh, cancel, tell)
-            }
-            None => {
-                let room = layers.room_for_two;
-                level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, estimator, room, tell)
-            }
-        };
+        let room = layers.room_for_two;
+        let further =
+            level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, tell);
         level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(level);
@@ -267,7 +267,7 @@ pub(crate) fn press_on<S: Dimension>(
         }
     }
     let goals = (0..goals.len())
-        .map(|g| judge(&levels, goals, g, refinement, layers.scatter).ok_or_else(|| why_not(&levels, g)))
+        .map(|g| judge(&levels, goals, g, refinement, layers.least_errors).ok_or_else(|| why_not(&levels, g)))
         .collect();
     Ok(Pressing { levels, goals, too_large })
 }
@@ -292,7 +292,7 @@ impl Goal {
 impl<S: Dimension> Pressing<S> {
     /// The layer that a result is of.
     pub fn model_of(&self, pressed: &Pressed<S>) -> &LayerModel<S> {
-        self.levels[pressed.level].layer_of(pressed.remeshed)
+        &self.levels[pressed.level].model
     }
 
     /// Goal `g` on all meshes but the finest that reached it, coarse to fine, each with the size of its elements: how anything that is
@@ -312,7 +312,7 @@ impl<S: Dimension> Pressing<S> {
 }
 
 /// The numbers besides the force on the last level, if they were estimated there under goal `g`.
-fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize) -> Option<Vec<Estimated>> {
+fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
     let own = &last.estimates[g].as_ref()?.numbers;
     let before: Vec<&Estimate> =
@@ -320,14 +320,14 @@ fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize) -> Option<Vec<Estimat
     let number = |(k, now): (usize, &Estimated)| {
         let before: Vec<f64> = before.iter().map(|estimate| estimate.numbers[k].value).collect();
         let least = least_error::<S>(now.value, &before)? / now.value.abs();
-        Some(Estimated { error: now.error.max(least), ..*now })
+        Some(Estimated { error: now.error.max(least).max(at_least), ..*now })
     };
     own.iter().enumerate().map(number).collect()
 }
 
 /// Whether the numbers besides the force are known to their tolerances on the last level.
-fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
-    numbers_of(levels, g).is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
+fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> bool {
+    numbers_of(levels, g, at_least).is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
 }
 
 /// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at
@@ -351,7 +351,7 @@ fn judge<S: Dimension>(
     goals: &[Goal],
     g: usize,
     refinement: &Refinement,
-    scatter: f64,
+    at_least: LeastErrors,
 ) -> Option<Pressed<S>> {
     let (level, reached) =
         levels.iter().enumerate().rev().find_map(|(k, l)| Some((k, l.reached[g].as_ref()?)))?;
@@ -360,33 +360,30 @@ fn judge<S: Dimension>(
         Goal::Force(_) => step.compression,
     };
     let value = |r: &Reached<S>| value_of(&r.step);
-    let values: Vec<(f64, f64)> =
-        levels.iter().filter_map(|l| Some((l.size, value(l.reached[g].as_ref()?)))).collect();
+    let values: Vec<f64> = levels.iter().filter_map(|l| Some(value(l.reached[g].as_ref()?))).collect();
     let now = value(reached);
     let estimate = levels[level].estimates[g].as_ref();
-    let error = match (values.as_slice(), estimate) {
+    let error = match estimate {
         // Nothing presses: no mesh can be wrong about it.
         _ if goals[g].value() == 0.0 => Some(0.0),
-        (_, Some(estimate)) => {
+        Some(estimate) => {
             // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
             let of_estimate = estimate.force * now.abs();
             let before: Vec<f64> =
                 levels[..level].iter().rev().filter_map(|l| l.step(g)).map(value_of).collect();
             least_error::<S>(now, &before).map(|least| of_estimate.max(least))
         }
-        ([.., coarsest, first, before, now], None) => {
-            let of_scatter = scatter_of([*coarsest, *first, *before, *now]).unwrap_or(f64::INFINITY);
-            Some(error_of([*first, *before, *now]).min(of_scatter))
-        }
-        ([first, before, now], None) => Some(error_of([*first, *before, *now])),
-        _ => None,
+        None => None,
     };
-    let error = error.map(|error| error.max(scatter * now.abs()));
-    let converged = error.is_some_and(|e| e <= refinement.relative_tolerance * now.abs());
-    let refinement = values.iter().map(|v| v.1).collect();
-    let numbers = numbers_of(&levels[..=level], g);
+    let at_least_of_force = at_least.of_force(reached.step.compression) * now.abs();
+    let asked = refinement.relative_tolerance * now.abs();
+    let mesh_is_enough = error.is_some_and(|error| error <= asked.max(at_least_of_force));
+    let error = error.map(|error| error.max(at_least_of_force));
+    let converged = error.is_some_and(|error| error <= asked);
+    let numbers = numbers_of(&levels[..=level], g, at_least.numbers);
     let places_error = numbers.and_then(|all| all.iter().map(|number| number.error).reduce(f64::max));
-    Some(Pressed { error, refinement, places_error, converged, ..reached.unjudged(level) })
+    let refinement = values;
+    Some(Pressed { error, refinement, places_error, mesh_is_enough, converged, ..reached.unjudged(level) })
 }
 
 /// The least error of a value that is estimated on one mesh, where it was `before` on the meshes before this one, the last of them first: a
@@ -405,7 +402,7 @@ fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
     // The mesh that came farthest is the most informative.
     let stopped = levels.iter().filter_map(|l| {
         let stopped = l.stopped[g].clone()?;
-        Some((l.remeshed.last().unwrap_or(&l.model).compression(), stopped))
+        Some((l.model.compression(), stopped))
     });
     let fault = levels.iter().rev().find_map(|l| l.fault(g));
     if let Some((compression, fault)) = fault {

@@ -167,7 +167,7 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     let floor = up.len() - 1;
     up.extend(uniform(low, 1.0, fine).iter().skip(1));
     let (along_fan, radii) = ([first, last], geometric(ratio, rings));
-    let punch = PunchFan { along: along_fan, up: floor, corner, radii, narrowing: 1.0 };
+    let punch = PunchFan { along: along_fan, up: floor, corner, radii };
     let end_top = uniform(body, body + 1.0, count(0.6));
     LayerMesh { along, up, end_top, radii: geometric(0.5, 1), punch: Some(punch) }
 }

@@ -105,9 +105,9 @@ impl<S: Dimension> LayerModel<S> {
                 }
             }
         }
-        // The face of a sharp punch holds what it was given; the rest of the surface may not be behind it.
+        // The face of a punch holds what is bonded to it, where it was given; the rest of the surface may not be behind it.
         let punch = match self.indenter {
-            Indenter::Sharp { half_width } | Indenter::Bonded { half_width } => Some(half_width),
+            Indenter::Bonded { half_width } => Some(half_width),
             Indenter::WholeTop | Indenter::Held { .. } | Indenter::Smooth(_) => None,
         };
         if let Some(half_width) = punch {
@@ -291,13 +291,13 @@ mod tests {
             position: 0.0,
             end: End::Free,
         };
-        let refinement = Refinement { relative_tolerance: 1e-2, meshes: vec![0] };
-        let goals = [Goal::Compression(0.2)];
+        let refinement = Refinement::to(3e-2);
+        let goals = [Goal::Compression(0.1)];
         let found = layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
-        let held = &found.levels[0].model;
+        let held = &found.levels.last().unwrap().model;
         assert_eq!(held.fault(1.0), None, "a patch is not a punch");
         // The same patch, told to be a punch half as wide again, which the surface beside it enters.
-        let mut punch = found.levels.into_iter().next().unwrap().model;
+        let mut punch = found.levels.into_iter().next_back().unwrap().model;
         punch.indenter = Indenter::Bonded { half_width: 1.5 };
         assert!(matches!(punch.fault(1.0), Some(StateFault::Penetration { depth, .. }) if depth > 0.05));
     }

@@ -36,18 +36,12 @@ pub enum ModelError {
     /// The matrix has no usable pattern.
     #[error("the body has no free displacement, or too many for this machine")]
     NoUnknowns,
-    /// A sharp punch in contact is known in the plane only.
-    #[error("in space a sharp punch is not solved in contact; round its corners, or hold the patch under it")]
-    SharpInSpace,
-    /// A punch with sharp corners, or a held patch, is known on the middle of a layer only.
+    /// A patch that is held or bonded is known on the middle of a layer only.
+    #[error("a patch that is held or bonded lies on the middle of the layer; press a punch in contact, or move it to the middle")]
+    PatchOffTheMiddle,
+    /// The patch ends where the layer ends.
     #[error(
-        "off the middle of the layer a punch is solved with rounded corners only; round them, or move it to the middle"
-    )]
-    SharpOffTheMiddle,
-    /// The indenter ends where the elements at the end of the layer begin, or the layer is no longer than thick.
-    #[error(
-        "the elements at the end of the layer take up its last thickness, and leave no room for those under the indenter: make the layer \
-         longer, or the indenter narrower"
+        "between the edge of the indenter and the end of the layer there is no room for elements: make the layer longer, or the indenter narrower"
     )]
     NoRoom,
     /// The mesh would have more elements than any that is made.

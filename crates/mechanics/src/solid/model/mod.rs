@@ -122,27 +122,6 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Moves the nodes of the body at rest to `nodes` (m); what is held, what may touch what, and where the bodies of other rubbers
-    /// are stays as it is.
-    ///
-    /// # Errors
-    /// [`ModelError`] if an element is turned inside out; the body is then as it was.
-    pub(crate) fn move_nodes(&mut self, nodes: Vec<S::Point>) -> Result<(), ModelError> {
-        let before = std::mem::replace(&mut self.body.mesh.nodes, nodes);
-        match self.body.reference_elements() {
-            Ok(elements) => {
-                self.sensitivity = self.body.sensitivity(&elements);
-                self.elements = elements;
-                self.pairs = Pair::all(&self.body);
-                Ok(())
-            }
-            Err(error) => {
-                self.body.mesh.nodes = before;
-                Err(error)
-            }
-        }
-    }
-
     /// The body.
     pub fn body(&self) -> &Body<S> {
         &self.body

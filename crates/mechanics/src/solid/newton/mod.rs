@@ -170,7 +170,6 @@ impl<S: Dimension> Equations<S> {
                             | StopReason::Inversion
                             | StopReason::ExtensionLimit
                             | StopReason::Cancelled
-                            | StopReason::NoRoom
                             | StopReason::Singular => reason,
                         };
                         let (step, effort) = (part - reached, *effort);
@@ -182,41 +181,7 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Finds the equilibrium under `load` from a configuration near it, whose contact forces are those of
-    /// [`NewtonSettings::moving_gap`].
-    pub(super) fn settle_at(
-        &mut self,
-        state: &mut State<S>,
-        load: &Load<S>,
-        settings: &NewtonSettings,
-        effort: &mut Effort,
-    ) -> Result<(), Failure> {
-        self.follow_to(state, load, settings, effort)?;
-        self.close_gaps(state, load, settings, false, effort)
-    }
-
-    /// The same from a configuration so near that the gaps need not be opened: where that fails, they are.
-    pub(super) fn settle_again(
-        &mut self,
-        state: &mut State<S>,
-        load: &Load<S>,
-        settings: &NewtonSettings,
-        effort: &mut Effort,
-    ) -> Result<(), Failure> {
-        let mut trial = state.clone();
-        let target = Target { force: settings.tolerance, contact: 1e-3 };
-        if self.equilibrate(&mut trial, load, target, settings, effort).is_ok() {
-            *state = trial;
-            return Ok(());
-        }
-        if let Some(moving) = state.moving.take() {
-            *state = *moving;
-        }
-        self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
-        self.settle_at(state, load, settings, effort)
-    }
-
-    /// The same with the contact left at [`NewtonSettings::moving_gap`].
+    /// Finds the equilibrium under `load` from a configuration near it, with the contact left at [`NewtonSettings::moving_gap`].
     pub(super) fn follow_to(
         &mut self,
         state: &mut State<S>,

@@ -19,18 +19,6 @@ pub struct Effort {
     pub negative_pivots: usize,
 }
 
-impl Effort {
-    /// The sum of this effort and the one before it.
-    pub(crate) fn after(self, before: Self) -> Self {
-        Self {
-            steps: before.steps + self.steps,
-            cuts: before.cuts + self.cuts,
-            solves: before.solves + self.solves,
-            ..self
-        }
-    }
-}
-
 /// Why Newton's method stopped short. The state is the last one in equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
@@ -71,12 +59,6 @@ pub enum StopReason {
     /// The steps that keep the rubber within its limit of extension became too short.
     #[error("every step would extend the rubber beyond the limit of its law")]
     ExtensionLimit,
-    /// The mesh for a load has no room for the elements around the corner of a punch.
-    #[error(
-        "what lies at the corner of the punch is too near the end of the layer for finite elements between the two: make the layer \
-         longer, or the punch narrower"
-    )]
-    NoRoom,
     /// The residual did not fall.
     #[error("Newton's method did not converge")]
     NoConvergence,

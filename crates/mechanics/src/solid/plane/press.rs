@@ -3,19 +3,16 @@
 use std::sync::atomic::AtomicBool;
 
 use super::around_corner::halvings;
-use super::meshes::halved;
 use crate::solid::adaptive::{Adaptive, HalvingsAt, Limits};
 use crate::solid::dimension::Plane;
-use crate::solid::first_mesh::FirstMesh;
+use crate::solid::first_mesh::{FirstMesh, fit_to_edges};
 use crate::solid::forecast::{MeshSize, PressingRegime};
 use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, Symmetry, include};
-use crate::solid::layer_mesh::check_elements;
-use crate::solid::mesh::Mesh;
+use crate::solid::layer_mesh::{check_elements, end_reach};
+use crate::solid::mesh::{Mesh, geometric};
 use crate::solid::model::{Body, ModelError, State};
-use crate::solid::newton::NewtonSettings;
-use crate::solid::press::{
-    Goal, Layers, Level, Meshed, Places, Pressing, Refinement, Remesh, deepest, press_on,
-};
+use crate::solid::obstacle::IndenterProfile;
+use crate::solid::press::{Goal, LeastErrors, Places, Pressing, Refinement, deepest};
 use elastocap_materials::Rubber;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.
@@ -37,6 +34,18 @@ pub struct PlaneLayer {
     pub end: End,
 }
 
+/// Radius of the corners that sharp ones are solved with, over the thickness or half the width of the punch, whichever is less.
+const SHARP: f64 = FIRST_RADIUS / 64.0;
+/// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the force of the smallest
+/// loads, under which the surface does not reach their arcs, 0.44 % at a compression of 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer
+/// differ by up to 3e-4.
+const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8e-3, numbers: 5e-4 };
+/// The least error that is stated where a surface slides around corners. The side of an element may pass a corner earlier or later,
+/// depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
+const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
+/// The same where a surface rolls up: the force goes up and down by so much as the roll passes from element to element, on every mesh.
+const ERRORS_OF_FOLDING: LeastErrors = LeastErrors { force: 3e-3, force_at_rest: 3e-3, numbers: 0.0 };
+
 const LIMITS: Limits =
     Limits { meshes: 12, elements: 20_000, finer: 1.85, for_places: 4, smallest_at_corner: 0.01 };
 /// Elements over the thickness on the first mesh that is refined where the errors are made.
@@ -44,14 +53,28 @@ const COARSEST: usize = 2;
 /// Least radius of the corners of a punch on the first of them, over the thickness; each further mesh halves it.
 const FIRST_RADIUS: f64 = 0.25;
 
+/// Least length over the thickness between the edge of a patch and the end of the layer.
+const LEAST_ROOM: f64 = 0.01;
+/// Rings around the edge of a patch, and the ratio of the sizes of successive ones: stress is singular there.
+const PATCH_RINGS: usize = 8;
+const PATCH_SHRINK: f64 = 0.6;
+/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and the growth of their sizes from there.
+const ROLL: f64 = 0.1;
+const ROLL_GROWTH: f64 = 1.5;
+/// Size of the elements of that mesh at the edges of inclusions, over the thickness.
+const AT_EDGES: f64 = 0.1;
+
 /// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
 const ROUNDED_BARRIER: f64 = 20.0;
 /// Barrier against `J -> 0` where the surface piles up at a sharp corner.
 const SHARP_BARRIER: f64 = 5.0;
 
-/// Least relative error of a force, or of a compression, where a surface rolls up: the force goes up and down by so much as the roll passes
-/// from element to element, on every mesh, so that the difference between meshes may be smaller by accident.
-const JUMPS: f64 = 3e-3;
+/// A flat punch with sharp corners in contact without friction, of this half width on a layer of this thickness (m): as it is solved,
+/// with corners so little rounded that the stated errors cover the difference.
+pub fn sharp_punch(half_width: f64, thickness: f64) -> Indenter {
+    let corner_radius = SHARP * thickness.min(half_width);
+    Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius })
+}
 
 impl Refinement {
     /// As many meshes as a layer in the plane may need.
@@ -64,8 +87,7 @@ impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
     /// Each mesh is the one before with those elements cut in which the errors are made, so that the `places` are known too.
-    /// Punches with sharp corners and ends that fold need elements of the right shapes there: they have up to four meshes made
-    /// for that, and places are not asked for. `cancel` stops the work before the next linear system; `tell` is called with the
+    /// `cancel` stops the work before the next linear system; `tell` is called with the
     /// number of the mesh and the number of goals done on it.
     ///
     /// # Errors
@@ -78,13 +100,10 @@ impl PlaneLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
-        if self.regime().has_levels() {
-            return self.press_on_levels(goals, refinement, cancel, tell);
-        }
         let deepest = deepest(goals);
-        let first = || Ok(self.mesh_within_limit(0, deepest)?.mesh());
+        let first = || Ok(self.mesh_within_limit(COARSEST, deepest)?.mesh());
         let model = |mesh: Mesh, k: usize| {
-            let mut model = self.model(mesh, None)?;
+            let mut model = self.model(mesh)?;
             model.round_corners(self.least_corner_radius(k));
             Ok(model)
         };
@@ -97,79 +116,41 @@ impl PlaneLayer {
             model: &model,
             halvings: has_corners.then_some(&corners as &HalvingsAt<'_, Plane>),
             is_rounded: self.indenter.is_rounded(),
+            folds: self.folds(),
+            least_errors: self.least_errors(),
             limits: LIMITS,
             memory_limit: u64::MAX, // they are small in the plane
         };
         adaptive.press(goals, refinement, places, cancel, tell)
     }
 
-    /// Presses it on the meshes of [`PlaneLayer::mesh`], each of which halves what limits the accuracy of the one before.
-    fn press_on_levels(
-        &self,
-        goals: &[Goal],
-        refinement: &Refinement,
-        cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Pressing, ModelError> {
-        let deepest = deepest(goals);
-        // The surface slides around sharp corners: each load has a mesh of its own.
-        let press_sharp = match self.indenter {
-            Indenter::Sharp { half_width } => {
-                Some(move |k: usize, coarser: Option<(&LayerModel, &State)>, goal: Goal| {
-                    let settings = NewtonSettings { cancel: Some(cancel), ..NewtonSettings::default() };
-                    self.press_sharp(half_width, refinement.meshes[k], coarser, goal, &settings)
-                })
-            }
-            _ => None,
-        };
-        let settings = if self.folds() { NewtonSettings::through_folds() } else { NewtonSettings::default() };
-        let meshed = |k: usize, _: &[Level], _: &[usize]| {
-            let level = *refinement.meshes.get(k)?;
-            let mesh = self.levels().contains(&level).then(|| self.mesh_within_limit(level, deepest))?;
-            let model = mesh.and_then(|mesh| self.model_on(&mesh));
-            Some(model.map(|model| Meshed { model, mesh: None, size: halved(level), settings }))
-        };
-        let layers = Layers {
-            meshed: &meshed,
-            room_for_two: &|_| true, // they are small in the plane
-            remesh: press_sharp.as_ref().map(|press| press as &Remesh<'_, Plane>),
-            estimates: false,
-            scatter: if self.folds() { JUMPS } else { 0.0 },
-            places: None,
-            for_places: 0,
-        };
-        press_on(goals, refinement, &layers, cancel, tell)
+    fn least_errors(&self) -> LeastErrors {
+        match self.indenter.corner_radius(0.0) {
+            Some(radius) if radius <= SHARP * self.thickness => ERRORS_OF_SHARP,
+            Some(_) => ERRORS_OF_SLIDING,
+            None if self.folds() => ERRORS_OF_FOLDING,
+            None => LeastErrors::default(),
+        }
     }
 
     /// The least radius (m) of the corners that the surface bends around on mesh number `k`. It is larger than that of a punch on
     /// the first meshes, on whose long sides the surface could not slide around it. What is found there lies inside the punch,
     /// which is a fault unless it is by as little as in any state that counts.
     fn least_corner_radius(&self, k: usize) -> f64 {
-        FIRST_RADIUS * self.thickness * halved(k)
+        FIRST_RADIUS * self.thickness * 0.5_f64.powi(k as i32)
     }
 
     /// This layer at rest on a mesh.
-    ///
-    /// # Errors
-    /// See [`ModelError`].
-    pub(super) fn model_on(&self, mesh: &LayerMesh) -> Result<LayerModel, ModelError> {
-        mesh.check()?;
-        self.model(mesh.mesh(), mesh.punch.as_ref().map(|fan| fan.corner))
-    }
-
-    /// This layer at rest on a mesh; the point `contact_end` (m) of the surface, if there is one, lies at the corner of a sharp punch.
-    fn model(&self, mesh: Mesh, contact_end: Option<f64>) -> Result<LayerModel, ModelError> {
-        if self.position != 0.0 && self.indenter.sharp_corner().is_some() {
-            return Err(ModelError::SharpOffTheMiddle);
+    fn model(&self, mesh: Mesh) -> Result<LayerModel, ModelError> {
+        if self.position != 0.0 && self.indenter.patch().is_some() {
+            return Err(ModelError::PatchOffTheMiddle);
         }
         let symmetry = if self.position == 0.0 { Symmetry::Half } else { Symmetry::None };
         let length = (1.0 - 1e-9) * self.half_length;
         let mut body = Body::new(mesh, self.rubber_in_use());
         include(&mut body, &self.inclusions);
         let indenter = (self.indenter, self.position);
-        LayerModel::with(body, self.thickness, indenter, contact_end, self.end, symmetry, |x| {
-            x[0].abs() > length
-        })
+        LayerModel::with(body, self.thickness, indenter, self.end, symmetry, |x| x[0].abs() > length)
     }
 
     /// The first of the meshes that are refined where the errors are made, for compressions up to `deepest`.
@@ -185,9 +166,41 @@ impl PlaneLayer {
         }
     }
 
-    /// Elements over the thickness on the first of these meshes, and on those that halve its elements.
-    pub(super) fn cells(level: usize) -> usize {
-        COARSEST << level
+    /// Ends of the inclusions along an axis.
+    fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
+        self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
+    }
+
+    /// A mesh with about `n` elements over the thickness, for compressions up to `deepest`.
+    pub fn mesh(&self, n: usize, deepest: f64) -> LayerMesh {
+        if !self.folds() {
+            let mut section = self.first_mesh(deepest).section(n);
+            if let Some(fan) = &mut section.punch {
+                fan.radii = geometric(PATCH_SHRINK, PATCH_RINGS);
+            }
+            return section;
+        }
+        // The roll at the corner is small at small loads, and the rest of the layer is smooth.
+        let (height, length) = (self.thickness, self.half_length);
+        let mut mesh = LayerMesh::folding_end(height, length, 2 * n, 12 * n, ROLL, ROLL_GROWTH);
+        for (axis, breakpoints) in [&mut mesh.along, &mut mesh.up].into_iter().enumerate() {
+            fit_to_edges(breakpoints, &[], &self.edges(axis).collect::<Vec<f64>>(), AT_EDGES * height);
+        }
+        mesh
+    }
+
+    /// How far from the middle inclusions may reach along `x1`, in m: the elements beyond are made for the end of the layer.
+    pub fn room(&self) -> f64 {
+        self.half_length - end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
+    }
+
+    /// Refuses a patch whose edge has no room for elements around it before the end of the layer.
+    ///
+    /// # Errors
+    /// [`ModelError::NoRoom`].
+    pub fn check_room(&self) -> Result<(), ModelError> {
+        let room = self.half_length - self.indenter.patch().unwrap_or(0.0);
+        if room > LEAST_ROOM * self.thickness { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 
     /// The sizes of the meshes that may be solved on, coarse to fine: of those that are refined the first as it is, the finer ones
@@ -196,26 +209,13 @@ impl PlaneLayer {
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
     pub fn mesh_sizes(&self, deepest: f64) -> Result<Vec<MeshSize>, ModelError> {
-        let size = |mesh: &LayerMesh| {
-            let mesh = mesh.mesh();
-            let elements = mesh.elements.len();
-            MeshSize { elements, unknowns: 2 * mesh.nodes.len() + 3 * elements }
-        };
-        if self.regime().has_levels() {
-            let on_level = |level: usize| self.mesh_within_limit(level, deepest);
-            let first = size(&on_level(0)?);
-            // The first mesh with too many elements ends the refinement.
-            let finer = self.levels().skip(1).map_while(|level| on_level(level).ok());
-            return Ok(std::iter::once(first).chain(finer.map(|mesh| size(&mesh))).collect());
-        }
-        Ok(LIMITS.sizes(&self.mesh_within_limit(0, deepest)?.mesh()))
+        Ok(LIMITS.sizes(&self.mesh_within_limit(COARSEST, deepest)?.mesh()))
     }
 
     /// The kind of pressing, which decides how many linear systems a load takes.
     pub fn regime(&self) -> PressingRegime {
         match self.indenter {
             Indenter::WholeTop if self.folds() => PressingRegime::Folds,
-            Indenter::Sharp { .. } => PressingRegime::Sharp,
             Indenter::Held { .. } | Indenter::Bonded { .. } => PressingRegime::Patch,
             Indenter::WholeTop | Indenter::Smooth(_) => PressingRegime::Smooth,
         }
@@ -226,7 +226,7 @@ impl PlaneLayer {
         let without = self.rubber.volume_barrier == 0.0 || self.folds();
         let needed = match self.indenter {
             Indenter::Smooth(_) => ROUNDED_BARRIER,
-            Indenter::Sharp { .. } | Indenter::Held { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
+            Indenter::Held { .. } | Indenter::Bonded { .. } => SHARP_BARRIER,
             Indenter::WholeTop => self.rubber.volume_barrier,
         };
         let volume_barrier = if without { 0.0 } else { needed };
@@ -244,10 +244,78 @@ impl PlaneLayer {
     ///
     /// # Errors
     /// [`ModelError::TooManyElements`], [`ModelError::NoRoom`].
-    pub fn mesh_within_limit(&self, level: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
-        let mesh = self.mesh(level, deepest)?;
+    pub fn mesh_within_limit(&self, n: usize, deepest: f64) -> Result<LayerMesh, ModelError> {
+        let mesh = self.mesh(n, deepest);
         check_elements(mesh.elements_at_most())?;
         mesh.check()?;
         Ok(mesh)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problem(indenter: Indenter, end: End) -> PlaneLayer {
+        PlaneLayer {
+            thickness: 1.0,
+            half_length: 6.0,
+            rubber: Rubber::neo_hookean(1.0),
+            inclusions: Vec::new(),
+            indenter,
+            position: 0.0,
+            end,
+        }
+    }
+
+    #[test]
+    fn an_indenter_anywhere_up_to_the_end_has_a_sound_mesh_or_no_room() {
+        for half_length in [0.5, 1.0, 1.2, 2.0, 6.0] {
+            for reach in (1..24).map(|k| 0.05 * f64::from(k) * half_length) {
+                let profile = IndenterProfile::Punch { half_width: 0.5 * reach, corner_radius: 0.02 };
+                for (indenter, position) in [
+                    (sharp_punch(reach, 1.0), 0.0),
+                    (Indenter::Held { half_width: reach }, 0.0),
+                    (Indenter::Bonded { half_width: reach }, 0.0),
+                    (Indenter::Smooth(profile), 0.0),
+                    (Indenter::Smooth(profile), 0.5 * reach),
+                    (Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 }), -reach),
+                ] {
+                    let layer =
+                        PlaneLayer { half_length, position, ..problem(indenter, End::FreeOnSubstrate) };
+                    for compression in [0.01, 0.3] {
+                        let mesh = layer.mesh_within_limit(COARSEST, compression);
+                        let room = layer.check_room();
+                        assert!(mesh.is_ok() || room.is_err(), "{indenter:?} on {half_length}: {mesh:?}");
+                        assert!(room.is_ok() || reach > 0.98 * half_length, "{indenter:?} on {half_length}");
+                        if let (Ok(mesh), Ok(())) = (mesh, room) {
+                            let sound = layer.model(mesh.mesh()).map(|_| ());
+                            assert_eq!(sound, Ok(()), "{indenter:?} on {half_length}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_edges_of_inclusions_are_sides_of_elements_under_any_indenter() {
+        let inclusion = Inclusion { min: [0.1, 0.48], max: [0.7, 0.52], rubber: Rubber::neo_hookean(11.0) };
+        let rounded = Indenter::Smooth(IndenterProfile::Punch { half_width: 1.0, corner_radius: 0.05 });
+        let held = Indenter::Held { half_width: 1.0 };
+        let cylinder = Indenter::Smooth(IndenterProfile::Cylinder { radius: 1.0 });
+        for (indenter, position) in
+            [(rounded, 0.0), (rounded, 0.4), (held, 0.0), (cylinder, 0.0), (Indenter::WholeTop, 0.0)]
+        {
+            let layer =
+                PlaneLayer { inclusions: vec![inclusion.clone()], position, ..problem(indenter, End::Free) };
+            let mesh = layer.mesh(COARSEST, 0.1);
+            let has = |lines: &[f64], edge: f64| lines.iter().any(|x| (x - edge).abs() < 1e-9);
+            for (axis, lines) in [&mesh.along, &mesh.up].into_iter().enumerate() {
+                for edge in [inclusion.min[axis], inclusion.max[axis]] {
+                    assert!(has(lines, edge), "{indenter:?} at {position}: {edge} is not in {lines:?}");
+                }
+            }
+        }
     }
 }

@@ -146,7 +146,7 @@ impl LayerModel<Space> {
         let mut body = Body::new(mesh, rubber);
         include(&mut body, inclusions);
         body.hold(2, |x| x[2] == 0.0 || side == SideCondition::Symmetric && x[2] > half_width);
-        Self::with(body, thickness, (indenter, 0.0), None, end, Symmetry::Quarter, |x| {
+        Self::with(body, thickness, (indenter, 0.0), end, Symmetry::Quarter, |x| {
             x[0] > length || side == SideCondition::Free && x[2] > half_width
         })
     }

@@ -8,10 +8,10 @@ use crate::solid::dimension::Space;
 use crate::solid::first_mesh::FirstMesh;
 use crate::solid::forecast::MeshSize;
 use crate::solid::layer::{End, Inclusion, Indenter, LayerModel};
-use crate::solid::layer_mesh::check_elements;
+use crate::solid::layer_mesh::{check_elements, end_reach};
 use crate::solid::mesh::graded_to_edges;
 use crate::solid::model::ModelError;
-use crate::solid::press::{Goal, Places, Pressing, Refinement, deepest};
+use crate::solid::press::{Goal, LeastErrors, Places, Pressing, Refinement, deepest};
 use elastocap_materials::Rubber;
 
 /// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
@@ -19,7 +19,7 @@ use elastocap_materials::Rubber;
 pub struct SpaceLayer {
     /// Thickness `H` at rest.
     pub thickness: f64,
-    /// From the middle of the layer to its end along `x1`, at rest; more than the thickness.
+    /// From the middle of the layer to its end along `x1`, at rest.
     pub half_length: f64,
     /// From the middle of the layer to its side along `x3`, at rest.
     pub half_width: f64,
@@ -59,7 +59,7 @@ impl SpaceLayer {
     /// About how many hexahedra the first mesh has over the thickness.
     pub fn coarsest(&self) -> usize {
         // A fan around the edge of a punch needs an even number.
-        if self.indenter.sharp_corner().is_some() { 2 } else { 1 }
+        if self.indenter.patch().is_some() { 2 } else { 1 }
     }
 
     /// What the first mesh depends on, for compressions up to `deepest`.
@@ -96,7 +96,7 @@ impl SpaceLayer {
 
     /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
     fn side_fan(&self) -> Option<f64> {
-        let straight = self.indenter.sharp_corner().is_some()
+        let straight = self.indenter.patch().is_some()
             || self.end == End::Far
             || self.side == SideCondition::Symmetric;
         (!straight).then(|| self.thickness.min(0.5 * self.half_width))
@@ -104,7 +104,8 @@ impl SpaceLayer {
 
     /// How far inclusions may reach from the middle along `x1` and `x3`, in m; the hexahedra beyond belong to fans.
     pub fn room(&self) -> [f64; 2] {
-        [self.half_length - self.thickness, self.half_width - self.side_fan().unwrap_or(0.0)]
+        let end = end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0));
+        [self.half_length - end, self.half_width - self.side_fan().unwrap_or(0.0)]
     }
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
@@ -142,6 +143,8 @@ impl SpaceLayer {
             model: &model,
             halvings: None,
             is_rounded: self.indenter.is_rounded(),
+            folds: false,
+            least_errors: LeastErrors::default(),
             limits: LIMITS,
             memory_limit,
         };

@@ -69,7 +69,7 @@ fn without_the_fan_the_bonded_end_stops_the_solver_and_is_named() {
 }
 
 #[test]
-fn the_error_stated_for_an_end_that_folds_covers_the_true_one_on_three_meshes() {
+fn the_error_stated_for_an_end_that_folds_covers_the_true_one() {
     // The rubber of the paper, mu = 2 (c10 + c01) = 1.
     let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.007646, c01: 0.492354 };
     let problem = PlaneLayer {
@@ -84,15 +84,13 @@ fn the_error_stated_for_an_end_that_folds_covers_the_true_one_on_three_meshes() 
     // docs/free-end.md.
     let limits = [(0.05, 8.58), (0.1, 19.134), (0.2, 47.19)];
     let goals = limits.map(|(compression, _)| Goal::Compression(compression));
-    let three = Refinement { relative_tolerance: 5e-3, meshes: vec![0, 1, 2] };
-    let found = problem.press(&goals, &three, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
-    for ((found, (compression, limit)), known) in found.goals.iter().zip(limits).zip([false, true, true]) {
+    let found = problem.press(&goals, &Refinement::to(1e-2), None, &AtomicBool::new(false), &|_, _| ()).unwrap();
+    for (found, (compression, limit)) in found.goals.iter().zip(limits) {
         let found = found.as_ref().unwrap();
         let (stated, truth) = (found.error.unwrap(), (found.step.force - limit).abs());
         println!("{compression}: {:?}, {stated} for {truth}", found.refinement);
         assert!(truth <= stated && truth < 1.5e-3 * limit, "{compression}: {truth} and not {stated}");
-        // The first two meshes do not see the roll of 5 % yet: that is for the fourth to settle.
-        assert_eq!(found.converged, known, "{compression}: {stated}");
+        assert!(found.converged, "{compression}: {stated}");
         assert_eq!(found.step.effort.negative_pivots, 0);
     }
 }

@@ -99,14 +99,12 @@ fn a_force_leads_back_to_the_compression_that_it_came_from() {
 }
 
 #[test]
-fn punches_without_rounded_corners_have_to_stand_on_the_middle() {
+fn patches_have_to_lie_on_the_middle() {
     let half_width = HALF_WIDTH;
-    for indenter in
-        [Indenter::Sharp { half_width }, Indenter::Held { half_width }, Indenter::Bonded { half_width }]
-    {
+    for indenter in [Indenter::Held { half_width }, Indenter::Bonded { half_width }] {
         let layer = PlaneLayer { indenter, ..layer(0.1) };
         let goals = [Goal::Compression(0.1)];
         let refused = layer.press(&goals, &Refinement::to(0.01), None, &AtomicBool::new(false), &|_, _| ());
-        assert_eq!(refused.err(), Some(ModelError::SharpOffTheMiddle), "{indenter:?}");
+        assert_eq!(refused.err(), Some(ModelError::PatchOffTheMiddle), "{indenter:?}");
     }
 }

@@ -1,22 +1,17 @@
-//! Sharp punches on finer and finer meshes: what is stated of the error of the force, and what is true.
+//! Sharp punches and the edges of patches: what is stated of the error of the force, and what is true.
 
 use std::sync::atomic::AtomicBool;
 
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::plane::press::PlaneLayer;
+use elastocap_mechanics::solid::plane::press::{PlaneLayer, sharp_punch};
 use elastocap_mechanics::solid::press::{Goal, Pressed, Refinement};
 
 const HALF_WIDTH: f64 = 500.0 / 450.0;
 
-fn pressed(
-    indenter: Indenter,
-    half_length: f64,
-    refinement: &Refinement,
-    compressions: &[f64],
-) -> Vec<Pressed> {
-    let problem = PlaneLayer {
+fn layer(indenter: Indenter, half_length: f64) -> PlaneLayer {
+    PlaneLayer {
         thickness: 1.0,
         half_length,
         rubber: Rubber::neo_hookean(1.0),
@@ -24,43 +19,38 @@ fn pressed(
         indenter,
         position: 0.0,
         end: End::Free,
-    };
+    }
+}
+
+fn press(problem: &PlaneLayer, refinement: &Refinement, compressions: &[f64]) -> Vec<Pressed> {
     let goals: Vec<Goal> = compressions.iter().map(|c| Goal::Compression(*c)).collect();
     let pressing = problem.press(&goals, refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
     pressing.goals.into_iter().map(Result::unwrap).collect()
 }
 
-/// Four meshes: nothing is good enough for this tolerance.
-fn all_meshes() -> Refinement {
-    Refinement::to(1e-12)
+fn pressed(indenter: Indenter, half_length: f64, refinement: &Refinement, compressions: &[f64]) -> Vec<Pressed> {
+    press(&layer(indenter, half_length), refinement, compressions)
 }
 
-#[test]
-fn the_error_stated_for_a_sharp_punch_covers_the_distance_to_linear_elasticity() {
-    // A smooth flat punch on an incompressible layer, bonded below and endless: the pressure p solves
-    // int p(k) G(k) cos(k x) dk = pi U for |x| < a, G = (sinh 2k - 2k) / (2 k (cosh 2k + 1 + 2 k^2)), with a = 10/9, H = mu = 1.
-    // Galerkin's method with T_2n(x/a) / sqrt(1 - (x/a)^2) has 29.080355025 with 4 functions and this with 6, 8 and 12.
-    const LINEAR: f64 = 29.0803554;
-    let compression = 1e-6;
-    let found = &pressed(Indenter::Held { half_width: HALF_WIDTH }, 12.0, &all_meshes(), &[compression])[0];
-    assert_eq!(found.refinement.len(), 4);
-    assert!(found.refinement.windows(2).all(|two| two[1] < (1.0 - 1e-5) * two[0]), "{:?}", found.refinement);
-    let (stated, truth) = (found.error.unwrap() / compression, found.step.force / compression - LINEAR);
-    println!("{:?}: {truth} of {stated}", found.refinement);
-    // From above, since a coarse mesh is too stiff.
-    assert!(truth > 0.0 && truth <= stated && stated < 1.5 * truth, "{truth} and not {stated}");
-    assert!(stated < 5e-4 * LINEAR);
+/// The half width of the tests' punches, sharp and in contact without friction.
+fn sharp() -> Indenter {
+    sharp_punch(HALF_WIDTH, 1.0)
 }
 
+/// Force over displacement of a smooth flat punch of this half width on an incompressible layer, bonded below and endless, by linear elasticity:
+/// the pressure p solves `int p(k) G(k) cos(k x) dk = pi U` for `|x| < a`, `G = (sinh 2k - 2k) / (2 k (cosh 2k + 1 + 2 k^2))`, with
+/// `a = 10/9`, `H = mu = 1`. Galerkin's method with `T_2n(x/a) / sqrt(1 - (x/a)^2)` has 29.080355025 with 4 functions and this with 6, 8 and 12.
+const LINEAR: f64 = 29.0803554;
+
 #[test]
-fn a_sharp_punch_in_contact_has_the_same_limit_at_small_compressions() {
-    // The surface has slid by 1.2 times the displacement of the punch, which changes the force by so much only.
-    const LINEAR: f64 = 29.0803554;
+fn the_errors_stated_for_patches_and_sharp_punches_cover_the_distance_to_linear_elasticity() {
     let compression = 1e-6;
-    let found = &pressed(Indenter::Sharp { half_width: HALF_WIDTH }, 12.0, &all_meshes(), &[compression])[0];
-    let (stated, truth) = (found.error.unwrap() / compression, found.step.force / compression - LINEAR);
-    println!("{:?}: {truth} of {stated}", found.refinement);
-    assert!(truth > 0.0 && truth <= stated && stated < 3e-3 * LINEAR, "{truth} and not {stated}");
+    for (indenter, largest) in [(Indenter::Held { half_width: HALF_WIDTH }, 3e-3), (sharp(), 9e-3)] {
+        let found = &pressed(indenter, 12.0, &Refinement::to(3e-3), &[compression])[0];
+        let (stated, truth) = (found.error.unwrap() / compression, found.step.force / compression - LINEAR);
+        println!("{indenter:?}, {:?}: {truth} of {stated}", found.refinement);
+        assert!(truth.abs() <= stated && stated < largest * LINEAR, "{truth} and not {stated}");
+    }
 }
 
 #[test]
@@ -72,7 +62,7 @@ fn punches_with_rounded_corners_tend_to_the_sharp_one_from_below() {
         let found = pressed(indenter, 6.0, &Refinement::to(tolerance), &compressions);
         found.iter().map(|p| (p.step.force, p.error.unwrap())).collect::<Vec<_>>()
     };
-    let sharp = of(Indenter::Sharp { half_width: HALF_WIDTH }, 1e-3);
+    let sharp = of(sharp(), 3e-3);
     let rounded = radii.map(|radius| of(Indenter::Smooth(punch(radius)), 5e-3));
     for k in 0..compressions.len() {
         let [wide, narrow] = [0, 1].map(|r: usize| sharp[k].0 - rounded[r][k].0);
@@ -83,38 +73,61 @@ fn punches_with_rounded_corners_tend_to_the_sharp_one_from_below() {
         // What is held under it at rest instead is much stiffer.
         assert!(wide < 0.12 * sharp[k].0);
     }
-    // Measured with radii down to 0.005: see docs/mechanics.md.
-    assert!(
-        (sharp[0].0 - 2.8935).abs() < sharp[0].1 + 1e-3 && (sharp[1].0 - 5.8187).abs() < sharp[1].1 + 2e-3
-    );
+    // By elements that followed the point of the surface at a corner without any radius, to 3e-4.
+    for (found, known) in sharp.iter().zip([2.8935, 5.8187]) {
+        assert!((found.0 - known).abs() < found.1 + 3e-4 * known, "{found:?} {known}");
+    }
 }
 
 #[test]
-fn three_meshes_state_an_error_for_a_punch_that_covers_the_fourth() {
-    let compressions = [0.02, 0.05, 0.1, 0.15, 0.2];
-    for indenter in [
-        Indenter::Sharp { half_width: HALF_WIDTH },
-        Indenter::Held { half_width: HALF_WIDTH },
-        Indenter::Bonded { half_width: HALF_WIDTH },
-    ] {
-        let three = Refinement { meshes: vec![0, 1, 2], ..all_meshes() };
-        let coarse = pressed(indenter, 6.0, &three, &compressions);
-        let fine = pressed(indenter, 6.0, &Refinement { meshes: vec![3], ..all_meshes() }, &compressions);
+fn a_coarse_answer_under_a_sharp_corner_states_an_error_that_covers_a_finer_one() {
+    let compressions = [0.02, 0.1, 0.2];
+    let half_width = HALF_WIDTH;
+    for indenter in [sharp(), Indenter::Held { half_width }, Indenter::Bonded { half_width }] {
+        let coarse = pressed(indenter, 6.0, &Refinement::to(3e-2), &compressions);
+        let fine = pressed(indenter, 6.0, &Refinement::to(6e-3), &compressions);
         for ((coarse, fine), compression) in coarse.iter().zip(&fine).zip(compressions) {
             let (stated, apart) = (coarse.error.unwrap(), (coarse.step.force - fine.step.force).abs());
             println!("{indenter:?}, {compression}: {:?}, {stated} for {apart}", coarse.refinement);
-            assert_eq!(coarse.level, 2);
-            assert!(apart > 0.0 && apart <= stated, "{indenter:?}, {compression}: {apart} and not {stated}");
-            assert!(stated < 5e-2 * fine.step.force);
+            assert!(apart <= stated, "{indenter:?}, {compression}: {apart} and not {stated}");
+            assert!(coarse.converged && coarse.level <= fine.level);
         }
     }
 }
 
 #[test]
 fn a_load_whose_force_is_known_is_not_pressed_on_a_finer_mesh() {
-    let found = pressed(Indenter::Held { half_width: HALF_WIDTH }, 6.0, &Refinement::to(1e-3), &[1e-6, 0.02]);
-    for (known, meshes) in found.iter().zip([3, 4]) {
-        assert!(known.converged && known.error.unwrap() < 1e-3 * known.step.force);
-        assert_eq!((known.refinement.len(), known.level), (meshes, meshes - 1), "{:?}", known.refinement);
+    let found = pressed(Indenter::Held { half_width: HALF_WIDTH }, 6.0, &Refinement::to(5e-3), &[0.02, 0.15]);
+    assert!(found.iter().all(|load| load.converged && load.error.unwrap() < 5e-3 * load.step.force));
+    assert!(found[0].level < found[1].level, "{:?} {:?}", found[0].refinement, found[1].refinement);
+}
+
+#[test]
+fn a_punch_that_reaches_beyond_a_short_layer_is_a_plate_over_its_whole_top() {
+    let compressions = [0.1, 0.2];
+    let of = |indenter| {
+        let problem = PlaneLayer { end: End::FreeOnSubstrate, ..layer(indenter, 0.6) };
+        press(&problem, &Refinement::to(3e-3), &compressions)
+    };
+    let (punch, plate) = (of(sharp_punch(1.0, 1.0)), of(Indenter::WholeTop));
+    for (punch, plate) in punch.iter().zip(&plate) {
+        let (punch_force, plate_force) = (punch.step.force, plate.step.force);
+        let stated = punch.error.unwrap() + plate.error.unwrap();
+        println!("{punch_force} {plate_force} +- {stated}");
+        assert!((punch_force - plate_force).abs() < stated, "{punch_force} {plate_force} {stated}");
     }
+}
+
+#[test]
+fn a_sharp_punch_stands_anywhere_on_a_layer() {
+    let at = |position: f64| {
+        let problem = PlaneLayer { position, ..layer(sharp_punch(0.5, 1.0), 2.0) };
+        let pressed = press(&problem, &Refinement::to(1e-2), &[0.1]).remove(0);
+        (pressed.step.force, pressed.error.unwrap())
+    };
+    let (right, left, middle) = (at(1.45), at(-1.45), at(0.0));
+    println!("{right:?} {left:?} {middle:?}");
+    assert!((right.0 - left.0).abs() < right.1 + left.1);
+    // At the end the rubber gives way.
+    assert!(right.0 < 0.8 * middle.0);
 }
