@@ -94,10 +94,10 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
             },
             "leave out `corner_radius`, or write `contact = \"smooth\"`",
         )),
-        (_, Some(read)) if position != 0.0 && corner_radius == 0.0 => Some((
+        (_, Some(read)) if position != 0.0 && contact != PunchContact::Smooth => Some((
             &read.span,
-            "a sharp punch must stand in the middle of the layer",
-            "give it a `corner_radius`, or write `position = \"0 mm\"`",
+            "a patch that is held or bonded must lie in the middle of the layer",
+            "write `contact = \"smooth\"`, or `position = \"0 mm\"`",
         )),
         _ => None,
     };
@@ -120,12 +120,16 @@ pub(super) fn contact(raw: &Option<Read<raw::Contact>>) -> Option<PunchContact> 
     })
 }
 
-/// The layer must have a length, and the punch must stand on it.
+/// The layer must have a length, and the indenter must press on it. Only a punch in contact may reach over a free end.
 fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
     let Some(length) = half_length(document, "[mechanics.plane_strain]", log) else { return };
     let Some(half_length) = length.get().map(|size| size.si) else { return };
+    let ends = model.end != LayerEnd::Far;
     let reach = match model.indenter {
         Indenter::WholeTop => return,
+        Indenter::FlatPunch { half_width, position, contact: PunchContact::Smooth, .. } if ends => {
+            position.abs() - half_width
+        }
         Indenter::FlatPunch { half_width, position, .. } => position.abs() + half_width,
         Indenter::Cylinder { position, .. } => position.abs(),
     };

@@ -6,7 +6,6 @@ use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::given;
 use super::layer_end::{check_outlet, end, half_length};
 use super::mechanics::contact;
 
@@ -112,56 +111,28 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
     }
 }
 
-/// The mesh needs a thickness of length at the end, and the indenter must stand on the layer.
+/// The layer must have a length, and the indenter must press on it. Only a punch in contact may reach over a free end or side.
 fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Log<'_>) {
     let Some(read) = half_length(document, "[mechanics.solid]", log) else { return };
     let Some(half_length) = read.get().map(|size| size.si) else { return };
-    let Some(layer) = given(&document.layer) else { return };
-    let Some(thickness) = layer.thickness.get().map(|size| size.si) else { return };
-    if half_length <= thickness {
-        log.push(
-            Diagnostic::at(&read.span, "the half-length of the layer is not larger than its thickness")
-                .label("too short for the mesh of [mechanics.solid]")
-                .related(&layer.thickness.span, "the thickness"),
-        );
-        return;
-    }
-    let mut too_wide = |message: String, help: &str| {
-        log.push(
-            Diagnostic::at(&raw.indenter.span, message)
-                .label("does not fit")
-                .related(&read.span, "the layer ends here")
-                .help(help),
-        );
-    };
-    match model.indenter {
-        SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => {}
-        SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, .. } => {
-            // The fan around its corner takes half a thickness on both sides, and the end a whole one.
-            if half_width <= 0.5 * thickness || half_width + 1.5 * thickness >= half_length {
-                too_wide(
-                    "a sharp punch needs a half-width of more than half the thickness, and must end 1.5 thicknesses before \
-                     the layer does"
-                        .to_owned(),
-                    "change the half-width, make the layer longer, or give the punch a corner radius",
-                );
-            }
-        }
-        SolidIndenter::FlatPunch { half_width, .. } => {
-            if half_width >= half_length {
-                too_wide(
-                    "the indenter reaches over the end of the layer".to_owned(),
-                    "make the layer longer, or write `indenter = \"whole-top\"`",
-                );
-            }
+    let (ends, has_sides) = (model.end != LayerEnd::Far, model.side == LayerSide::Free);
+    let reaches_over = match model.indenter {
+        SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => false,
+        SolidIndenter::FlatPunch { half_width, contact, .. } => {
+            half_width >= half_length && !(ends && contact == PunchContact::Smooth)
         }
         SolidIndenter::Block { half_widths, .. } => {
-            if half_widths[0] >= half_length || 2.0 * half_widths[1] >= model.width {
-                too_wide(
-                    "the indenter reaches over the end or the side of the layer".to_owned(),
-                    "make the layer longer or wider, leave out `half_depth`, or write `indenter = \"whole-top\"`",
-                );
-            }
+            half_widths[0] >= half_length && !ends || 2.0 * half_widths[1] >= model.width && !has_sides
         }
+    };
+    if reaches_over {
+        log.push(
+            Diagnostic::at(&raw.indenter.span, "the indenter reaches over the end or the side of the layer")
+                .label("does not fit")
+                .related(&read.span, "the layer ends here")
+                .help(
+                    "make the layer longer or wider, leave out `half_depth`, or write `indenter = \"whole-top\"`",
+                ),
+        );
     }
 }

@@ -332,8 +332,8 @@ fn what_the_finite_elements_need_is_asked_for() {
     refused(PRESSED, &bonded, "\"bonded\"", &["rounded corners cannot be bonded"]);
     let held = [("corner_radius = \"0.1 mm\"", "corner_radius = \"0.1 mm\"\ncontact = \"held\"")];
     refused(PRESSED, &held, "\"held\"", &["held has no rounded corners"]);
-    let aside = [("corner_radius = \"0.1 mm\"", "position = \"0.5 mm\"")];
-    refused(PRESSED, &aside, "\"0.5 mm\"", &["must stand in the middle"]);
+    let aside = [("corner_radius = \"0.1 mm\"", "contact = \"held\"\nposition = \"0.5 mm\"")];
+    refused(PRESSED, &aside, "\"0.5 mm\"", &["must lie in the middle"]);
     let nothing = ogden[1].1.replace("100 kPa", "1 kPa").replace("-5 kPa", "5 kPa");
     refused(&text, &[(ogden[1].1, &nothing)], "[{", &["not positive"]);
 }
@@ -382,10 +382,13 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
 
     refused(PRESSED_IN_SPACE, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
-    refused(PRESSED_IN_SPACE, &[("\"4 mm\"", "\"1 mm\"")], "\"1 mm\"", &["not larger than its thickness"]);
+    let short = PRESSED_IN_SPACE.replace("\"4 mm\"", "\"0.9 mm\"");
+    assert!(parse(&short).is_ok(), "a block may reach over a free end");
+    refused(&short, &[("\"free\"", "\"far\"")], "", &["over the end or the side"]);
     refused(PRESSED_IN_SPACE, &[(radius, "")], "\"0.8 mm\"", &["needs a `corner_radius`"]);
     refused(PRESSED_IN_SPACE, &[("0.2 mm", "0.9 mm")], "\"0.9 mm\"", &["larger than half the depth"]);
-    refused(PRESSED_IN_SPACE, &[("0.8 mm", "1.6 mm")], "", &["over the end or the side"]);
+    let symmetric = PRESSED_IN_SPACE.replace("\"free\"", "\"free\"\nside = \"symmetric\"");
+    refused(&symmetric, &[("0.8 mm", "1.6 mm")], "", &["over the end or the side"]);
     refused(
         PRESSED_IN_SPACE,
         &[("half_width", "position = \"1 mm\"\nhalf_width")],
@@ -394,7 +397,7 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
     );
     let bonded = format!("{radius}contact = \"bonded\"\n");
     refused(&long, &[(radius, &bonded)], "\"0.2 mm\"", &["no rounded corners"]);
-    refused(&sharp, &[("half_width = \"1 mm\"", "half_width = \"3 mm\"")], "", &["1.5 thicknesses before"]);
+    refused(&sharp, &[("half_width = \"1 mm\"", "half_width = \"4 mm\"")], "", &["over the end or the side"]);
     refused(&sharp, &[("\"free\"", "\"free\"\nside = \"far\"")], "\"far\"", &["\"free\" or \"symmetric\""]);
 }
 

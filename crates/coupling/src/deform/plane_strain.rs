@@ -169,11 +169,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
 }
 
 /// The electrodes in the right half of the layer, or in the `whole` of it: what is solved.
-fn inclusions(
-    electrodes: &Electrodes,
-    material: &HyperelasticLaw,
-    whole: bool,
-) -> Vec<Inclusion> {
+fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw, whole: bool) -> Vec<Inclusion> {
     let modulus = electrode_modulus(electrodes, material);
     let regions = electrodes.regions();
     let solved = match electrodes.layout {
@@ -183,12 +179,10 @@ fn inclusions(
     let axis = if whole { f64::NEG_INFINITY } else { 0.0 };
     solved
         .iter()
-        .map(|region| {
-            Inclusion {
-                min: [region.min[0].max(axis), region.min[1]],
-                max: [region.max[0], region.max[1]],
-                rubber: Rubber::neo_hookean(modulus),
-            }
+        .map(|region| Inclusion {
+            min: [region.min[0].max(axis), region.min[1]],
+            max: [region.max[0], region.max[1]],
+            rubber: Rubber::neo_hookean(modulus),
         })
         .collect()
 }

@@ -168,8 +168,11 @@ impl Plan {
             |meshes: &[MeshSize]| memory_bytes::<S>(meshes, self.steps.len(), self.layer_memory_limit);
         // In space no mesh is begun that does not fit into the memory.
         let fits = |meshes: &&[MeshSize]| S::AXES == 2 || memory(meshes) <= self.layer_memory_limit;
-        let begun =
-            (2..=meshes.len()).rev().map(|n| &meshes[..n]).find(fits).unwrap_or(&meshes[..meshes.len().min(1)]);
+        let begun = (2..=meshes.len())
+            .rev()
+            .map(|n| &meshes[..n])
+            .find(fits)
+            .unwrap_or(&meshes[..meshes.len().min(1)]);
         self.layer = Some(LayerForecast {
             indenter,
             unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),

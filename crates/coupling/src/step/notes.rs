@@ -55,6 +55,8 @@ const ERRORS_FROM: usize = 2;
 
 /// The least share of the difference between the capacitances on two meshes that is stated as the error on the finer one.
 const LEAST_LEFT: f64 = 0.25;
+/// The most of it: where distances changed by less, what the capacitance changed by is not what is left of it.
+const MOST_LEFT: f64 = 10.0;
 
 impl Solver<'_> {
     /// Notes what the mechanics say; returns why there is no force, if there is none.
@@ -165,13 +167,14 @@ impl Solver<'_> {
     }
 
     /// What the error of the pair's distances on the finest mesh is, over what they changed by from the mesh before; `None` where
-    /// that error is not estimated on one mesh, and where they did not change.
+    /// that error is not estimated on one mesh, and where they hardly changed.
     fn share_left(&self, finest: &FiniteElementStep, before: &FiniteElementStep) -> Option<f64> {
         let error = finest.places_error?;
         let [now, then] = [finest, before].map(|layer| self.facing(layer).ok().flatten());
         let (now, then) = (now?, then?);
         let moved = (0..2).map(|k| (then[k] / now[k] - 1.0).abs()).fold(0.0, f64::max);
-        (moved > 0.0).then(|| (error / moved).max(LEAST_LEFT))
+        let left = (error / moved).max(LEAST_LEFT);
+        (left <= MOST_LEFT).then_some(left)
     }
 
     /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances

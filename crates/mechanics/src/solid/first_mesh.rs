@@ -60,9 +60,7 @@ impl FirstMesh {
                 let size = self.size(n, 0);
                 let begin = if self.position == 0.0 { 0.0 } else { end - length };
                 LayerMesh {
-                    along: graded_to_edges(begin, length - end, &self.edges[0], |x| {
-                        size(x - self.position)
-                    }),
+                    along: graded_to_edges(begin, length - end, &self.edges[0], |x| size(x - self.position)),
                     up: graded_to_edges(0.0, height, &self.edges[1], |y| {
                         (self.finest(n) + 0.5 * (height - y)).min(height / n as f64)
                     }),

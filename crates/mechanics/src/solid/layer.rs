@@ -311,7 +311,7 @@ impl<S: Dimension> LayerModel<S> {
         numbers: Vec<WantedNumber>,
     ) -> Estimate {
         let work = step.force * step.compression * self.thickness / self.symmetry.parts();
-        let caution = if S::AXES == 2 && self.indenter.is_rounded() { CAUTION } else { 1.0 };
+        let caution = if S::AXES == 2 && self.indenter != Indenter::WholeTop { CAUTION } else { 1.0 };
         self.equations.estimate(&self.state, &Wanted { work, caution, force_tolerance, numbers })
     }
 

@@ -121,12 +121,8 @@ impl LayerMesh {
         let mut up = uniform(0.0, low, count(low));
         let floor = up.len() - 1;
         up.extend(uniform(low, thickness, count(reach)).iter().skip(1));
-        let punch = Some(PunchFan {
-            along: [first, last],
-            up: floor,
-            corner,
-            radii: geometric(ratio, rings),
-        });
+        let punch =
+            Some(PunchFan { along: [first, last], up: floor, corner, radii: geometric(ratio, rings) });
         let end_top = uniform(body, half_length, count(0.6 * end));
         Self { along, up, end_top, radii: geometric(0.5, 1), punch }
     }

@@ -302,7 +302,8 @@ mod tests {
         let (order, wanted) = ([0, 1, 2], [true; 3]);
         let settings = NewtonSettings { first_step: 0.5, ..NewtonSettings::default() };
         let mut coarser = Level::new(layer(3), None, 1.0, goals.len());
-        let estimator = |model: &mut LayerModel<Space>, step: &LayerStep| model.estimate(step, 0.1, Vec::new());
+        let estimator =
+            |model: &mut LayerModel<Space>, step: &LayerStep| model.estimate(step, 0.1, Vec::new());
         coarser.walk(None, &goals, &order, &wanted, &[false; 3], &settings, &estimator, &|_| false, &|_| ());
         assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
         // Nothing is near a state that is none.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::dimension::{Dimension, Plane};
-use super::estimate::{Estimate, Estimated, WantedNumber};
+use super::estimate::{Estimated, WantedNumber};
 use super::layer::{LayerModel, LayerStep};
 use super::level::Reached;
 use super::model::{Load, ModelError, State};
@@ -228,7 +228,8 @@ pub(crate) fn press_on<S: Dimension>(
         let settings = NewtonSettings { cancel: Some(cancel), ..settings };
         let mut level = Level::new(model, mesh, size, goals.len());
         let force_known = |levels: &[Level<S>], g: usize| {
-            judge(levels, goals, g, refinement, layers.least_errors).is_some_and(|pressed| pressed.mesh_is_enough)
+            judge(levels, goals, g, refinement, layers.least_errors)
+                .is_some_and(|pressed| pressed.mesh_is_enough)
         };
         let known = |levels: &[Level<S>], g: usize| {
             // For what else is to be known there are only so many meshes more.
@@ -236,7 +237,8 @@ pub(crate) fn press_on<S: Dimension>(
                 let before = levels.len().saturating_sub(layers.for_places);
                 before > 0 && force_known(&levels[..before], g)
             };
-            let places_known = || numbers_met(levels, g, layers.least_errors.numbers) || many() || numbers_stay(levels, g);
+            let places_known =
+                || numbers_met(levels, g, layers.least_errors.numbers) || many() || numbers_stay(levels, g);
             force_known(levels, g) && (goals[g].value() == 0.0 || places_known())
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
@@ -315,11 +317,9 @@ impl<S: Dimension> Pressing<S> {
 fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
     let own = &last.estimates[g].as_ref()?.numbers;
-    let before: Vec<&Estimate> =
-        before.iter().rev().filter_map(|level| level.estimates[g].as_ref()).collect();
     let number = |(k, now): (usize, &Estimated)| {
-        let before: Vec<f64> = before.iter().map(|estimate| estimate.numbers[k].value).collect();
-        let least = least_error::<S>(now.value, &before)? / now.value.abs();
+        let before = Before::of(before, g, |level| Some(level.estimates[g].as_ref()?.numbers[k].value));
+        let least = before.least_error::<S>(now.value)? / now.value.abs();
         Some(Estimated { error: now.error.max(least).max(at_least), ..*now })
     };
     own.iter().enumerate().map(number).collect()
@@ -327,7 +327,8 @@ fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Opt
 
 /// Whether the numbers besides the force are known to their tolerances on the last level.
 fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> bool {
-    numbers_of(levels, g, at_least).is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
+    numbers_of(levels, g, at_least)
+        .is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
 }
 
 /// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at
@@ -369,9 +370,8 @@ fn judge<S: Dimension>(
         Some(estimate) => {
             // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
             let of_estimate = estimate.force * now.abs();
-            let before: Vec<f64> =
-                levels[..level].iter().rev().filter_map(|l| l.step(g)).map(value_of).collect();
-            least_error::<S>(now, &before).map(|least| of_estimate.max(least))
+            let before = Before::of(&levels[..level], g, |l| l.step(g).map(value_of));
+            before.least_error::<S>(now).map(|least| of_estimate.max(least))
         }
         None => None,
     };
@@ -386,15 +386,49 @@ fn judge<S: Dimension>(
     Some(Pressed { error, refinement, places_error, mesh_is_enough, converged, ..reached.unjudged(level) })
 }
 
-/// The least error of a value that is estimated on one mesh, where it was `before` on the meshes before this one, the last of them first: a
-/// guard against estimates that are too small. In the plane, where meshes cost little, three of them are compared, since two may be as wrong as
-/// each other by accident; `None` where there are fewer.
-fn least_error<S: Dimension>(now: f64, before: &[f64]) -> Option<f64> {
-    let from_last = |last: f64, part: f64| part * (now - last).abs();
-    match (S::AXES, before) {
-        (2, [last, first, ..]) => Some(from_last(*last, 1.5).max(0.5 * (last - first).abs())),
-        (3, [last, ..]) => Some(from_last(*last, 0.5)),
-        _ => None,
+/// What is left to come in the plane over the last step of a value from mesh to mesh, at least and at most.
+const LEFT: [f64; 2] = [1.5, 4.0];
+
+/// A value on the meshes before one: a guard against errors that are estimated too small on that mesh by itself.
+struct Before {
+    /// On how many of them it was found.
+    meshes: usize,
+    /// The value on those whose state had no fault, the last of them first.
+    sound: Vec<f64>,
+}
+
+impl Before {
+    fn of<S: Dimension>(levels: &[Level<S>], g: usize, value: impl Fn(&Level<S>) -> Option<f64>) -> Self {
+        let found: Vec<(bool, f64)> =
+            levels.iter().rev().filter_map(|l| Some((l.reached[g].is_some(), value(l)?))).collect();
+        let sound = found.iter().filter(|(sound, _)| *sound).map(|(_, value)| *value).collect();
+        Self { meshes: found.len(), sound }
+    }
+
+    /// The least error of the value `now`. In the plane, where meshes cost little, it has to have been found on two before, since two may be
+    /// as wrong as each other by accident; `None` where it was not.
+    fn least_error<S: Dimension>(&self, now: f64) -> Option<f64> {
+        match (S::AXES, self.meshes, self.sound.as_slice()) {
+            (2, 2.., [last, first, ..]) => {
+                let (step, earlier) = (now - last, last - first);
+                Some((left_of(step, earlier).max(LEFT[0]) * step.abs()).max(0.5 * earlier.abs()))
+            }
+            (2, 2.., [last]) => Some(LEFT[1] * (now - last).abs()),
+            (3, _, [last, ..]) => Some(0.5 * (now - last).abs()),
+            _ => None,
+        }
+    }
+}
+
+/// What is left to come over the last `step` of a value from mesh to mesh, where the steps go on to fall as they did from the `earlier` one:
+/// where meshes do not resolve yet what makes the error, they hardly fall. 0 where the value goes up and down.
+fn left_of(step: f64, earlier: f64) -> f64 {
+    let falls = step / earlier;
+    match falls {
+        // Also where both are zero.
+        _ if falls.is_nan() || falls <= 0.0 => 0.0,
+        _ if falls < 1.0 => (falls / (1.0 - falls)).min(LEFT[1]),
+        _ => LEFT[1],
     }
 }
 

@@ -37,7 +37,9 @@ pub enum ModelError {
     #[error("the body has no free displacement, or too many for this machine")]
     NoUnknowns,
     /// A patch that is held or bonded is known on the middle of a layer only.
-    #[error("a patch that is held or bonded lies on the middle of the layer; press a punch in contact, or move it to the middle")]
+    #[error(
+        "a patch that is held or bonded lies on the middle of the layer; press a punch in contact, or move it to the middle"
+    )]
     PatchOffTheMiddle,
     /// The patch ends where the layer ends.
     #[error(

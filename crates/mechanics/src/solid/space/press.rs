@@ -96,9 +96,8 @@ impl SpaceLayer {
 
     /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
     fn side_fan(&self) -> Option<f64> {
-        let straight = self.indenter.patch().is_some()
-            || self.end == End::Far
-            || self.side == SideCondition::Symmetric;
+        let straight =
+            self.indenter.patch().is_some() || self.end == End::Far || self.side == SideCondition::Symmetric;
         (!straight).then(|| self.thickness.min(0.5 * self.half_width))
     }
 

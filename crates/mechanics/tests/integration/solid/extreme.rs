@@ -74,14 +74,9 @@ fn an_inclusion_too_stiff_for_double_precision_is_no_result() {
     let electrode = Inclusion { min: [0.05, 0.48], max: [0.72, 0.52], rubber: Rubber::neo_hookean(1e12) };
     let problem = PlaneLayer { inclusions: vec![electrode], ..layer(1.0, 1.0) };
     let (rubber, inclusions) = (&problem.rubber, &problem.inclusions);
-    let mut model = LayerModel::with_inclusions(
-        &problem.mesh(2, 0.3),
-        rubber,
-        inclusions,
-        problem.indenter,
-        problem.end,
-    )
-    .unwrap();
+    let mut model =
+        LayerModel::with_inclusions(&problem.mesh(2, 0.3), rubber, inclusions, problem.indenter, problem.end)
+            .unwrap();
     let settings = NewtonSettings { max_solves: 200, ..NewtonSettings::default() };
     println!("{}", model.press(0.1, &settings).unwrap_err());
 }

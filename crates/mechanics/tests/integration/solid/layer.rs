@@ -84,7 +84,8 @@ fn the_error_stated_for_an_end_that_folds_covers_the_true_one() {
     // docs/free-end.md.
     let limits = [(0.05, 8.58), (0.1, 19.134), (0.2, 47.19)];
     let goals = limits.map(|(compression, _)| Goal::Compression(compression));
-    let found = problem.press(&goals, &Refinement::to(1e-2), None, &AtomicBool::new(false), &|_, _| ()).unwrap();
+    let found =
+        problem.press(&goals, &Refinement::to(1e-2), None, &AtomicBool::new(false), &|_, _| ()).unwrap();
     for (found, (compression, limit)) in found.goals.iter().zip(limits) {
         let found = found.as_ref().unwrap();
         let (stated, truth) = (found.error.unwrap(), (found.step.force - limit).abs());

@@ -28,7 +28,12 @@ fn press(problem: &PlaneLayer, refinement: &Refinement, compressions: &[f64]) ->
     pressing.goals.into_iter().map(Result::unwrap).collect()
 }
 
-fn pressed(indenter: Indenter, half_length: f64, refinement: &Refinement, compressions: &[f64]) -> Vec<Pressed> {
+fn pressed(
+    indenter: Indenter,
+    half_length: f64,
+    refinement: &Refinement,
+    compressions: &[f64],
+) -> Vec<Pressed> {
     press(&layer(indenter, half_length), refinement, compressions)
 }
 
