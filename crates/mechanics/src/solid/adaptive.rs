@@ -116,6 +116,11 @@ impl<S: Dimension> Adaptive<'_, S> {
             }
             let estimates: Vec<&Estimate> =
                 unknown.iter().filter_map(|&g| last.estimates.get(g)?.as_ref()).collect();
+            // What is left was found on coarser meshes only: no error says where to cut.
+            let was_found = |&g: &usize| levels.iter().any(|level| level.step(g).is_some());
+            if estimates.is_empty() && unknown.iter().any(was_found) {
+                return None;
+            }
             let every_axis = || vec![(1_u8 << S::AXES) - 1; count];
             let cut_along = |e: usize, axes: u8| {
                 let lengths: Vec<f64> = (0..S::AXES).map(|axis| mesh.length(e, axis)).collect();
@@ -171,6 +176,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             moving_gap: if S::AXES == 2 { gap(3e-4) } else { 3e-3 },
             final_gap: gap(1e-5),
             first_gap: gap(1e-5),
+            only_near: self.halvings.is_some(),
             ..plain
         };
         Ok(Meshed { model, mesh: Some(refinable), size, settings })

@@ -125,11 +125,12 @@ impl<S: Dimension> Level<S> {
     }
 
     /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
-    /// Where `coarser` has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
-    /// there is `room_for_two` layers; otherwise the load is followed, unless a goal is in `good_enough`. Returns the number of goals reached.
+    /// Where one of the `coarser` meshes has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
+    /// there is `room_for_two` layers; otherwise the load is followed, unless a goal is in `good_enough`, or
+    /// is left to the next mesh by [`NewtonSettings::only_near`]. Returns the number of goals reached.
     pub(super) fn walk(
         &mut self,
-        coarser: Option<&Self>,
+        coarser: &[Self],
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
@@ -139,9 +140,11 @@ impl<S: Dimension> Level<S> {
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         tell: &(dyn Fn(usize) + Sync),
     ) -> usize {
-        let coarser = coarser.filter(|_| settings.from_coarser);
+        let coarser = if settings.from_coarser { coarser } else { &[] };
+        let last = |g: usize| coarser.iter().rev().find(|level| level.to_start_from(g).is_some());
         let near =
-            |g: usize| coarser.and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
+            |g: usize| last(g).and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
+        let is_sound = |g: usize| last(g).is_some_and(|level| level.reached[g].is_some());
         let mut tried = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, tell);
         for (done, &g) in order.iter().enumerate() {
             if settings.cancelled() {
@@ -157,6 +160,9 @@ impl<S: Dimension> Level<S> {
                         near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings, estimator))
                     }
                 };
+                if tried.is_none() && settings.only_near && is_sound(g) {
+                    continue;
+                }
                 if tried.is_none() && good_enough[g] {
                     self.stopped[g] = Some(Stopped::not_near());
                     continue;
@@ -304,7 +310,7 @@ mod tests {
         let mut coarser = Level::new(layer(3), None, 1.0, goals.len());
         let estimator =
             |model: &mut LayerModel<Space>, step: &LayerStep| model.estimate(step, 0.1, Vec::new());
-        coarser.walk(None, &goals, &order, &wanted, &[false; 3], &settings, &estimator, &|_| false, &|_| ());
+        coarser.walk(&[], &goals, &order, &wanted, &[false; 3], &settings, &estimator, &|_| false, &|_| ());
         assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
         // Nothing is near a state that is none.
         let first = coarser.reached[0].as_mut().unwrap();
@@ -315,7 +321,7 @@ mod tests {
             let mut level = Level::new(layer(4), None, 0.75, goals.len());
             pool.install(|| {
                 level.walk(
-                    Some(&coarser),
+                    std::slice::from_ref(&coarser),
                     &goals,
                     &order,
                     &wanted,

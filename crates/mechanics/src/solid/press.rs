@@ -243,7 +243,7 @@ pub(crate) fn press_on<S: Dimension>(
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let good_enough: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
-        let (coarser, tell) = (levels.last(), &|done: usize| tell(k, done));
+        let (coarser, tell) = (levels.as_slice(), &|done: usize| tell(k, done));
         let room = layers.room_for_two;
         let further =
             level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, tell);
@@ -393,7 +393,7 @@ const LEFT: [f64; 2] = [1.5, 4.0];
 struct Before {
     /// On how many of them it was found.
     meshes: usize,
-    /// The value on those whose state had no fault, the last of them first.
+    /// The value on those whose state had no fault, the last of them first; where each had one, the last one alone.
     sound: Vec<f64>,
 }
 
@@ -401,7 +401,10 @@ impl Before {
     fn of<S: Dimension>(levels: &[Level<S>], g: usize, value: impl Fn(&Level<S>) -> Option<f64>) -> Self {
         let found: Vec<(bool, f64)> =
             levels.iter().rev().filter_map(|l| Some((l.reached[g].is_some(), value(l)?))).collect();
-        let sound = found.iter().filter(|(sound, _)| *sound).map(|(_, value)| *value).collect();
+        let mut sound: Vec<f64> = found.iter().filter(|(sound, _)| *sound).map(|(_, value)| *value).collect();
+        if sound.is_empty() {
+            sound.extend(found.first().map(|(_, value)| *value));
+        }
         Self { meshes: found.len(), sound }
     }
 

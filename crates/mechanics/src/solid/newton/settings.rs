@@ -33,6 +33,9 @@ pub struct NewtonSettings<'a> {
     /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the
     /// path to them, it is not, and the load is followed on every mesh.
     pub from_coarser: bool,
+    /// Whether an equilibrium is searched near that of a coarser mesh only, where that counts: what is not found on a mesh is left to the next one.
+    /// A surface that slides around corners as the load is followed on a fine mesh takes hundreds of systems, and may end on the wrong side of one.
+    pub only_near: bool,
     /// Set from outside to stop before the next linear system.
     pub cancel: Option<&'a AtomicBool>,
 }
@@ -58,6 +61,7 @@ impl Default for NewtonSettings<'_> {
             smallest_ratio: 0.2,
             through_folds: false,
             from_coarser: true,
+            only_near: false,
             cancel: None,
         }
     }
