@@ -36,22 +36,21 @@ fn the_files_that_once_aborted_or_never_ended_are_refused_with_a_reason() {
 }
 
 #[test]
-fn punches_that_the_mesh_at_the_end_of_the_layer_leaves_no_room_for_are_refused_with_what_would_do() {
-    for (name, reason) in [
-        (
-            "panic-punch-check.toml",
-            "make `half_length` in [layer] 305.0 um or more, or let the punch reach to 75.00 um at most",
-        ),
-        ("panic-punch-run.toml", "there is no room for those around the corner of the punch"),
-        ("panic-punch-rounded.toml", "is not more than its thickness"),
-    ] {
+fn punches_at_the_end_of_a_layer_are_pressed_or_refused_with_a_reason() {
+    for (name, status) in
+        [("panic-punch-run.toml", 0), ("panic-punch-rounded.toml", 0), ("panic-punch-check.toml", 3)]
+    {
         let sandbox = Sandbox::new();
         let path = acceptance("found3").join(name);
         let path = path.to_str().expect("UTF-8");
-        let said = limited(&sandbox, 4_000_000, &["check", path]).exits_with(2);
-        assert!(said.stdout.contains(reason), "{name}: {}", said.stdout);
-        let said = limited(&sandbox, 4_000_000, &["run", path, "-o", "out"]).exits_with(3);
-        assert!(said.stderr.contains(reason), "{name}: {}", said.stderr);
+        limited(&sandbox, 4_000_000, &["check", path]).exits_with(0);
+        let said = limited(&sandbox, 4_000_000, &["run", path, "-o", "out"]).exits_with(status);
+        let reason = "the meshes are too coarse for this load";
+        assert!(
+            status == 0 || said.stdout.contains(reason) || said.stderr.contains(reason),
+            "{}",
+            said.stdout
+        );
     }
 }
 

@@ -37,6 +37,9 @@ pub struct FiniteElementStep {
     /// Discretisation error of the distances in the layer that capacitances depend on, relative: where it was estimated on one mesh.
     #[serde(skip)]
     pub places_error: Option<f64>,
+    /// What is stated of it at least, however little they change from mesh to mesh.
+    #[serde(skip)]
+    pub least_places_error: f64,
     /// The force in N (or the compression) on each mesh, coarse to fine.
     pub refinement: Vec<f64>,
     /// Number of the mesh that the step is from.
@@ -193,6 +196,7 @@ fn step<S: Dimension>(
         relative_error_estimate: pressed.error.map(relative),
         converged: pressed.converged,
         places_error: pressed.places_error,
+        least_places_error: pressed.least_places_error,
         refinement: pressed.refinement.iter().map(|value| value * unit).collect(),
         mesh: pressed.level,
         smallest_j: found.effort.smallest_j,

@@ -265,11 +265,12 @@ impl Solver<'_> {
             };
             values.push((layer.element_size, measured.value));
         }
+        let at_least = |error: f64| error.max(finest.least_places_error);
         if let (Some(left), [(_, before)]) = (left, values.as_slice()) {
-            return Ok(Some(left * (before / capacitance - 1.0).abs()));
+            return Ok(Some(at_least(left * (before / capacitance - 1.0).abs())));
         }
         values.push((finest.element_size, capacitance));
-        Ok(error_on_finest(&values).map(|error| error / capacitance.abs()))
+        Ok(error_on_finest(&values).map(|error| at_least(error / capacitance.abs())))
     }
 
     /// Notes how far the bodies of a field are from those of the layer's finite elements, within the map and `beyond` it.

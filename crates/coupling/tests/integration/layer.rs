@@ -209,7 +209,7 @@ fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
         corners.filter(|p| (from..to).contains(&p[0].abs())).map(|p| p[1]).fold(0.0, f64::max)
     };
     // Flat under the punch, and higher than it was before loading beside it: the rubber goes nowhere else.
-    assert!((heights(0.0, 400e-6) / 405e-6 - 1.0).abs() < 1e-6, "{}", heights(0.0, 400e-6));
+    assert!((heights(0.0, 400e-6) / 405e-6 - 1.0).abs() < 1e-5, "{}", heights(0.0, 400e-6));
     assert!((452e-6..500e-6).contains(&heights(600e-6, 1.3e-3)), "{}", heights(600e-6, 1.3e-3));
 }
 

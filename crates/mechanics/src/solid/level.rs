@@ -53,6 +53,7 @@ impl<S: Dimension> Reached<S> {
             error: None,
             refinement: Vec::new(),
             places_error: None,
+            least_places_error: 0.0,
             mesh_is_enough: false,
             converged: false,
         }

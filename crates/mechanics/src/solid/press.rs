@@ -52,6 +52,8 @@ pub struct Pressed<S: Dimension = Plane> {
     pub refinement: Vec<f64>,
     /// The largest relative error of [`Places`], where it was estimated on this mesh by itself.
     pub places_error: Option<f64>,
+    /// What is stated of them at least, however little they change from mesh to mesh.
+    pub least_places_error: f64,
     /// Whether a finer mesh would not help: the error is within the tolerance, or within what is stated at least.
     pub(super) mesh_is_enough: bool,
     /// Whether `error` is within the tolerance.
@@ -382,8 +384,16 @@ fn judge<S: Dimension>(
     let converged = error.is_some_and(|error| error <= asked);
     let numbers = numbers_of(&levels[..=level], g, at_least.numbers);
     let places_error = numbers.and_then(|all| all.iter().map(|number| number.error).reduce(f64::max));
-    let refinement = values;
-    Some(Pressed { error, refinement, places_error, mesh_is_enough, converged, ..reached.unjudged(level) })
+    let (refinement, least_places_error) = (values, at_least.numbers);
+    Some(Pressed {
+        error,
+        refinement,
+        places_error,
+        least_places_error,
+        mesh_is_enough,
+        converged,
+        ..reached.unjudged(level)
+    })
 }
 
 /// What is left to come in the plane over the last step of a value from mesh to mesh, at least and at most.
