@@ -102,6 +102,8 @@ const START: f64 = 0.02;
 /// since they say nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser,
 /// and stresses are what is wrong there.
 const CAUTION: f64 = 3.0;
+/// The same at the edge of a patch that is held or bonded.
+const CAUTION_AT_EDGE: f64 = 1.5;
 
 /// A layer under an indenter, ready to be pressed.
 #[derive(Debug)]
@@ -311,7 +313,11 @@ impl<S: Dimension> LayerModel<S> {
         numbers: Vec<WantedNumber>,
     ) -> Estimate {
         let work = step.force * step.compression * self.thickness / self.symmetry.parts();
-        let caution = if S::AXES == 2 && self.indenter != Indenter::WholeTop { CAUTION } else { 1.0 };
+        let caution = match self.indenter {
+            Indenter::Smooth(_) if S::AXES == 2 => CAUTION,
+            Indenter::Held { .. } | Indenter::Bonded { .. } if S::AXES == 2 => CAUTION_AT_EDGE,
+            _ => 1.0,
+        };
         self.equations.estimate(&self.state, &Wanted { work, caution, force_tolerance, numbers })
     }
 
