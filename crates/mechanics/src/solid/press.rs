@@ -321,7 +321,7 @@ fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Opt
     let own = &last.estimates[g].as_ref()?.numbers;
     let number = |(k, now): (usize, &Estimated)| {
         let before = Before::of(before, g, |level| Some(level.estimates[g].as_ref()?.numbers[k].value));
-        let least = before.least_error::<S>(now.value)? / now.value.abs();
+        let least = before.least_error::<S>(now.value, at_least)? / now.value.abs();
         Some(Estimated { error: now.error.max(least).max(at_least), ..*now })
     };
     own.iter().enumerate().map(number).collect()
@@ -373,7 +373,8 @@ fn judge<S: Dimension>(
             // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
             let of_estimate = estimate.force * now.abs();
             let before = Before::of(&levels[..level], g, |l| l.step(g).map(value_of));
-            before.least_error::<S>(now).map(|least| of_estimate.max(least))
+            let scatter = at_least.of_force(reached.step.compression);
+            before.least_error::<S>(now, scatter).map(|least| of_estimate.max(least))
         }
         None => None,
     };
@@ -419,14 +420,16 @@ impl Before {
     }
 
     /// The least error of the value `now`. In the plane, where meshes cost little, it has to have been found on two before, since two may be
-    /// as wrong as each other by accident; `None` where it was not.
-    fn least_error<S: Dimension>(&self, now: f64) -> Option<f64> {
+    /// as wrong as each other by accident; `None` where it was not. Steps of twice the relative `scatter` say nothing of how they will fall.
+    fn least_error<S: Dimension>(&self, now: f64, scatter: f64) -> Option<f64> {
+        let most = |step: f64| if step.abs() <= 2.0 * scatter * now.abs() { LEFT[0] } else { LEFT[1] };
         match (S::AXES, self.meshes, self.sound.as_slice()) {
             (2, 2.., [last, first, ..]) => {
                 let (step, earlier) = (now - last, last - first);
-                Some((left_of(step, earlier).max(LEFT[0]) * step.abs()).max(0.5 * earlier.abs()))
+                let left = left_of(step, earlier).clamp(LEFT[0], most(step));
+                Some((left * step.abs()).max(0.5 * earlier.abs()))
             }
-            (2, 2.., [last]) => Some(LEFT[1] * (now - last).abs()),
+            (2, 2.., [last]) => Some(most(now - last) * (now - last).abs()),
             (3, _, [last, ..]) => Some(0.5 * (now - last).abs()),
             _ => None,
         }
@@ -440,8 +443,8 @@ fn left_of(step: f64, earlier: f64) -> f64 {
     match falls {
         // Also where both are zero.
         _ if falls.is_nan() || falls <= 0.0 => 0.0,
-        _ if falls < 1.0 => (falls / (1.0 - falls)).min(LEFT[1]),
-        _ => LEFT[1],
+        _ if falls < 1.0 => falls / (1.0 - falls),
+        _ => f64::INFINITY,
     }
 }
 
