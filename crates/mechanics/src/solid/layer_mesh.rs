@@ -11,7 +11,7 @@ pub struct LayerMesh {
     pub along: Vec<f64>,
     /// Breakpoints from the substrate to the top, in m.
     pub up: Vec<f64>,
-    /// Breakpoints along the top from there to the end, in m; see [`end_reach`]. A whole layer
+    /// Breakpoints along the top from there to the end, in m. A whole layer
     /// has the same at its other end.
     pub end_top: Vec<f64>,
     /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
