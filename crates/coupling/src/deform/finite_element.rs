@@ -37,7 +37,7 @@ pub struct FiniteElementStep {
     /// Discretisation error of the distances in the layer that capacitances depend on, relative: where it was estimated on one mesh.
     #[serde(skip)]
     pub places_error: Option<f64>,
-    /// What is stated of it at least, however little they change from mesh to mesh.
+    /// The smallest error that is ever stated for these distances, relative.
     #[serde(skip)]
     pub least_places_error: f64,
     /// The force in N (or the compression) on each mesh, coarse to fine.

@@ -166,7 +166,7 @@ impl Solver<'_> {
         Ok(scene.pair.map(|pair| [pair.gap, pair.parallel_plate]))
     }
 
-    /// What the error of the pair's distances on the finest mesh is, over what they changed by from the mesh before; `None` where
+    /// The error of the pair's distances on the finest mesh, divided by their change since the mesh before; `None` where
     /// that error is not estimated on one mesh, and where they hardly changed.
     fn share_left(&self, finest: &FiniteElementStep, before: &FiniteElementStep) -> Option<f64> {
         let error = finest.places_error?;

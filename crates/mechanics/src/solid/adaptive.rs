@@ -14,7 +14,7 @@ use super::refinement::Refinable;
 
 /// How many times as many elements the next mesh has by its marks alone.
 const GROWTH: f64 = 1.8;
-/// The same while no state counts, because each has a fault.
+/// That factor while every state that was found has a fault, so that none counts as reached yet.
 const GROWTH_BEFORE: f64 = 1.5;
 /// Elements are not cut to less than this, over the thickness: stress is singular at the edges of stiff bodies, and what is there on the
 /// smallest scales matters to nothing that is asked for.
@@ -111,12 +111,12 @@ impl<S: Dimension> Adaptive<'_, S> {
             };
             let mesh = last.mesh.as_ref()?;
             let count = mesh.mesh().elements.len();
-            if k >= refinement.meshes.len() || count > self.limits.elements {
+            if k >= refinement.meshes || count > self.limits.elements {
                 return None;
             }
             let estimates: Vec<&Estimate> =
                 unknown.iter().filter_map(|&g| last.estimates.get(g)?.as_ref()).collect();
-            // What is left was found on coarser meshes only: no error says where to cut.
+            // The goals that are not known yet were reached on coarser meshes only. Nothing says where this mesh has to be finer.
             let was_found = |&g: &usize| levels.iter().any(|level| level.step(g).is_some());
             if estimates.is_empty() && unknown.iter().any(was_found) {
                 return None;
@@ -127,7 +127,7 @@ impl<S: Dimension> Adaptive<'_, S> {
                 let smallest = if mesh.is_collapsed(e) { self.limits.smallest_at_corner } else { SMALLEST };
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
-            // What lies inside the indenter because its corners are still too round says little of where errors will be.
+            // These states lie inside the indenter, since its corners are still too round. Their errors say little about later ones.
             let none_counts = unknown.iter().all(|&g| last.fault(g).is_some());
             let growth = if none_counts { GROWTH_BEFORE } else { GROWTH };
             let marks = marks(&estimates, growth, cut_along).unwrap_or_else(every_axis);

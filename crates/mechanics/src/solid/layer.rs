@@ -102,7 +102,7 @@ const START: f64 = 0.02;
 /// since they say nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser,
 /// and stresses are what is wrong there.
 const CAUTION: f64 = 3.0;
-/// The same at the edge of a patch that is held or bonded.
+/// The factor of [`CAUTION`] under a patch that is held or bonded, for the singular stress at its edge.
 const CAUTION_AT_EDGE: f64 = 1.5;
 
 /// A layer under an indenter, ready to be pressed.

@@ -25,14 +25,13 @@ pub enum Goal {
     Force(f64),
 }
 
-/// When to stop refining, and the meshes to use.
-#[derive(Debug, Clone, PartialEq)]
+/// When to stop refining.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
     /// Error of the force to reach, relative to the force.
     pub relative_tolerance: f64,
-    /// The number that each mesh is made from, coarse to fine: in the plane its level of refinement, in space about the number of
-    /// elements over the thickness.
-    pub meshes: Vec<usize>,
+    /// Meshes at most.
+    pub meshes: usize,
 }
 
 /// The result for one goal.
@@ -52,7 +51,7 @@ pub struct Pressed<S: Dimension = Plane> {
     pub refinement: Vec<f64>,
     /// The largest relative error of [`Places`], where it was estimated on this mesh by itself.
     pub places_error: Option<f64>,
-    /// What is stated of them at least, however little they change from mesh to mesh.
+    /// The smallest error that is ever stated for [`Places`], relative.
     pub least_places_error: f64,
     /// Whether a finer mesh would not help: the error is within the tolerance, or within what is stated at least.
     pub(super) mesh_is_enough: bool,
@@ -327,10 +326,13 @@ fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Opt
     own.iter().enumerate().map(number).collect()
 }
 
-/// Whether the numbers besides the force are known to their tolerances on the last level.
+/// Whether the numbers besides the force are known on the finest level that reached goal `g`: to their tolerances, or to the error that
+/// is stated at least.
 fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> bool {
-    numbers_of(levels, g, at_least)
-        .is_none_or(|all| all.iter().all(|number| number.error <= number.tolerance))
+    let met = |number: &Estimated| number.error <= number.tolerance.max(at_least);
+    let finest = levels.iter().rposition(|level| level.reached[g].is_some());
+    let numbers = finest.and_then(|finest| numbers_of(&levels[..=finest], g, at_least));
+    numbers.is_none_or(|all| all.iter().all(met))
 }
 
 /// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at

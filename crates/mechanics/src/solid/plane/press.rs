@@ -28,7 +28,7 @@ pub struct PlaneLayer {
     pub inclusions: Vec<Inclusion>,
     /// The indenter.
     pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for sharp punches and patches.
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for patches that are held or bonded.
     pub position: f64,
     /// The condition at the end.
     pub end: End,
@@ -43,7 +43,7 @@ const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8
 /// The least error that is stated where a surface slides around corners. The side of an element may pass a corner earlier or later,
 /// depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
 const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
-/// The same where a surface rolls up: the force goes up and down by so much as the roll passes from element to element, on every mesh.
+/// The least error that is stated where a surface rolls up: the force goes up and down by so much as the roll passes from element to element, on every mesh.
 const ERRORS_OF_FOLDING: LeastErrors = LeastErrors { force: 3e-3, force_at_rest: 3e-3, numbers: 0.0 };
 
 const LIMITS: Limits =
@@ -79,7 +79,7 @@ pub fn sharp_punch(half_width: f64, thickness: f64) -> Indenter {
 impl Refinement {
     /// As many meshes as a layer in the plane may need.
     pub fn to(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: (0..LIMITS.meshes).collect() }
+        Self { relative_tolerance, meshes: LIMITS.meshes }
     }
 }
 

@@ -41,7 +41,7 @@ const LIMITS: Limits =
 impl Refinement {
     /// Meshes that are refined where it is needed, for a layer in space.
     pub fn in_space(relative_tolerance: f64) -> Self {
-        Self { relative_tolerance, meshes: (0..LIMITS.meshes).collect() }
+        Self { relative_tolerance, meshes: LIMITS.meshes }
     }
 }
 
@@ -171,7 +171,7 @@ mod tests {
 
     /// Presses on two meshes within a memory.
     fn press(layer: &SpaceLayer, goals: &[Goal], limit: u64) -> Result<Pressing<Space>, ModelError> {
-        let refinement = Refinement { relative_tolerance: 1e-9, meshes: vec![0, 1] };
+        let refinement = Refinement { relative_tolerance: 1e-9, meshes: 2 };
         layer.press(goals, &refinement, None, limit, &AtomicBool::new(false), &|_, _| ())
     }
 

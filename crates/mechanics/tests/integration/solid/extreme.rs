@@ -27,7 +27,7 @@ fn layer(size: f64, modulus: f64) -> PlaneLayer {
 
 fn press(problem: &PlaneLayer, meshes: usize, goals: &[f64]) -> Pressing {
     let goals: Vec<Goal> = goals.iter().map(|&c| Goal::Compression(c)).collect();
-    let refinement = Refinement { relative_tolerance: 5e-3, meshes: (0..meshes).collect() };
+    let refinement = Refinement { relative_tolerance: 5e-3, meshes };
     problem.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| {}).unwrap()
 }
 

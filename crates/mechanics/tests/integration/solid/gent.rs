@@ -79,7 +79,7 @@ fn layer_at_twenty_per_cent(rubber: Rubber) -> Result<Pressed, PressError> {
         position: 0.0,
         end: End::FreeOnSubstrate,
     };
-    let refinement = Refinement { relative_tolerance: 5e-3, meshes: vec![0] };
+    let refinement = Refinement { relative_tolerance: 5e-3, meshes: 1 };
     let goals = [Goal::Compression(0.2)];
     let mut found = layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| {}).unwrap();
     found.goals.remove(0)
