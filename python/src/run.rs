@@ -90,7 +90,7 @@ pub(crate) fn run(
     cancelled: Option<Py<PyAny>>,
 ) -> PyResult<(PyOutcome, Option<PyErr>)> {
     let (case, text) = (Arc::clone(&case.case), case.text.clone());
-    let options = Options { prune, fields, scene: true };
+    let options = Options { prune, fields, scene: true, model_error: true };
     let deadline = max_seconds.and_then(|seconds| {
         Instant::now().checked_add(Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX))
     });

@@ -252,6 +252,7 @@ impl Command<'_> {
             prune: !arguments.no_prune,
             fields: !arguments.no_fields && wanted.needs_fields(),
             scene: wanted.has(FileGroup::Scene),
+            model_error: true,
         };
         // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
         let folder =

@@ -120,6 +120,7 @@ fn remark(step: &StepResult) -> String {
         Status::Ok => "ok".to_owned(),
         Status::Failed(_) => "failed".to_owned(),
         Status::BeyondForceLimit => "no force".to_owned(),
+        Status::OkInModel => "ok, but for the model".to_owned(),
         Status::OkToDiagonal => "ok, small mutual capacitances less closely".to_owned(),
         status => status.to_string(),
     }

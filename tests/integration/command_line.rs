@@ -5,7 +5,7 @@ use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 #[test]
 fn json_is_all_that_stands_on_stdout_when_asked_for() {
     let sandbox = Sandbox::new();
-    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.3]"));
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.0]"));
     let said = sandbox.run(&case, &["--json"]).exits_with(0);
     let json: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
     assert_eq!(json, sandbox.json("out/result.json"));
@@ -16,8 +16,8 @@ fn json_is_all_that_stands_on_stdout_when_asked_for() {
 #[test]
 fn quiet_says_nothing_when_all_is_well() {
     let sandbox = Sandbox::new();
-    // Where the closed form has the force of a punch.
-    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.3]"));
+    // Nothing presses, so that no model of the layer is off by anything.
+    let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0]"));
     let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
     assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
 }
@@ -65,7 +65,7 @@ fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
     assert!(said.stderr.contains("step 1 failed"), "{}", said.stderr);
     let table = sandbox.table("out/curve.csv");
     let status = table.texts("status");
-    assert_eq!([status[0], status[2]], ["ok"; 2]);
+    assert!(status[0] == "ok" && status[2].starts_with("ok"), "{status:?}");
     assert!(status[1].starts_with("failed: "), "{}", status[1]);
     assert!(status[1].contains("closes") || status[1].contains("leave"), "{}", status[1]);
     // What is known of the step all the same.
@@ -87,7 +87,7 @@ fn a_force_that_the_layer_cannot_carry_fails_its_step_alone() {
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "force = [\"0.01 N\", \"1 MN\"]"));
     sandbox.run(&case, &[]).exits_with(3);
     let table = sandbox.table("out/curve.csv");
-    assert_eq!(table.texts("status")[0], "ok");
+    assert!(table.texts("status")[0].starts_with("ok"), "{:?}", table.texts("status"));
     assert!(table.texts("status")[1].contains("reaches only"), "{:?}", table.texts("status"));
     assert_eq!(table.texts("force_n")[1], "1000000");
     assert_eq!(table.texts("compression")[1], "");
@@ -100,7 +100,8 @@ fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
     let said = sandbox.run(&case, &[]).exits_with(3);
     assert!(said.stderr.contains("step 1 got no force"), "{}", said.stderr);
     let table = sandbox.table("out/curve.csv");
-    assert_eq!(table.texts("status"), ["ok", "no force: beyond the limit of eq. (50)"]);
+    let status = table.texts("status");
+    assert_eq!(status, ["ok: but for the model of the layer", "no force: beyond the limit of eq. (50)"]);
     assert_eq!(table.texts("force_n")[1], "");
     // Found once to 2.3e-4.
     let [lower, upper] =
@@ -203,7 +204,7 @@ fn a_grounded_finger_takes_capacitance_from_the_pair() {
     let with_finger = step["two_terminal_capacitance_f"].as_f64().expect("a number");
     let mutual = -step["maxwell_matrix_f"][0][1].as_f64().expect("a number");
     assert!(mutual < alone && mutual < with_finger, "{mutual:e} {with_finger:e} {alone:e}");
-    assert_eq!(step["status"], "ok");
+    assert_eq!(step["status"], "ok: but for the model of the layer");
 }
 
 #[test]

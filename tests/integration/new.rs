@@ -11,7 +11,7 @@ fn run(sandbox: &Sandbox, name: &str) -> Table {
     sandbox.elastocap(&["check", "case.toml"]).exits_with(0);
     sandbox.elastocap(&["run", "case.toml", "-o", "out"]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
-    assert!(table.texts("status").iter().all(|status| *status == "ok"), "{table:?}");
+    assert!(table.texts("status").iter().all(|status| status.starts_with("ok")), "{table:?}");
     table
 }
 

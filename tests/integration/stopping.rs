@@ -51,7 +51,7 @@ fn a_signal_keeps_what_is_done_and_marks_the_rest() {
         assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
         assert!(said.stderr.contains("`out.partial`"), "{}", said.stderr);
         let table = sandbox.table("out.partial/curve.csv");
-        let count = |status: &str| table.texts("status").iter().filter(|s| **s == status).count();
+        let count = |status: &str| table.texts("status").iter().filter(|s| s.starts_with(status)).count();
         // A step that was being solved has the bounds that were known by then, if any.
         let [done, halfway, not_run] = ["ok", "tolerance not reached", "not run"].map(count);
         assert_eq!(done + halfway + not_run, 400, "{:?}", table.texts("status"));

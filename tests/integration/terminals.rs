@@ -100,7 +100,7 @@ fn an_electrode_on_one_wire_with_a_plate_is_the_sum_of_both_at_every_load() {
         let found = &joined["steps"][step];
         let [lower, upper] = ["capacitance_lower_f", "capacitance_upper_f"].map(|key| number(&found[key]));
         assert!(lower <= most && least <= upper, "step {step}: [{lower:e}, {upper:e}] [{least:e}, {most:e}]");
-        assert_eq!(found["status"], "ok");
+        assert!(found["status"].as_str().is_some_and(|status| status.starts_with("ok")), "{found}");
     }
     let table = sandbox.table("out/capacitance.csv");
     // Four entries and one mutual capacitance for each load.

@@ -143,7 +143,11 @@ pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
     if let DeValue::Table(table) = document.get_ref() {
         let (mut raw, flawed) = raw::Document::read(table, &mut log);
         validate::write_forms_out(&mut raw, &mut log);
+        let chosen = validate::choose_mechanics(&mut raw, &mut log);
         case = validate::validate(&raw, flawed, origin, &mut log);
+        if let Some(case) = &mut case {
+            case.mechanics_chosen = chosen;
+        }
     }
     match case {
         Some(case) if log.is_empty() => Ok(case),

@@ -24,6 +24,9 @@ pub struct Case {
     pub electrodes: Option<Electrodes>,
     /// How the layer's deformation is computed; present whenever [`Case::load`] is.
     pub mechanics: Option<Mechanics>,
+    /// Where the file leaves it to the program how the deformation is computed, [`Case::mechanics`] is what was chosen; this says in words
+    /// what, and why.
+    pub mechanics_chosen: Option<String>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
     /// How the indenter, and what is attached to it or to the layer's top, is moved at each step, besides the load; empty if it is not.

@@ -390,6 +390,7 @@ fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
         Status::ToleranceNotReached(Missed::Change | Missed::Mechanics | Missed::Geometry)
         | Status::Ok
         | Status::OkToDiagonal
+        | Status::OkInModel
         | Status::BeyondForceLimit => None,
     }
 }
@@ -430,10 +431,13 @@ impl StepResult {
     /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.
     fn miss(&mut self, cause: Cause) {
         match (&self.row.status, cause.missed()) {
-            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, Some(missed)) => {
+            (
+                Status::Ok | Status::OkToDiagonal | Status::OkInModel | Status::BeyondForceLimit,
+                Some(missed),
+            ) => {
                 self.row.status = Status::ToleranceNotReached(missed);
             }
-            (Status::Ok | Status::OkToDiagonal | Status::BeyondForceLimit, None)
+            (Status::Ok | Status::OkToDiagonal | Status::OkInModel | Status::BeyondForceLimit, None)
             | (Status::ToleranceNotReached(_), _) => {}
             (Status::Failed(_) | Status::NotRun, _) => return,
         }

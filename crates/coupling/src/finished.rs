@@ -49,7 +49,8 @@ impl FinishedStep {
             return Some(Self::clone(before));
         }
         let how = match step.row.status {
-            Status::Ok => How::Ok,
+            // The error of the model is found anew.
+            Status::Ok | Status::OkInModel => How::Ok,
             Status::OkToDiagonal => How::OkToDiagonal,
             Status::ToleranceNotReached(missed) if !step.interrupted => How::ToleranceNotReached(missed),
             Status::BeyondForceLimit => How::BeyondForceLimit,

@@ -18,6 +18,7 @@
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
 //! - [`outcome`]: what a run found, and in `status` how its steps went.
 //! - [`finished`]: a step as it is written down for a run that goes on from there.
+//! - `model_error`: what the model of the layer adds to the errors of a run.
 //! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
 //!   `side_by_side`; [`shortfalls`]: what steps do not have of what was asked for, as it is told.
 
@@ -32,6 +33,7 @@ mod layer_outlines;
 pub mod load_steps;
 mod mapped;
 pub mod memory;
+mod model_error;
 pub mod outcome;
 mod outline_curves;
 pub mod plan;

@@ -42,9 +42,9 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether every step was solved to its tolerance.
+    /// Whether every step was solved to its tolerance, and nothing else was left when the run was stopped.
     pub fn is_complete(&self) -> bool {
-        self.steps.iter().all(|step| step.row.status.is_ok())
+        !self.stopped && self.steps.iter().all(|step| step.row.status.is_ok())
     }
 
     /// Whether the result is a curve: there is a load, or a pair of electrodes.
@@ -163,6 +163,11 @@ pub struct Row {
     /// Relative error of the capacitances for flat faces in place of curved ones, or for cubics in place of the sides of several finite
     /// elements; an estimate, in addition to those above. Zero where all bodies are flat-faced or have their own curves.
     pub geometry_error_estimate: Option<f64>,
+    /// Relative error of the capacitance for the model of the layer: how far the closed form, or plane strain, is from the next better
+    /// model; an estimate, in addition to those above. Zero where there is no better model here, and without a load.
+    pub model_error_estimate: Option<f64>,
+    /// The sum of the relative errors of the capacitance above.
+    pub total_error_estimate: Option<f64>,
     /// F.
     pub parallel_plate_f: Option<f64>,
     /// Capacitance over that of parallel plates.
@@ -175,6 +180,8 @@ pub struct Row {
     pub change_upper_f: Option<f64>,
     /// The change over the capacitance of the first load step.
     pub change_relative: Option<f64>,
+    /// How far the change may be from the true one, F: to the farther of its bounds, and by the estimated errors of both capacitances.
+    pub change_total_error_f: Option<f64>,
     /// dC/dF by differences between the steps, F/N; `None` where forces are not known.
     pub sensitivity_f_per_n: Option<f64>,
     /// Of the sensitivity: what the bounds leave open and an estimate of the rest, F/N; `None` with two steps.
@@ -188,7 +195,7 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 26] = [
+    pub const COLUMNS: [&'static str; 29] = [
         "compression",
         "distance_m",
         "force_n",
@@ -205,12 +212,15 @@ impl Row {
         "relative_error_estimate",
         "mechanics_error_estimate",
         "geometry_error_estimate",
+        "model_error_estimate",
+        "total_error_estimate",
         "parallel_plate_f",
         "fringe_ratio",
         "change_f",
         "change_lower_f",
         "change_upper_f",
         "change_relative",
+        "change_total_error_f",
         "sensitivity_f_per_n",
         "sensitivity_error_f_per_n",
         "unknowns",
@@ -218,7 +228,7 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 24] {
+    pub fn numbers(&self) -> [Option<f64>; 27] {
         [
             self.compression,
             self.distance_m,
@@ -236,23 +246,28 @@ impl Row {
             self.relative_error_estimate,
             self.mechanics_error_estimate,
             self.geometry_error_estimate,
+            self.model_error_estimate,
+            self.total_error_estimate,
             self.parallel_plate_f,
             self.fringe_ratio,
             self.change_f,
             self.change_lower_f,
             self.change_upper_f,
             self.change_relative,
+            self.change_total_error_f,
             self.sensitivity_f_per_n,
             self.sensitivity_error_f_per_n,
         ]
     }
 
-    /// The estimated relative errors of the capacitance that its bounds do not hold: of the layer's finite elements, and of flat faces.
+    /// The estimated relative errors of the capacitance that its bounds do not hold: of the layer's finite elements, of flat faces, and of the
+    /// model of the layer.
     pub fn estimated_errors(&self) -> f64 {
-        self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
+        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
+        all.into_iter().flatten().sum()
     }
 
-    /// The relative error of the capacitance by its bounds and its estimated errors together.
+    /// The relative error of the capacitance by its bounds and its estimated errors together. The error of the model counts once it is known.
     pub fn total_error(&self) -> Option<f64> {
         Some(self.relative_error_estimate? + self.estimated_errors())
     }

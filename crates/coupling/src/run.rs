@@ -12,6 +12,7 @@ use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
+use crate::model_error::{PlaneStrainCurve, note_model_errors};
 use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
@@ -102,6 +103,8 @@ pub struct Run<'a> {
     cancel: &'a Arc<AtomicBool>,
     start: Instant,
     layer: OnceLock<Prepared>,
+    /// What the closed form is compared with, if it is.
+    better: OnceLock<Option<PlaneStrainCurve>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
     is_over: AtomicBool,
@@ -111,8 +114,8 @@ impl<'a> Run<'a> {
     /// A run that has solved nothing yet; for `cancel` see [`run`].
     pub fn new(case: &'a Case, plan: &'a Plan, options: &'a Options, cancel: &'a Arc<AtomicBool>) -> Self {
         let solved = Mutex::new(vec![None; plan.distinct_steps().count()]);
-        let (layer, is_over) = (OnceLock::new(), AtomicBool::new(false));
-        Self { case, plan, options, cancel, start: Instant::now(), layer, solved, is_over }
+        let (layer, better, is_over) = (OnceLock::new(), OnceLock::new(), AtomicBool::new(false));
+        Self { case, plan, options, cancel, start: Instant::now(), layer, better, solved, is_over }
     }
 
     fn solved(&self) -> MutexGuard<'_, Vec<Option<StepResult>>> {
@@ -203,7 +206,22 @@ impl<'a> Run<'a> {
                 .run(&mut again);
             *self.solved() = again;
         }
+        if self.compares_models() {
+            observer.preparing("the layer in plane strain, for the error of the closed form");
+            let steps: Vec<StepResult> = self.solved().iter().flatten().cloned().collect();
+            let found = PlaneStrainCurve::of(case, &steps, cancel, &|own, plan, options| {
+                run(own, plan, options, cancel, &())
+            });
+            if !cancel.load(Ordering::Relaxed) {
+                let _ = self.better.set(found);
+            }
+        }
         self.is_over.store(true, Ordering::Release);
+    }
+
+    /// Whether the model of the layer is compared with the next better one.
+    fn compares_models(&self) -> bool {
+        self.options.model_error && matches!(self.case.mechanics, Some(Mechanics::ClosedForm { .. }))
     }
 
     /// The steps, by their places in `work`, that are solved before the layer is pressed: those without a load, where pressing takes finite
@@ -221,7 +239,8 @@ impl<'a> Run<'a> {
     /// another thread nothing is known.
     pub fn outcome(&self) -> Outcome {
         let (case, plan) = (self.case, self.plan);
-        let was_left = !self.is_over.load(Ordering::Acquire);
+        let lacks_better = self.compares_models() && self.better.get().is_none();
+        let was_left = !self.is_over.load(Ordering::Acquire) || lacks_better;
         let solved = std::mem::take(&mut *self.solved());
         let layer = self.layer.get();
         let solver = layer.map(|layer| self.solver(layer, None));
@@ -231,6 +250,8 @@ impl<'a> Run<'a> {
         };
         let mut steps = in_order(plan, solved.into_iter(), &not_run);
         note_changes(case, &mut steps);
+        let better = self.better.get().and_then(Option::as_ref);
+        let of_model = note_model_errors(case, better, &mut steps);
         let conductors = case.driven_terminals();
         let measurement = case.has_conductors().then(|| case.measurement());
         let (layer_meshes, layer_seconds) = match layer {
@@ -240,7 +261,11 @@ impl<'a> Run<'a> {
         let is_stopped = |step: &StepResult| step.interrupted || step.row.status == Status::NotRun;
         Outcome {
             plan: plan.clone(),
-            warnings: layer.map_or_else(Vec::new, |layer| layer_warnings(case, layer)),
+            warnings: layer
+                .map_or_else(Vec::new, |layer| layer_warnings(case, layer))
+                .into_iter()
+                .chain(of_model)
+                .collect(),
             stopped: was_left || steps.iter().any(is_stopped),
             steps,
             conductors,

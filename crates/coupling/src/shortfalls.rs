@@ -14,7 +14,7 @@ pub fn of_step(step: &StepResult) -> Option<String> {
         Status::Failed(reason) => Some(format!("failed: {reason}")),
         Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
         Status::BeyondForceLimit => Some(format!("got no force{reason}")),
-        Status::Ok | Status::OkToDiagonal | Status::NotRun => None,
+        Status::Ok | Status::OkToDiagonal | Status::OkInModel | Status::NotRun => None,
     }
 }
 

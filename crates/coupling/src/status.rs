@@ -15,6 +15,9 @@ pub enum Status {
     /// Solved, with entries of the matrix whose error is within the tolerance of a share of the diagonal, but not of their own
     /// value: see [`EntryStatus`]. Only where the matrix is what was asked for.
     OkToDiagonal,
+    /// Solved to its tolerance in the model of the layer that the case names, which is off by more than that itself:
+    /// [`Row::model_error_estimate`](crate::outcome::Row::model_error_estimate).
+    OkInModel,
     /// Solved, with a larger error than asked for.
     ToleranceNotReached(Missed),
     /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
@@ -46,6 +49,7 @@ impl Status {
             Self::Failed(failure) => Some(&**failure).filter(|failure| failure.is_defect()),
             Self::Ok
             | Self::OkToDiagonal
+            | Self::OkInModel
             | Self::ToleranceNotReached(_)
             | Self::BeyondForceLimit
             | Self::NotRun => None,
@@ -55,7 +59,7 @@ impl Status {
     /// Whether the step has all that was asked for.
     pub fn is_ok(&self) -> bool {
         match self {
-            Self::Ok | Self::OkToDiagonal => true,
+            Self::Ok | Self::OkToDiagonal | Self::OkInModel => true,
             Self::ToleranceNotReached(_) | Self::BeyondForceLimit | Self::Failed(_) | Self::NotRun => false,
         }
     }
@@ -66,6 +70,7 @@ impl fmt::Display for Status {
         match self {
             Self::Ok => f.write_str("ok"),
             Self::OkToDiagonal => f.write_str("ok: small mutual capacitances are known less closely"),
+            Self::OkInModel => f.write_str("ok: but for the model of the layer"),
             Self::ToleranceNotReached(Missed::Field) => f.write_str("tolerance not reached"),
             Self::ToleranceNotReached(Missed::Mechanics) => f.write_str("tolerance not reached: mechanics"),
             Self::ToleranceNotReached(Missed::Geometry) => f.write_str("tolerance not reached: geometry"),

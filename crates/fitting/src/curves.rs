@@ -80,7 +80,7 @@ pub struct Curves {
     shared: AtomicUsize,
 }
 
-const OPTIONS: Options = Options { prune: true, fields: false, scene: false };
+const OPTIONS: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 impl Curves {
     /// Of the text of a case from a file `origin`, over loads of this kind. `cancel` stops the work.

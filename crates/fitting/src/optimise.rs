@@ -297,7 +297,7 @@ impl Evaluator<'_> {
             return Err(EvaluationError::Stopped);
         }
         let case = case_at(self.case(values)?, &self.quantities())?;
-        let options = Options { prune: true, fields: false, scene: false };
+        let options = Options { prune: true, fields: false, scene: false, model_error: false };
         let plan = Plan::new(&case, &options);
         let outcome = run(&case, &plan, &options, self.cancel, &());
         if outcome.stopped {

@@ -95,6 +95,7 @@ fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step:
             (
                 Status::Ok
                 | Status::OkToDiagonal
+                | Status::OkInModel
                 | Status::ToleranceNotReached(Missed::Field | Missed::Change),
                 Some(own),
             ) => own.to_string(),
@@ -285,19 +286,22 @@ mod tests {
             relative_error_estimate: Some(10.0),
             mechanics_error_estimate: Some(11.0),
             geometry_error_estimate: Some(12.0),
+            model_error_estimate: Some(25.0),
+            total_error_estimate: Some(26.0),
             parallel_plate_f: Some(13.0),
             fringe_ratio: Some(14.0),
             change_f: Some(16.0),
             change_lower_f: Some(17.0),
             change_upper_f: Some(18.0),
             change_relative: Some(19.0),
+            change_total_error_f: Some(27.0),
             sensitivity_f_per_n: Some(20.0),
             sensitivity_error_f_per_n: Some(21.0),
             unknowns: Some(15),
             status: Status::ToleranceNotReached(Missed::Field),
         };
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/isolated-cube.toml");
-        let options = Options { prune: true, fields: false, scene: false };
+        let options = Options { prune: true, fields: false, scene: false, model_error: false };
         let plan = Plan::new(&elastocap_case::load(&path).unwrap(), &options);
         let text = curve(&Outcome {
             plan,

@@ -190,7 +190,7 @@ mod tests {
     fn pressed() -> Outcome {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/in-plane-pair.toml");
         let case = elastocap_case::load(&path).unwrap();
-        let options = Options { prune: true, fields: false, scene: false };
+        let options = Options { prune: true, fields: false, scene: false, model_error: false };
         let plan = Plan::new(&case, &options);
         run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
     }

@@ -161,9 +161,9 @@ fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
         MeasuredLoad::Compression => (row.compression?, 0.0),
     };
     let capacitance = row.capacitance_f?;
-    let bounds = row.relative_error_estimate.unwrap_or(0.0);
-    let stated = row.mechanics_error_estimate.unwrap_or(0.0) + row.geometry_error_estimate.unwrap_or(0.0);
-    let error = capacitance.abs() * (bounds + stated);
+    // A load that is read off a curve is that of its model.
+    let errors = [row.relative_error_estimate, row.mechanics_error_estimate, row.geometry_error_estimate];
+    let error = capacitance.abs() * errors.into_iter().flatten().sum::<f64>();
     let is_sound = [own, load_error, capacitance, error].iter().all(|number| number.is_finite());
     is_sound.then_some(CurveStep { load: own, load_error, capacitance, error })
 }

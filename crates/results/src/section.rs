@@ -312,7 +312,7 @@ mod tests {
     }
 
     fn first_section_of(case: &Case) -> Section {
-        let options = Options { prune: true, fields: true, scene: false };
+        let options = Options { prune: true, fields: true, scene: false, model_error: false };
         let plan = Plan::new(case, &options);
         let found = First::default();
         run(case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);

@@ -34,7 +34,7 @@ impl Default for Settings {
 impl Settings {
     fn options(self) -> Options {
         // No pictures: neither fields nor scenes.
-        Options { prune: self.prune, fields: false, scene: false }
+        Options { prune: self.prune, fields: false, scene: false, model_error: false }
     }
 }
 

@@ -11,9 +11,31 @@ use crate::values::{Count, Either};
 choice! {
     /// How the layer's deformation is computed.
     enum Mechanics {
+        "auto" => Auto(Auto),
         "closed_form" => ClosedForm(ClosedForm),
         "plane_strain" => PlaneStrain(PlaneStrain),
         "solid" => Solid(Solid),
+    }
+}
+
+table! {
+    /// Finite elements in plane strain or in three dimensions, as the scene demands: in plane strain where what presses and the pair are
+    /// long along x3 against the thickness of the layer. `elastocap check` says which, and why.
+    struct Auto {
+        /// The indenter, above the middle of the layer: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        indenter: Read<Either<WholeTop, SolidIndenter>>,
+        /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
+        /// substrate plane), or "far" (the layer goes on: no motion along x1 there). Default: "free-on-substrate" where [layer] has a
+        /// `half_length`, otherwise "far", four thicknesses beyond what presses and what lies in the layer.
+        end: Option<Read<LayerEnd>>,
+        /// Width of the layer along x3, from side to side. Under a sphere or a punch with a `half_depth` it may be left out: the layer then
+        /// goes on far beyond. Everything else presses along all of it, so that the force depends on it.
+        width: Option<Read<Size>>,
+        /// The layer's sides along x3: "free" like the end, or "symmetric" (the layer goes on as in a mirror: no motion
+        /// along x3 there). Default: "free" where `width` is given, otherwise "symmetric".
+        side: Option<Read<LayerSide>>,
+        /// Relative discretisation error of the force to reach. Default: 5e-3 in plane strain, 2e-2 in three dimensions.
+        relative_tolerance: Option<Read<Tolerance>>,
     }
 }
 

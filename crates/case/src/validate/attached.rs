@@ -77,6 +77,6 @@ pub(super) fn is_pressed_flat(raw: &Document) -> bool {
     match given(&raw.mechanics) {
         Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
         Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
-        Some(raw::Mechanics::ClosedForm(_)) | None => true,
+        Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => true,
     }
 }

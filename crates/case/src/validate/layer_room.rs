@@ -44,7 +44,7 @@ impl LayerRoom {
         let half = match given(&raw.mechanics) {
             Some(raw::Mechanics::PlaneStrain(_)) => [half_length, None],
             Some(raw::Mechanics::Solid(own)) => [half_length, own.width.get().map(|size| 0.5 * size.si)],
-            Some(raw::Mechanics::ClosedForm(_)) | None => [None; 2],
+            Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => [None; 2],
         };
         Some(Self {
             thickness: layer.thickness.get()?.si,

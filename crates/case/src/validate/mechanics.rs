@@ -14,6 +14,8 @@ const DEFAULT_TOLERANCE: f64 = 5e-3;
 
 pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log<'_>) -> Option<Mechanics> {
     match raw {
+        // It is one of the others by now.
+        raw::Mechanics::Auto(_) => None,
         raw::Mechanics::ClosedForm(raw) => {
             check_closed_form(document, log);
             let shear_length = match raw.shear_length.get()? {

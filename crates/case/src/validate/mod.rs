@@ -5,6 +5,7 @@
 
 mod alone;
 mod attached;
+mod auto;
 mod bodies;
 mod forms;
 mod imported;
@@ -27,6 +28,7 @@ mod terminals;
 use std::ops::Range;
 use std::path::Path;
 
+pub(crate) use auto::choose as choose_mechanics;
 pub(crate) use forms::write_out as write_forms_out;
 
 use super::diagnostics::Diagnostic;
@@ -150,6 +152,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layer: all_given(layer)?,
         electrodes: all_given(electrodes)?,
         mechanics: all_given(mechanics)?,
+        mechanics_chosen: None,
         load: all_given(load)?,
         poses,
         indenter: all_given(indenter)?.flatten(),
@@ -177,19 +180,28 @@ fn all_given<T>(part: Option<Option<T>>) -> Option<Option<T>> {
 
 /// Tables that others need and that are not there.
 fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
-    let mut lacks = |span: &Range<usize>, who: &str, what: &str, why: &str| {
-        log.push(Diagnostic::at(span, format!("{who} needs {what}")).label(why).help(format!("add {what}")));
+    let mut lacks = |span: &Range<usize>, who: &str, what: &str, why: &str, example: &str| {
+        let help = format!("add {what}{example}");
+        log.push(Diagnostic::at(span, format!("{who} needs {what}")).label(why).help(help));
     };
     if let Some(load) = &raw.load {
         if raw.layer.is_none() {
-            lacks(&load.span, "[load]", "[layer]", "there is no layer to press");
+            lacks(&load.span, "[load]", "[layer]", "there is no layer to press", "");
         }
         if raw.mechanics.is_none() {
-            lacks(&load.span, "[load]", "[mechanics.closed_form]", "nothing says how the layer deforms");
+            let example = ", for example with `indenter = { flat_punch = { half_width = \"2 mm\", half_depth = \"2 mm\", corner_radius = \"0.1 \
+                           mm\" } }`, or with `indenter = \"whole-top\"` and a `width` for a plate over everything";
+            lacks(
+                &load.span,
+                "[load]",
+                "[mechanics.auto]",
+                "nothing says what presses on the layer",
+                example,
+            );
         }
     }
     if let (Some(electrodes), None) = (raw.pair(), &raw.layer) {
-        lacks(&electrodes.span, "[electrodes]", "[layer]", "there is no layer for them to lie in");
+        lacks(&electrodes.span, "[electrodes]", "[layer]", "there is no layer for them to lie in", "");
     }
     let first_conductor = given(&raw.conductor).and_then(|all| all.first()).map(|c| &c.span);
     let first = raw.electrodes.as_ref().map(|e| &e.span).or(first_conductor);

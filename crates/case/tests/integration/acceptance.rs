@@ -70,6 +70,7 @@ fn in_plane_pair() -> Case {
             solver: None,
             order: None,
         }),
+        mechanics_chosen: None,
         measured_points: None,
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 
 mod acceptance;
+mod auto;
 mod bad_files;
 mod forms;
 mod helps;

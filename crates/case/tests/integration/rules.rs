@@ -491,7 +491,7 @@ fn a_load_needs_layer_material_and_mechanics() {
     let mechanics = "[mechanics.closed_form]\ncontact_half_length = \"500 um\"\ncontact_width = \"500 um\"\nshear_length = \"500 um\"\n";
     let material = "[layer.material.mooney_rivlin]\nc10 = \"682.15 Pa\"\nc01 = \"43931.9 Pa\"\n";
     let load = "[load]\ncompression = [0.3, 0.1]\n";
-    refused(LAYERED, &[(mechanics, "")], "[load]", &["[load] needs [mechanics.closed_form]"]);
+    refused(LAYERED, &[(mechanics, "")], "[load]", &["[load] needs [mechanics.auto]"]);
     refused(LAYERED, &[(material, "")], "[layer]", &["lacks a material, which [load] needs"]);
     refused(LAYERED, &[("shear_modulus = \"1 MPa\"\n", "")], "electrodes", &["lack `shear_modulus`"]);
     let unloaded = accepted(
@@ -501,7 +501,7 @@ fn a_load_needs_layer_material_and_mechanics() {
     assert_eq!(unloaded.load, None);
     assert_eq!(unloaded.electrodes.map(|e| e.stiffness), Some(Stiffness::Rigid));
     let error = parse("format = 1\n[load]\ncompression = [0.1]\n").unwrap_err().render(false);
-    assert!(error.contains("[load] needs [layer]") && error.contains("[load] needs [mechanics.closed_form]"));
+    assert!(error.contains("[load] needs [layer]") && error.contains("[load] needs [mechanics.auto]"));
 }
 
 #[test]

@@ -54,6 +54,9 @@ const CYLINDER: &str = "a cylinder, in contact without friction";
 impl Plan {
     pub(super) fn mechanics(&mut self, case: &Case) {
         let count = self.steps.len();
+        if let (Some(_), Some(why)) = (&case.load, &case.mechanics_chosen) {
+            self.solved.push(Planned { part: "mechanics", what: why.clone() });
+        }
         match (&case.load, &case.mechanics) {
             (Some(load), Some(Mechanics::ClosedForm { .. })) => {
                 let by = match load {

@@ -30,11 +30,14 @@ pub struct Options {
     pub fields: bool,
     /// Whether `scene.glb` is wanted.
     pub scene: bool,
+    /// Whether a simple model of the layer is compared with the next better one, where that costs little. Without it what the two differ by
+    /// is estimated.
+    pub model_error: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { prune: true, fields: true, scene: true }
+        Self { prune: true, fields: true, scene: true, model_error: true }
     }
 }
 

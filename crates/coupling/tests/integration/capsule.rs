@@ -15,7 +15,7 @@ fn solve(bodies: &str, tolerance: f64) -> StepResult {
         "format = 1\n{bodies}[surroundings]\nboundary = \"open\"\n[electrostatics]\nrelative_tolerance = {tolerance}\n"
     );
     let case = parse(&text, Path::new("capsule.toml")).unwrap_or_else(|e| panic!("{e}"));
-    let options = Options { prune: true, fields: false, scene: false };
+    let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let mut outcome = run(&case, &Plan::new(&case, &options), &options, &Arc::default(), &());
     outcome.steps.remove(0)
 }

@@ -10,7 +10,7 @@ use elastocap_coupling::outcome::{Missed, Outcome, Row, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::{Observer, run};
 
-const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 /// The paper's pair at these compressions, each capacitance to 5 %, and the change to `change_tolerance`.
 fn pair(steps: &[f64], change_tolerance: Option<f64>) -> Case {

@@ -9,7 +9,8 @@ use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 
-pub(crate) const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+pub(crate) const NUMBERS_ONLY: Options =
+    Options { prune: true, fields: false, scene: false, model_error: false };
 
 pub(crate) fn parse(text: &str) -> Case {
     elastocap_case::parse(text, Path::new("test.toml")).unwrap_or_else(|e| panic!("{e}\n{text}"))

@@ -75,7 +75,7 @@ fn refused(changes: &[(&str, &str)], at: &str, words: &[&str]) {
 }
 
 fn solved(case: &Case) -> Outcome {
-    let options = Options { prune: true, fields: false, scene: false };
+    let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let plan = Plan::new(case, &options);
     run(case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
 }

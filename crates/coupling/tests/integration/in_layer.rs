@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use elastocap_coupling::outcome::{Outcome, Row, Status};
+use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::route::Route;
 
 use crate::common::{layer, solve};
@@ -215,7 +215,7 @@ fn a_change_is_known_to_its_tolerance_where_the_force_is_asked_for_roughly() {
     let [coarse, _] = coarse_and_fine();
     let outcome = solve(&format!("{}change_tolerance = 3e-2\n", layer(BODIES, &coarse, 1e-2)));
     let (row, _) = loaded(&outcome);
-    assert_eq!(row.status, Status::Ok, "{row:?}");
+    assert!(row.status.is_ok(), "{row:?}");
     let (change, error) = (row.change_relative.unwrap().abs(), row.mechanics_error_estimate.unwrap());
     assert!(error < 3e-2 * change, "{change} {error}");
 }

@@ -13,7 +13,7 @@ use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 use elastocap_mechanics::{ElectrodeStiffness, LayerState};
 
-const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 fn acceptance(name: &str) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance").join(name);
@@ -159,7 +159,7 @@ fn bent_electrodes_lie_between_boxes_and_tetrahedra_have_them_as_they_are() {
     assert!(boxes.steps[0].reason.as_ref().unwrap().to_string().contains("bent and tilted"));
 
     let bent = solve(&case);
-    assert_eq!(bent.steps[0].row.status, Status::Ok, "{:?}", reasons(&bent));
+    assert!(bent.steps[0].row.status.is_ok(), "{:?}", reasons(&bent));
     let own = bounds(&bent);
     assert!(low < own[0] && own[2] < high, "{own:?} {low} {high}");
     assert!(own[2] - own[0] < 0.05 * own[1]);
@@ -201,7 +201,7 @@ fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
     case.electrostatics.as_mut().unwrap().relative_tolerance = 0.05;
     let outcome = solve(&case);
     let step = &outcome.steps[0];
-    assert_eq!(step.row.status, Status::Ok, "{:?}", reasons(&outcome));
+    assert!(step.row.status.is_ok(), "{:?}", reasons(&outcome));
     assert!(!outcome.plan.warnings.iter().any(|w| w.contains("bulges")));
     let layer = step.surfaces.iter().find(|s| s.name == "layer").unwrap();
     let heights = |from: f64, to: f64| {

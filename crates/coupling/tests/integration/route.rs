@@ -10,7 +10,7 @@ use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::route::Route;
 use elastocap_coupling::run::{deform, run};
 
-const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false };
+const NUMBERS_ONLY: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 /// Wide enough that the first grid or mesh will do.
 const COARSE: f64 = 0.9;

@@ -32,6 +32,7 @@ fn pair(layout: Layout) -> Case {
             height: 225e-6,
             stiffness: Stiffness::ShearModulus(1e6),
         }),
+        mechanics_chosen: None,
         mechanics: Some(Mechanics::ClosedForm {
             contact_half_length: 500e-6,
             contact_width: 500e-6,

@@ -16,7 +16,7 @@ fn pressed(name: &str, change: impl Fn(&mut Case)) -> (Case, Outcome) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name);
     let mut case = elastocap_case::load(&path).unwrap();
     change(&mut case);
-    let options = Options { prune: true, fields: false, scene: true };
+    let options = Options { prune: true, fields: false, scene: true, model_error: false };
     let plan = Plan::new(&case, &options);
     let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
     (case, outcome)

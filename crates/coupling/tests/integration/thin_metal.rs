@@ -12,7 +12,7 @@ use elastocap_electrostatics::{Bounded, VACUUM_PERMITTIVITY};
 
 fn solved(text: &str) -> Outcome {
     let case = elastocap_case::parse(text, Path::new("test.toml")).unwrap_or_else(|e| panic!("{e}"));
-    let options = Options { prune: true, fields: false, scene: false };
+    let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let mut plan = Plan::new(&case, &options);
     plan.forecast(&case, &options);
     run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())

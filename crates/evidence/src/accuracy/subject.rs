@@ -72,7 +72,7 @@ impl Subject {
             return Err(failed(failure.clone()));
         }
         step.route.map_or(Ok(()), by_boxes)?;
-        let options = Options { prune: true, fields: false, scene: false };
+        let options = Options { prune: true, fields: false, scene: false, model_error: false };
         let settings =
             Settings { cancel: Some(Arc::clone(cancel)), ..plan.solver_settings(case, &options).boxes() };
         let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());

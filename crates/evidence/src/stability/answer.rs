@@ -73,7 +73,7 @@ fn solve(text: &str, cancel: &Arc<AtomicBool>) -> Answer {
             return Answer::Refused(first.unwrap_or_else(|| "no reason was given".to_owned()));
         }
     };
-    let options = Options { prune: true, fields: false, scene: false };
+    let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let plan = Plan::new(&case, &options);
     let settings = plan.solver_settings(&case, &options);
     let allowed = settings.relative_tolerance * if settings.bounds { 0.5 } else { 1.0 };

@@ -1,6 +1,6 @@
 //! The head of the page: what came out, in a sentence, and the figures that a reader looks for first.
 
-use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::terminals::in_words;
 use elastocap_coupling::words::seconds;
@@ -32,7 +32,12 @@ pub(super) fn answer(report: &Report<'_>) -> String {
         seconds(report.seconds.total).replace(' ', "\u{a0}"),
         format!("{} threads", outcome.threads),
     ));
+    let in_model = outcome.steps.iter().any(|step| step.row.status == Status::OkInModel);
     let (class, word) = match (outcome.is_complete(), outcome.stopped) {
+        (true, _) if in_model => (
+            "fair",
+            "Complete in its model of the layer, which is off by more than the tolerance: see the errors of each step.",
+        ),
         (true, _) => ("good", "Complete: every step met its tolerance."),
         (false, true) => ("bad", "Stopped before all steps were done."),
         (false, false) => ("bad", "Incomplete: a step failed or missed its tolerance."),
@@ -162,7 +167,7 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     if solved.iter().any(|s| s.row.estimated_errors() > 0.0) {
         let worst = solved.iter().filter_map(|s| s.row.total_error()).fold(0.0, f64::max);
         sentence.push_str(&format!(
-            " With the estimated errors of the layer's mesh and of flat faces it is \u{b1}\u{a0}{}.",
+            " With the estimated errors of the layer's mesh, of flat faces and of the model of the layer it is \u{b1}\u{a0}{}.",
             percent(worst)
         ));
     }

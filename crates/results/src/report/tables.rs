@@ -65,8 +65,8 @@ pub(super) fn whole_curve(outcome: &Outcome) -> String {
         return String::new();
     }
     let mut table = Table::new("All columns of curve.csv, in SI units");
-    let rows: Vec<[Option<f64>; 24]> = outcome.steps.iter().map(|step| step.row.numbers()).collect();
-    for (k, name) in Row::COLUMNS.iter().enumerate().take(24) {
+    let rows: Vec<_> = outcome.steps.iter().map(|step| step.row.numbers()).collect();
+    for (k, name) in Row::COLUMNS.iter().enumerate().take(27) {
         if rows.iter().any(|row| row[k].is_some()) {
             table.numbers(name, rows.iter().map(|row| optional(row[k])).collect());
         }
@@ -199,6 +199,7 @@ pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     }
     errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
     errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
+    errors.shares("from the model of the layer", &all(|r| r.model_error_estimate.filter(|e| *e != 0.0)));
     let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);
     errors.numbers("unknowns", own.iter().map(|s| count(s.row.unknowns)).collect());
     errors.numbers("grids", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.grids))).collect());

@@ -16,7 +16,7 @@ use crate::{FieldFiles, RunSeconds, scene_files};
 fn pressed() -> (Case, Outcome) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/in-plane-pair.toml");
     let case = elastocap_case::load(&path).unwrap();
-    let options = Options { prune: true, fields: false, scene: true };
+    let options = Options { prune: true, fields: false, scene: true, model_error: false };
     let plan = Plan::new(&case, &options);
     let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
     (case, outcome)

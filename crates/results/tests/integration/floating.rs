@@ -14,7 +14,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let mut case = elastocap_case::load(&path).expect("a case");
     // The file asks for 1e-3, which takes longer and checks no more.
     case.electrostatics.as_mut().unwrap().relative_tolerance = 2e-2;
-    let options = Options { prune: true, fields: false, scene: false };
+    let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let plan = Plan::new(&case, &options);
     assert!(
         plan.solved.iter().any(|p| p.part == "floating" && p.what.contains("`float`")),

@@ -16,7 +16,7 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
     let Some(Mechanics::PlaneStrain(model)) = &mut case.mechanics else { panic!("{:?}", case.mechanics) };
     model.relative_tolerance = 2e-2;
     case.load = Some(Load::Compression(vec![0.1, 0.0, 0.05]));
-    let options = Options { prune: true, fields: true, scene: false };
+    let options = Options { prune: true, fields: true, scene: false, model_error: false };
     let plan = Plan::new(&case, &options);
     let target = tempfile::tempdir().unwrap();
     let folder = OutputFolder::open(target.path()).unwrap();
@@ -63,7 +63,7 @@ fn a_layer_in_space_writes_its_fields() {
         shear_modulus = \"100 kPa\"\nbulk_modulus = \"10 MPa\"\n[mechanics.solid]\nrelative_tolerance = 5e-2\n\
         end = \"free-on-substrate\"\nindenter = \"whole-top\"\nwidth = \"0.8 mm\"\n[load]\ncompression = [0.05]\n";
     let case = elastocap_case::parse(text, Path::new("short.toml")).unwrap();
-    let options = Options { prune: true, fields: true, scene: false };
+    let options = Options { prune: true, fields: true, scene: false, model_error: false };
     let plan = Plan::new(&case, &options);
     let place = tempfile::tempdir().unwrap();
     let folder = OutputFolder::open(&place.path().join("out")).unwrap();

@@ -1,0 +1,281 @@
+//! `[mechanics.auto]`: the model of the layer that a scene demands, with defaults for what the file leaves out.
+//!
+//! The table is rewritten as the `[mechanics.plane_strain]` or `[mechanics.solid]` that the file might have had, before anything is
+//! checked, so that all further checks are those of these.
+
+use super::super::diagnostics::Diagnostic;
+use super::super::quantities::Size;
+use super::super::raw::{self, Document};
+use super::super::reader::{Log, Read};
+use super::super::values::Either;
+use super::given;
+
+/// What presses is long along x3 from so many of its widths on, or of thicknesses of the layer where that is wider, and so is a pair.
+/// docs/trust.md has what plane strain is off by at this length.
+const LONG: f64 = 10.0;
+
+/// Where a layer that goes on is cut off, in thicknesses beyond what presses and what lies in it.
+const BEYOND: f64 = 4.0;
+
+/// Rewrites `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and why.
+pub(crate) fn choose(raw: &mut Document, log: &mut Log<'_>) -> Option<String> {
+    let read = raw.mechanics.take()?;
+    let Read { span, value: Some(raw::Mechanics::Auto(auto)) } = read else {
+        raw.mechanics = Some(read);
+        return None;
+    };
+    if raw.layer.is_none() && raw.load.is_none() {
+        log.push(
+            Diagnostic::at(&span, "[mechanics.auto] needs [layer]")
+                .label("there is no layer to press")
+                .help("add [layer], or leave [mechanics] out"),
+        );
+    }
+    let chosen = match lacks_width(&auto) {
+        true => {
+            log.push(
+                Diagnostic::at(&span, "[mechanics.auto] lacks `width`")
+                    .label("what presses goes all along x3, so that the force depends on where the layer ends there")
+                    .help("add for example `width = \"10 mm\"`: the layer along x3, from side to side"),
+            );
+            None
+        }
+        false => Scene::of(raw, &auto).and_then(|scene| scene.choose(auto)),
+    };
+    let (mechanics, half_length, why) = match chosen {
+        Some(Chosen { mechanics, half_length, why }) => (Some(mechanics), half_length, Some(why)),
+        None => (None, None, None),
+    };
+    if let (Some(half_length), Some(layer)) =
+        (half_length, raw.layer.as_mut().and_then(|read| read.value.as_mut()))
+    {
+        layer.half_length = Some(Read { span: span.clone(), value: Some(Size::of(half_length)) });
+    }
+    raw.mechanics = Some(Read { span, value: mechanics });
+    why
+}
+
+/// Whether what presses goes all along x3; true also where it cannot be read.
+fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>) -> bool {
+    match indenter.get() {
+        Some(Either::Second(raw::SolidIndenter::Sphere(_))) => false,
+        Some(Either::Second(raw::SolidIndenter::FlatPunch(punch))) => punch.half_depth.is_none(),
+        Some(Either::First(_) | Either::Second(raw::SolidIndenter::Cylinder(_))) | None => true,
+    }
+}
+
+fn lacks_width(auto: &raw::Auto) -> bool {
+    auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter)
+}
+
+/// A model, and what comes with it.
+struct Chosen {
+    mechanics: raw::Mechanics,
+    /// Of the layer, m, where the file has none.
+    half_length: Option<f64>,
+    /// In words.
+    why: String,
+}
+
+/// The lengths that the choice depends on, m.
+struct Scene {
+    /// Of the layer.
+    thickness: f64,
+    has_half_length: bool,
+    /// Half of what presses along x1; infinite for a plate over a layer that has no ends.
+    press: f64,
+    /// The length of what presses along x3; infinite where it presses along all of a layer that goes on.
+    depth: f64,
+    /// Of the pair along x3.
+    pair: Option<f64>,
+    /// How far what lies in the layer reaches along x1 and x3.
+    reach: [f64; 2],
+}
+
+impl Scene {
+    /// `None` if something cannot be read; the log has it already.
+    fn of(raw: &Document, auto: &raw::Auto) -> Option<Self> {
+        let layer = given(&raw.layer)?;
+        let thickness = layer.thickness.get()?.si;
+        let si = |read: &Option<Read<Size>>| given(read).map(|size| size.si);
+        // A round indenter touches at most so much of a layer that is not pressed through.
+        let touched = |radius: f64| radius.min((radius * thickness).sqrt());
+        let goes_on = matches!(given(&auto.side), Some(raw::LayerSide::Symmetric));
+        let along_all = if goes_on { f64::INFINITY } else { si(&auto.width).unwrap_or(0.0) };
+        let (press, depth) = match auto.indenter.get()? {
+            Either::First(raw::WholeTop::WholeTop) => {
+                (si(&layer.half_length).unwrap_or(f64::INFINITY), along_all)
+            }
+            Either::Second(raw::SolidIndenter::FlatPunch(punch)) => {
+                let depth = match &punch.half_depth {
+                    Some(read) => 2.0 * read.get()?.si,
+                    None => along_all,
+                };
+                (punch.half_width.get()?.si, depth)
+            }
+            Either::Second(raw::SolidIndenter::Cylinder(cylinder)) => {
+                (touched(cylinder.radius.get()?.si), along_all)
+            }
+            Either::Second(raw::SolidIndenter::Sphere(sphere)) => {
+                let radius = touched(sphere.radius.get()?.si);
+                (radius, 2.0 * radius)
+            }
+        };
+        let (pair, of_pair) = match given(&raw.electrodes) {
+            Some(forms) => of_pair(forms)?,
+            None => (None, [0.0; 2]),
+        };
+        let of_bodies = of_bodies(raw);
+        let reach = [0, 1].map(|k| of_pair[k].max(of_bodies[k]));
+        Some(Self { thickness, has_half_length: layer.half_length.is_some(), press, depth, pair, reach })
+    }
+
+    /// Whether everything is long along x3, and what presses covers what lies in the layer; why not, in words, if it is not.
+    fn is_long(&self, indenter: &Either<raw::WholeTop, raw::SolidIndenter>) -> Result<(), String> {
+        // Rubber goes to the nearest side.
+        let (across, unit) = match 2.0 * self.press > self.thickness {
+            true => (2.0 * self.press, "times as long along x3 as it is wide"),
+            false => (self.thickness, "times as long along x3 as the layer is thick"),
+        };
+        let long = LONG * self.thickness;
+        match indenter {
+            Either::Second(raw::SolidIndenter::Sphere(_)) => return Err("a sphere presses".to_owned()),
+            Either::First(_)
+            | Either::Second(raw::SolidIndenter::FlatPunch(_) | raw::SolidIndenter::Cylinder(_)) => {}
+        }
+        if self.depth < LONG * across {
+            return Err(format!("what presses is {:.1} {unit}, and not {LONG} or more", self.depth / across));
+        }
+        if let Some(pair) = self.pair.filter(|pair| *pair < long) {
+            let times = pair / self.thickness;
+            return Err(format!(
+                "the pair is {times:.1} times as long along x3 as the layer is thick, and not {LONG} or more"
+            ));
+        }
+        if 2.0 * self.reach[1] > self.depth {
+            return Err("what lies in the layer reaches beyond what presses along x3".to_owned());
+        }
+        Ok(())
+    }
+
+    fn choose(&self, auto: raw::Auto) -> Option<Chosen> {
+        let raw::Auto { indenter, end, width, side, relative_tolerance } = auto;
+        let at = indenter.span.clone();
+        let read = |value: f64| Read { span: at.clone(), value: Some(Size::of(value)) };
+        let is_long = self.is_long(indenter.get()?);
+        let beyond = BEYOND * self.thickness;
+        let half_length =
+            (!self.has_half_length && self.press.is_finite()).then(|| self.press.max(self.reach[0]) + beyond);
+        let has_end = end.is_some();
+        let end = end.unwrap_or_else(|| Read {
+            span: at.clone(),
+            value: Some(if half_length.is_some() {
+                raw::LayerEnd::Far
+            } else {
+                raw::LayerEnd::FreeOnSubstrate
+            }),
+        });
+        let presses_all = presses_all_along(&indenter);
+        let mut taken = Vec::new();
+        match (half_length, has_end) {
+            (Some(_), _) => taken.push(format!(
+                "the layer goes on along x1, and is cut off {BEYOND} thicknesses beyond what presses and what lies in it"
+            )),
+            (None, false) => taken.push("the layer ends at its `half_length`, above a substrate that goes on".to_owned()),
+            (None, true) => {}
+        }
+        let (mechanics, model) = match &is_long {
+            Ok(()) => {
+                let width = match width {
+                    Some(width) if presses_all => width,
+                    _ => read(self.depth),
+                };
+                let indenter = Read { span: indenter.span, value: Some(in_plane(indenter.value?)?) };
+                let model = raw::PlaneStrain { indenter, end, width, relative_tolerance };
+                (raw::Mechanics::PlaneStrain(model), "plane strain")
+            }
+            Err(_) => {
+                let (width, side) = match (width, side) {
+                    (Some(width), side) => (width, side),
+                    (None, side) => {
+                        taken.push(format!(
+                            "the layer goes on along x3, and is cut off {BEYOND} thicknesses beyond what presses and what lies in it"
+                        ));
+                        let half = (0.5 * self.depth).max(self.reach[1]) + beyond;
+                        let symmetric = || Read { span: at.clone(), value: Some(raw::LayerSide::Symmetric) };
+                        (read(2.0 * half), Some(side.unwrap_or_else(symmetric)))
+                    }
+                };
+                let model = raw::Solid { indenter, end, width, side, relative_tolerance };
+                (raw::Mechanics::Solid(model), "three dimensions")
+            }
+        };
+        let why = match is_long {
+            Ok(()) => format!(
+                "what presses is at least {LONG} times as long along x3 as it is wide and as the layer is thick, and so is the pair"
+            ),
+            Err(why) => why,
+        };
+        let why = [vec![format!("{model} is chosen, because {why}")], taken].concat().join("; ");
+        Some(Chosen { mechanics, half_length, why })
+    }
+}
+
+/// An indenter that is long along x3, in the plane; `None` for a sphere.
+fn in_plane(
+    indenter: Either<raw::WholeTop, raw::SolidIndenter>,
+) -> Option<Either<raw::WholeTop, raw::Indenter>> {
+    Some(match indenter {
+        Either::First(whole_top) => Either::First(whole_top),
+        Either::Second(raw::SolidIndenter::FlatPunch(punch)) => {
+            let raw::SolidPunch { half_width, corner_radius, contact, .. } = punch;
+            let punch = raw::FlatPunch { half_width, corner_radius, contact, position: None };
+            Either::Second(raw::Indenter::FlatPunch(punch))
+        }
+        Either::Second(raw::SolidIndenter::Cylinder(cylinder)) => {
+            let cylinder = raw::Cylinder { radius: cylinder.radius, position: None };
+            Either::Second(raw::Indenter::Cylinder(cylinder))
+        }
+        Either::Second(raw::SolidIndenter::Sphere(_)) => return None,
+    })
+}
+
+/// The length of the pair along x3, and how far it reaches along x1 and x3, m; `None` if it cannot be read.
+fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
+    if let Some(read) = &forms.in_plane_pair {
+        let pair = read.get()?;
+        let width = pair.width.get()?.si;
+        let reach = 0.5 * pair.gap.get()?.si + pair.length.get()?.si;
+        return Some((Some(width), [reach, 0.5 * width]));
+    }
+    if let Some(read) = &forms.stacked_pair {
+        let pair = read.get()?;
+        let width = pair.width.get()?.si;
+        return Some((Some(width), [0.5 * pair.length.get()?.si, 0.5 * width]));
+    }
+    Some((None, [0.0; 2]))
+}
+
+/// How far the boxes and sheets that move with the material of the layer reach along x1 and x3, m.
+fn of_bodies(raw: &Document) -> [f64; 2] {
+    let mut reach = [0.0f64; 2];
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    for own in conductors.filter(|own| matches!(given(&own.attached), Some(raw::Attached::Layer))) {
+        let boxes = own.r#box.iter().chain(given(&own.boxes).into_iter().flatten());
+        for region in boxes.filter_map(Read::get) {
+            for corner in [&region.min, &region.max].into_iter().filter_map(Read::get) {
+                for (reach, axis) in reach.iter_mut().zip([0, 2]) {
+                    *reach = reach.max(corner[axis].get().map_or(0.0, |x| x.si.abs()));
+                }
+            }
+        }
+        if let Some(sheet) = given(&own.sheet) {
+            for corner in [&sheet.min, &sheet.max].into_iter().filter_map(Read::get) {
+                for (reach, x) in reach.iter_mut().zip(corner) {
+                    *reach = reach.max(x.get().map_or(0.0, |x| x.si.abs()));
+                }
+            }
+        }
+    }
+    reach
+}

@@ -1,0 +1,196 @@
+//! What the model of the layer adds to the error of a capacitance.
+//!
+//! The closed form of the paper and plane strain leave out what the next better model has: plane strain knows the electrodes as stiffer
+//! inclusions, the ends of the layer and the bulging beside what presses; three dimensions know that rubber also moves along x3. What that
+//! changes is computed where it costs little, and otherwise estimated as a share of the change of the capacitance, by tables of such
+//! comparisons (`benches/model_errors.py`, docs/trust.md). Finite elements in three dimensions have no better model here: their error is zero.
+
+mod plane;
+mod shares;
+
+use elastocap_case::{Case, Mechanics};
+use elastocap_mechanics::punch_force::punch_force;
+
+use crate::load_steps::StepLoad;
+use crate::outcome::{Status, StepResult};
+pub(crate) use plane::PlaneStrainCurve;
+use shares::Shares;
+
+/// How the error of the model is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// By the better model, at loads of this run.
+    Computed,
+    /// By tables, from other scenes.
+    Estimated,
+}
+
+/// What is known of the change of a capacitance from rest by plane strain, F.
+#[derive(Debug, Clone, Copy)]
+struct InPlane {
+    change: f64,
+    error: f64,
+    known: Known,
+}
+
+/// Notes in every row what the model of the layer adds to its errors, and the sum of all errors. `better` is the closed form's layer in plane
+/// strain, where that was solved. The result is what the user should know of the model.
+pub(crate) fn note_model_errors(
+    case: &Case,
+    better: Option<&PlaneStrainCurve>,
+    steps: &mut [StepResult],
+) -> Vec<String> {
+    let asked = case.electrostatics.map_or(f64::INFINITY, |asked| asked.relative_tolerance);
+    let errors = errors(case, better, steps);
+    let mut worst: Option<(f64, Known)> = None;
+    for (step, found) in steps.iter_mut().zip(errors) {
+        let row = &mut step.row;
+        let Some(value) = row.capacitance_f else { continue };
+        let error = found.map_or(0.0, |(error, _)| error / value.abs());
+        row.model_error_estimate = Some(error).filter(|error| error.is_finite());
+        row.total_error_estimate = row.total_error();
+        let total = row.total_error_estimate.unwrap_or(0.0);
+        if error > 0.0 && total > asked && matches!(row.status, Status::Ok | Status::OkToDiagonal) {
+            row.status = Status::OkInModel;
+        }
+        if let Some((_, known)) = found.filter(|_| error > 0.0 && total > asked)
+            && worst.is_none_or(|(before, _)| error > before)
+        {
+            worst = Some((error, known));
+        }
+    }
+    note_change_totals(steps);
+    worst.map(|(error, known)| warning(case, error, known)).into_iter().collect()
+}
+
+/// How far a change may be from the true one, by its bounds and by all estimated errors of both capacitances.
+fn note_change_totals(steps: &mut [StepResult]) {
+    let Some(first) = steps.first().map(|step| step.row.clone()) else { return };
+    for row in steps.iter_mut().map(|step| &mut step.row) {
+        let limits = row.change_limits(&first).zip(row.change_f);
+        row.change_total_error_f =
+            limits.map(|([lower, upper], change)| (upper - change).max(change - lower));
+    }
+}
+
+/// What the model adds to the error of the capacitance of each step, F, and how that is known; `None` where there is no better model.
+fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) -> Vec<Option<(f64, Known)>> {
+    let (Some(_), Some(shares)) = (&case.load, Shares::of(case)) else {
+        return vec![None; steps.len()];
+    };
+    let at_rest = steps.iter().rev().find(|step| step.load.is_zero()).map(|step| &step.row);
+    // Without a step at rest the capacitance is taken to have fallen as much as the layer is compressed, and half as much again.
+    let change = |step: &StepResult| {
+        let value = step.row.capacitance_f?;
+        let compression = step.row.compression.unwrap_or(0.0);
+        let rest = at_rest.and_then(|row| row.capacitance_f);
+        Some(rest.map_or(-1.5 * compression * value, |rest| value - rest))
+    };
+    let is_closed_form = matches!(case.mechanics, Some(Mechanics::ClosedForm { .. }));
+    let compared =
+        |step: &StepResult, own: f64| better?.change(compared_at(case, step)?, &step.row, at_rest?, own);
+    // Beyond the loads at which the two were compared they stay as far apart as at the largest of these.
+    let ratio = steps.iter().filter(|step| !step.load.is_zero()).filter_map(|step| {
+        let own = change(step)?;
+        let [plane, error] = compared(step, own)?;
+        Some((step.row.compression?, plane / own, error / own.abs()))
+    });
+    let last = ratio
+        .filter(|(_, ratio, error)| ratio.is_finite() && error.is_finite())
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let in_plane = |step: &StepResult, own: f64| -> InPlane {
+        if !is_closed_form {
+            return InPlane { change: own, error: 0.0, known: Known::Estimated };
+        }
+        if let Some([change, error]) = compared(step, own) {
+            return InPlane { change, error, known: Known::Computed };
+        }
+        match last {
+            Some((_, ratio, error)) => {
+                InPlane { change: ratio * own, error: 2.0 * error * own.abs(), known: Known::Estimated }
+            }
+            None => {
+                let of_force = match (step.load, step.force_check) {
+                    (StepLoad::ForceN(_), Some(check)) => check.relative_difference.abs(),
+                    (StepLoad::ForceN(_), None) => shares.closed_form_force,
+                    (StepLoad::None | StepLoad::Compression(_), _) => 0.0,
+                };
+                let change = (1.0 + shares.closed_form) * own;
+                InPlane { change, error: of_force * own.abs(), known: Known::Estimated }
+            }
+        }
+    };
+    let error = |step: &StepResult| {
+        let own = change(step)?;
+        if step.load.is_zero() {
+            return Some((0.0, Known::Estimated));
+        }
+        let InPlane { change, error, known } = in_plane(step, own);
+        // In space the change is that in the plane or less of it, and under a force more of it.
+        let more = match step.load {
+            StepLoad::ForceN(_) => shares.in_plane_force,
+            StepLoad::None | StepLoad::Compression(_) => 0.0,
+        };
+        let away = |share: f64| (own - share * change).abs();
+        Some((away(1.0 + more).max(away(1.0 - shares.in_plane)) + error, known))
+    };
+    steps.iter().map(error).collect()
+}
+
+/// U/H up to which the table of punches goes.
+const MOST_COMPRESSED: f64 = 0.4;
+
+/// Where the better model of a closed-form step stands, as U/H: at the same compression, or at that at which a flat punch has the same force,
+/// where the force is given. `None` beyond the table of such punches.
+fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
+    match step.load {
+        load if load.is_zero() => Some(0.0),
+        StepLoad::None => Some(0.0),
+        StepLoad::Compression(compression) => Some(compression),
+        StepLoad::ForceN(force) => compression_under(case, force),
+    }
+}
+
+/// The compression at which the contact of a closed form has this force, N, by finite elements.
+fn compression_under(case: &Case, force: f64) -> Option<f64> {
+    let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
+        (&case.layer, case.mechanics)
+    else {
+        return None;
+    };
+    let modulus = layer.material.as_ref()?.as_mooney_rivlin()?.shear_modulus();
+    let wanted = force / (modulus * layer.thickness * contact_width);
+    let at = |compression: f64| punch_force(contact_half_length / layer.thickness, compression);
+    let (mut low, mut high) = (0.0, MOST_COMPRESSED);
+    if at(high)? < wanted {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if at(middle)? < wanted { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
+fn warning(case: &Case, error: f64, known: Known) -> String {
+    let advice = match &case.mechanics_chosen {
+        Some(_) => "make what presses, and the pair, longer along x3, or name [mechanics.solid]",
+        None => "`[mechanics.auto]` chooses a model that fits the scene",
+    };
+    let (model, how) = match (case.mechanics, known) {
+        (Some(Mechanics::PlaneStrain(_)), _) => {
+            ("plane strain", "a table of such comparisons with three dimensions")
+        }
+        (_, Known::Computed) => (
+            "the closed form",
+            "the same layer in plane strain, and a table of comparisons of that with three dimensions",
+        ),
+        (_, Known::Estimated) => {
+            ("the closed form", "tables of comparisons with plane strain and three dimensions")
+        }
+    };
+    format!(
+        "{model} as a model of the layer adds up to {error:.1e} to the relative error of the capacitance, by {how} \
+         (`model_error_estimate`, which `total_error_estimate` includes); {advice}"
+    )
+}

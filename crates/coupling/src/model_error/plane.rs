@@ -1,0 +1,160 @@
+//! The layer of a closed-form case in plane strain, coarsely: what the closed form is compared with.
+
+use std::sync::atomic::AtomicBool;
+
+use elastocap_case::{Case, Indenter, LayerEnd, Layout, Load, Mechanics, PlaneStrain, Pose};
+use elastocap_geometry::scene::Purpose;
+
+use super::compared_at;
+use super::shares::Shares;
+use crate::deform::{Deformation, prepare};
+use crate::outcome::{Outcome, Row, StepResult};
+use crate::plan::{Options, Plan, PlannedStep};
+use crate::scene::scene_of;
+
+/// Error of capacitances that is asked for.
+const TOLERANCE: f64 = 2e-2;
+/// Error of forces, which are not needed.
+const FORCE_TOLERANCE: f64 = 0.2;
+/// The largest compression that is solved: deeper ones take long.
+const DEEPEST: f64 = 0.2;
+/// Compressions that are solved at most. Between them changes are interpolated.
+const MOST: usize = 4;
+/// Forecast seconds, of which a run spends no more on this.
+const AFFORDABLE: f64 = 3.0;
+/// How far the layer goes beyond its electrodes and what presses, in thicknesses.
+const BEYOND: f64 = 1.2;
+
+/// What the better model says over the compression.
+#[derive(Debug)]
+pub(crate) struct PlaneStrainCurve {
+    /// U/H, capacitance in F and its error in F, ascending from rest.
+    states: Vec<[f64; 3]>,
+    /// Whether that is the capacitance of parallel plates: between stacked plates it changes as the whole one does.
+    of_plates: bool,
+}
+
+impl PlaneStrainCurve {
+    /// The layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `None` for other
+    /// cases, and where it costs too much or is another scene: where the indenter is in the field, or bodies ride on the layer. `run` solves
+    /// a case.
+    pub(crate) fn of(
+        case: &Case,
+        steps: &[StepResult],
+        cancel: &AtomicBool,
+        run: &dyn Fn(&Case, &Plan, &Options) -> Outcome,
+    ) -> Option<Self> {
+        // What lies on the faces goes where the top goes.
+        Shares::of(case).filter(|shares| shares.closed_form > 0.0)?;
+        let mut compressions: Vec<f64> = steps.iter().filter_map(|step| compared_at(case, step)).collect();
+        compressions.retain(|compression| *compression > 0.0 && *compression <= DEEPEST);
+        compressions.sort_by(f64::total_cmp);
+        compressions.dedup();
+        let own = plane_strain(case, thinned(&compressions))?;
+        let options = Options { prune: true, fields: false, scene: false, model_error: false };
+        let mut plan = Plan::new(&own, &options);
+        let of_plates = case.electrodes.as_ref().is_some_and(|pair| pair.layout == Layout::Stacked);
+        if !of_plates {
+            plan.forecast(&own, &options);
+        }
+        let of_fields = if of_plates { 0.0 } else { plan.seconds };
+        let seconds = of_fields + plan.layer.as_ref()?.seconds;
+        if seconds > AFFORDABLE || plan.steps.iter().any(|step| step.failure.is_some()) {
+            return None;
+        }
+        let states: Vec<[f64; 3]> = if of_plates {
+            plates(&own, &plan, cancel)
+        } else {
+            run(&own, &plan, &options).steps.iter().map_while(|step| state(&step.row)).collect()
+        };
+        (states.len() > 1).then_some(Self { states, of_plates })
+    }
+
+    /// How much the capacitance of a step has changed from that at rest by this model, and what that is off by, F; `own` is what it changed by in
+    /// its own model. `None` beyond the compressions that were solved.
+    pub(super) fn change(&self, compression: f64, step: &Row, rest: &Row, own: f64) -> Option<[f64; 2]> {
+        let [change, error] = self.change_at(compression)?;
+        if !self.of_plates {
+            return Some([change, error]);
+        }
+        let scale = own / (step.parallel_plate_f? - rest.parallel_plate_f?);
+        Some([scale * change, (scale * error).abs()])
+    }
+
+    fn change_at(&self, compression: f64) -> Option<[f64; 2]> {
+        let after = self.states.iter().position(|[known, ..]| *known >= compression * (1.0 - 1e-9))?;
+        let (next, before) = (self.states.get(after)?, self.states.get(after.saturating_sub(1))?);
+        let share = match next[0] - before[0] {
+            0.0 => 1.0,
+            length => (compression - before[0]) / length,
+        };
+        let [value, error] = [1, 2].map(|k| before[k] + share * (next[k] - before[k]));
+        let [_, at_rest, its_error] = *self.states.first()?;
+        Some([value - at_rest, error + its_error])
+    }
+}
+
+/// The state of a row that was solved.
+fn state(row: &Row) -> Option<[f64; 3]> {
+    let value = row.capacitance_f?;
+    let errors = [row.relative_error_estimate, row.mechanics_error_estimate, row.geometry_error_estimate];
+    Some([row.compression?, value, errors.into_iter().flatten().sum::<f64>() * value.abs()])
+}
+
+/// The parallel-plate capacitances of a pair in its layer, as far as the loads are reached.
+fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Vec<[f64; 3]> {
+    let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
+    let state = |step: &PlannedStep| {
+        let state = layer.deformation(case, step.index, step.load, false).ok()??;
+        let Deformation::FiniteElement(layer) = &state else { return None };
+        let value = scene_of(case, Some(&state), &Pose::default()).ok()?.pair?.parallel_plate;
+        Some([layer.compression, value, layer.places_error.unwrap_or(TOLERANCE) * value])
+    };
+    plan.steps.iter().map_while(state).collect()
+}
+
+/// At most [`MOST`] of ascending compressions, the last among them.
+fn thinned(all: &[f64]) -> Vec<f64> {
+    let count = all.len();
+    (0..count)
+        .filter(|k| count <= MOST || (k + 1) * MOST / count > k * MOST / count)
+        .map(|k| all[k])
+        .collect()
+}
+
+/// The case with its layer in plane strain under a plate as long as the contact, at rest and at these compressions.
+fn plane_strain(case: &Case, compressions: Vec<f64>) -> Option<Case> {
+    let Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }) = case.mechanics else {
+        return None;
+    };
+    let rides = case.bodies.iter().any(|body| matches!(body.purpose, Purpose::OnTop | Purpose::OnIndenter));
+    let layer = case.layer.as_ref()?;
+    if rides
+        || !case.has_only_boxes()
+        || compressions.is_empty()
+        || case.indenter.is_some()
+        || layer.foam.is_some()
+    {
+        return None;
+    }
+    let in_layer = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
+    let boxes = in_layer.flat_map(|body| body.boxes().unwrap_or_default());
+    let regions = boxes.chain(case.electrodes.iter().flat_map(|own| own.regions()));
+    let reach = regions.map(|region| region.max[0].max(-region.min[0])).fold(0.0, f64::max);
+    let half_length = contact_half_length.max(reach + BEYOND * layer.thickness);
+    let mut own = case.clone();
+    own.mechanics = Some(Mechanics::PlaneStrain(PlaneStrain {
+        indenter: Indenter::WholeTop,
+        end: LayerEnd::FreeOnSubstrate,
+        width: contact_width,
+        relative_tolerance: FORCE_TOLERANCE,
+    }));
+    own.layer.as_mut()?.half_length = Some(half_length);
+    own.load = Some(Load::Compression([vec![0.0], compressions].concat()));
+    own.poses = Vec::new();
+    own.measured_points = None;
+    let asked = own.electrostatics.as_mut()?;
+    asked.relative_tolerance = asked.relative_tolerance.max(TOLERANCE);
+    asked.change_tolerance = None;
+    Some(own)
+}

@@ -1,0 +1,122 @@
+//! Errors of models as shares of the change of a capacitance. They are upper estimates of what `benches/model_errors.py` finds.
+
+use elastocap_case::{Case, Indenter, Layer, Mechanics, Stiffness};
+use elastocap_geometry::scene::Purpose;
+
+/// Shear modulus of a pair over that of its layer, up to which the pair follows the rubber.
+const SOFT: f64 = 2.0;
+/// Shear moduli of a pair over that of its layer, and what the closed form is off by as a share of the change that it has itself.
+const OF_CLOSED_FORM: [[f64; 2]; 3] = [[1.0, 0.15], [11.0, 1.5], [1000.0, 3.0]];
+/// The same for loads by force, where no table has the force of the contact.
+const OF_FORCE: f64 = 0.5;
+
+/// What plane strain is off by, for what lies in the layer: under something as long along x3 as it is wide, and at most.
+const OF_SOFT: [f64; 2] = [1.5, 2.0];
+const OF_STIFF: [f64; 2] = [1.2, 1.0];
+const OF_SURFACE: [f64; 2] = [0.5, 0.5];
+/// By how much forces in plane strain are larger than in space.
+const OF_FORCE_IN_PLANE: [f64; 2] = [0.6, 1.0];
+
+/// What moves with the rubber of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Contents {
+    /// Nothing: all bodies lie on its faces, or beside it.
+    Nothing,
+    /// What stretches with it: where it moves along x3 too, the capacitance may rise where it falls in the plane.
+    Soft,
+    /// A pair that is stiffer, by this ratio of shear moduli.
+    Stiff(f64),
+}
+
+impl Contents {
+    fn of(case: &Case, layer: &Layer) -> Self {
+        let own = layer.material.as_ref().map(|material| material.shear_modulus());
+        match (&case.electrodes, own) {
+            (Some(pair), Some(own)) => match pair.stiffness {
+                Stiffness::Rigid => Self::Stiff(f64::INFINITY),
+                Stiffness::ShearModulus(modulus) if modulus > SOFT * own => Self::Stiff(modulus / own),
+                Stiffness::ShearModulus(_) => Self::Soft,
+            },
+            (Some(_) | None, _) if case.bodies.iter().any(|body| body.purpose == Purpose::InLayer) => {
+                Self::Soft
+            }
+            (Some(_) | None, _) => Self::Nothing,
+        }
+    }
+}
+
+/// What the models of a case are off by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shares {
+    /// The closed form against plane strain, of the change that it has itself; zero of other models.
+    pub(super) closed_form: f64,
+    /// The same besides where the load is a force and no table has that of the contact.
+    pub(super) closed_form_force: f64,
+    /// Plane strain against three dimensions: by so much its changes are too large, at a compression.
+    pub(super) in_plane: f64,
+    /// By so much its changes are too small besides where the load is a force, since its layer is too stiff.
+    pub(super) in_plane_force: f64,
+}
+
+impl Shares {
+    /// Those of a case with the closed form or plane strain; `None` of others.
+    pub(super) fn of(case: &Case) -> Option<Self> {
+        let layer = case.layer.as_ref()?;
+        let contents = Contents::of(case, layer);
+        let slenderness = slenderness(case, layer, contents)?;
+        let at = |[at_equal_sides, most]: [f64; 2]| (at_equal_sides / slenderness).min(most);
+        let (is_closed_form, is_flat) = match case.mechanics? {
+            Mechanics::ClosedForm { .. } => (true, true),
+            Mechanics::PlaneStrain(model) => (false, model.indenter == Indenter::WholeTop),
+            Mechanics::Solid(_) => return None,
+        };
+        let (closed_form, in_plane) = match contents {
+            // Where the top goes is all that counts.
+            Contents::Nothing if is_flat => (0.0, 0.0),
+            Contents::Nothing => (0.0, at(OF_SURFACE)),
+            Contents::Soft => (OF_CLOSED_FORM[0][1], at(OF_SOFT)),
+            Contents::Stiff(ratio) => (of_closed_form(ratio), at(OF_STIFF)),
+        };
+        Some(Self {
+            closed_form: if is_closed_form { closed_form } else { 0.0 },
+            closed_form_force: if is_closed_form { OF_FORCE } else { 0.0 },
+            in_plane,
+            in_plane_force: at(OF_FORCE_IN_PLANE),
+        })
+    }
+}
+
+/// How long along x3 what presses is, over its width along x1 or the thickness of the layer, whichever is larger. Rubber under it moves to
+/// the nearest side: along x3 only near the ends of what is long. A stiff pair counts as what presses if it is shorter. `None` in three
+/// dimensions.
+fn slenderness(case: &Case, layer: &Layer, contents: Contents) -> Option<f64> {
+    let (half_width, depth) = match case.mechanics? {
+        Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
+            (contact_half_length, contact_width)
+        }
+        Mechanics::PlaneStrain(model) => {
+            let half_width = match model.indenter {
+                Indenter::WholeTop => layer.half_length?,
+                Indenter::FlatPunch { half_width, .. } => half_width,
+                Indenter::Cylinder { radius, .. } => radius.min((radius * layer.thickness).sqrt()),
+            };
+            (half_width, model.width)
+        }
+        Mechanics::Solid(_) => return None,
+    };
+    let pair = case.electrodes.as_ref().filter(|_| matches!(contents, Contents::Stiff(_)));
+    let depth = pair.map_or(depth, |pair| depth.min(pair.width));
+    Some(depth / layer.thickness.max(2.0 * half_width))
+}
+
+/// What the closed form is off by against plane strain, for electrodes as much stiffer than the layer.
+fn of_closed_form(stiffness: f64) -> f64 {
+    let [.., [_, stiffest]] = OF_CLOSED_FORM;
+    let within = |piece: &[[f64; 2]]| match piece {
+        [[from, low], [to, high]] if (*from..=*to).contains(&stiffness) => {
+            Some(low + (high - low) * (stiffness / from).ln() / (to / from).ln())
+        }
+        _ => None,
+    };
+    OF_CLOSED_FORM.windows(2).find_map(within).unwrap_or(stiffest)
+}
