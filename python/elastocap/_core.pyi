@@ -85,6 +85,7 @@ def run(
     threads: int | None,
     prune: bool,
     fields: bool,
+    model_error: bool,
     max_seconds: float | None,
     at_once: int,
     notify: Callable[[int, int, str], object] | None,

@@ -88,7 +88,7 @@ def run(
 
     try:
         outcome, stopped_by = _core.run(
-            case._core, threads, prune, fields, max_time, 1, notify if progress else None, None
+            case._core, threads, prune, fields, True, max_time, 1, notify if progress else None, None
         )
     finally:
         close()

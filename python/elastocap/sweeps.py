@@ -137,7 +137,7 @@ def _solve(
     except CaseError as error:
         told = [f"{problem.message}; {problem.help}" if problem.help else problem.message for problem in error.problems]
         return [{"step": None, "status": "refused", "message": _one_line("\n".join(told) or str(error).removeprefix("error: "))}]
-    outcome, stopped_by = _core.run(core, 1, prune, False, None, at_once, None, cancelled)
+    outcome, stopped_by = _core.run(core, 1, prune, False, False, None, at_once, None, cancelled)
     if stopped_by is not None:
         raise stopped_by
     if outcome.stopped:

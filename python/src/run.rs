@@ -73,24 +73,25 @@ type Done = (Outcome, StepFields, Duration);
 ///
 /// `notify` is called with the number of steps done, the number of steps, and what is being done, each time one of them changes, by the
 /// thread that called. `max_seconds` stops the run after that time, and so does `cancelled`, which is asked often, when it gives true. `at_once`
-/// is how many runs of this process share its memory.
+/// is how many runs of this process share its memory. `model_error` says whether a simple model of the layer is compared with a better one.
 ///
 /// Returns what was found, and the exception that stopped the run: KeyboardInterrupt, or what `notify` raised.
 #[pyfunction]
-#[pyo3(signature = (case, threads, prune, fields, max_seconds, at_once, notify, cancelled))]
+#[pyo3(signature = (case, threads, prune, fields, model_error, max_seconds, at_once, notify, cancelled))]
 pub(crate) fn run(
     py: Python<'_>,
     case: &PyCase,
     threads: Option<usize>,
     prune: bool,
     fields: bool,
+    model_error: bool,
     max_seconds: Option<f64>,
     at_once: u64,
     notify: Option<Py<PyAny>>,
     cancelled: Option<Py<PyAny>>,
 ) -> PyResult<(PyOutcome, Option<PyErr>)> {
     let (case, text) = (Arc::clone(&case.case), case.text.clone());
-    let options = Options { prune, fields, scene: true, model_error: true };
+    let options = Options { prune, fields, scene: true, model_error };
     let deadline = max_seconds.and_then(|seconds| {
         Instant::now().checked_add(Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX))
     });

@@ -90,7 +90,7 @@ case = elastocap.load("cases/in-plane-pair.toml").with_(compression=np.linspace(
 try:
     elastocap.run(case, progress=lambda p: print(p.done, flush=True))
 except KeyboardInterrupt as stop:
-    print("stopped", stop.result.stopped, stop.result.status.count("ok"), len(stop.result))
+    print("stopped", stop.result.stopped, sum(s.startswith("ok") for s in stop.result.status), len(stop.result))
 """
     with subprocess.Popen([sys.executable, "-W", "ignore", "-c", program], stdout=subprocess.PIPE, text=True) as child:
         try:
@@ -163,7 +163,7 @@ def test_a_result_has_the_same_numbers_in_every_form(quick):
         k = step.index
         assert (step.capacitance, step.lower, step.upper) == (result.capacitance[k], result.lower[k], result.upper[k])
         assert (step.force, step.compression, step.change) == (result.force[k], result.compression[k], result.change[k])
-        assert step.maxwell.tobytes() == result.maxwell[k].tobytes() and step["status"] == "ok"
+        assert step.maxwell.tobytes() == result.maxwell[k].tobytes() and step["status"].startswith("ok")
     document = result.to_dict()
     assert [step["force_n"] for step in document["steps"]] == result.force.tolist()
     assert result.measurement == ("two_terminal", ("electrode-left", "electrode-right"))

@@ -177,7 +177,7 @@ fn electrodes_that_are_hardly_bent_go_to_the_boxes_and_both_solvers_agree() {
     let mut case = sensor(Stiffness::ShearModulus(1e6), 0.02);
     case.electrostatics.as_mut().unwrap().relative_tolerance = 0.03;
     let boxes = solve(&case);
-    assert_eq!(boxes.steps[0].row.status, Status::Ok, "{:?}", reasons(&boxes));
+    assert!(boxes.steps[0].row.status.is_ok(), "{:?}", reasons(&boxes));
     assert!(boxes.steps[0].surfaces.is_empty() && boxes.steps[0].scene.as_ref().unwrap().bent.is_some());
     let bent = solve(&with_solver(&case, FieldSolver::Tetrahedra));
     assert!(!bent.steps[0].surfaces.is_empty());
