@@ -19,7 +19,7 @@ const FORCE_TOLERANCE: f64 = 0.2;
 /// The largest compression that is solved: deeper ones take long.
 const DEEPEST: f64 = 0.2;
 /// Compressions that are solved at most. Between them changes are interpolated.
-const MOST: usize = 4;
+const MOST: usize = 2;
 /// Forecast seconds, of which a run spends no more on this.
 const AFFORDABLE: f64 = 3.0;
 /// How far the layer goes beyond its electrodes and what presses, in thicknesses.
