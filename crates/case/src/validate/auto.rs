@@ -10,11 +10,11 @@ use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
 
-/// What presses is long along x3 from so many of its widths on, or of thicknesses of the layer where that is wider, and so is a pair.
-/// docs/trust.md has what plane strain is off by at this length.
+/// How many times as long along x3 as it is wide, and as the layer is thick, a thing must be to count as long. docs/trust.md says what plane
+/// strain is off by at this length.
 const LONG: f64 = 10.0;
 
-/// Where a layer that goes on is cut off, in thicknesses beyond what presses and what lies in it.
+/// A layer that goes on is cut off so many thicknesses beyond what presses and what lies in it.
 const BEYOND: f64 = 4.0;
 
 /// Rewrites `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and why.
@@ -55,7 +55,7 @@ pub(crate) fn choose(raw: &mut Document, log: &mut Log<'_>) -> Option<String> {
     why
 }
 
-/// Whether what presses goes all along x3; true also where it cannot be read.
+/// Says whether what presses goes all along x3; an indenter that cannot be read counts as such.
 fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>) -> bool {
     match indenter.get() {
         Some(Either::Second(raw::SolidIndenter::Sphere(_))) => false,
@@ -64,36 +64,38 @@ fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>)
     }
 }
 
+/// Says whether the width that the force depends on is missing.
 fn lacks_width(auto: &raw::Auto) -> bool {
     auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter)
 }
 
-/// A model, and what comes with it.
+/// The model that was chosen, with what the file left out.
 struct Chosen {
     mechanics: raw::Mechanics,
-    /// Of the layer, m, where the file has none.
+    /// The half-length that the layer gets, m; `None` where the file gives one.
     half_length: Option<f64>,
-    /// In words.
+    /// The model and the reason for it, in words.
     why: String,
 }
 
 /// The lengths that the choice depends on, m.
 struct Scene {
-    /// Of the layer.
+    /// The thickness of the layer.
     thickness: f64,
+    /// Whether the file says where the layer ends along x1.
     has_half_length: bool,
-    /// Half of what presses along x1; infinite for a plate over a layer that has no ends.
+    /// Half the width of what presses, along x1; it is infinite for a plate over a layer that has no ends.
     press: f64,
-    /// The length of what presses along x3; infinite where it presses along all of a layer that goes on.
+    /// The length of what presses along x3; it is infinite for what presses along all of a layer that goes on.
     depth: f64,
-    /// Of the pair along x3.
+    /// The length of the pair along x3, if there is a pair.
     pair: Option<f64>,
-    /// How far what lies in the layer reaches along x1 and x3.
+    /// The farthest points along x1 and x3 of what lies in the layer, from the middle.
     reach: [f64; 2],
 }
 
 impl Scene {
-    /// `None` if something cannot be read; the log has it already.
+    /// Reads the lengths from a document; `None` if one of them cannot be read, which the log has already.
     fn of(raw: &Document, auto: &raw::Auto) -> Option<Self> {
         let layer = given(&raw.layer)?;
         let thickness = layer.thickness.get()?.si;
@@ -130,7 +132,10 @@ impl Scene {
         Some(Self { thickness, has_half_length: layer.half_length.is_some(), press, depth, pair, reach })
     }
 
-    /// Whether everything is long along x3, and what presses covers what lies in the layer; why not, in words, if it is not.
+    /// Says whether everything is long along x3 and what presses covers what lies in the layer.
+    ///
+    /// # Errors
+    /// The reason why not, in words.
     fn is_long(&self, indenter: &Either<raw::WholeTop, raw::SolidIndenter>) -> Result<(), String> {
         // Rubber goes to the nearest side.
         let (across, unit) = match 2.0 * self.press > self.thickness {
@@ -221,7 +226,7 @@ impl Scene {
     }
 }
 
-/// An indenter that is long along x3, in the plane; `None` for a sphere.
+/// Gives the indenter of plane strain for one that is long along x3; a sphere has none.
 fn in_plane(
     indenter: Either<raw::WholeTop, raw::SolidIndenter>,
 ) -> Option<Either<raw::WholeTop, raw::Indenter>> {
@@ -240,7 +245,7 @@ fn in_plane(
     })
 }
 
-/// The length of the pair along x3, and how far it reaches along x1 and x3, m; `None` if it cannot be read.
+/// Gives the length of the pair along x3, if there is one, and how far it reaches along x1 and x3, m; `None` if it cannot be read.
 fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     if let Some(read) = &forms.in_plane_pair {
         let pair = read.get()?;
@@ -256,7 +261,7 @@ fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     Some((None, [0.0; 2]))
 }
 
-/// How far the boxes and sheets that move with the material of the layer reach along x1 and x3, m.
+/// Gives how far the boxes and sheets that move with the material of the layer reach along x1 and x3, m.
 fn of_bodies(raw: &Document) -> [f64; 2] {
     let mut reach = [0.0f64; 2];
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);

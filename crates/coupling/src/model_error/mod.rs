@@ -25,7 +25,7 @@ enum Known {
     Estimated,
 }
 
-/// What is known of the change of a capacitance from rest by plane strain, F.
+/// The change of a capacitance from rest by plane strain, and what that is off by, F.
 #[derive(Debug, Clone, Copy)]
 struct InPlane {
     change: f64,
@@ -63,7 +63,7 @@ pub(crate) fn note_model_errors(
     worst.map(|(error, known)| warning(case, error, known)).into_iter().collect()
 }
 
-/// How far a change may be from the true one, by its bounds and by all estimated errors of both capacitances.
+/// Notes how far each change may be from the true one, by its bounds and by all estimated errors of both capacitances.
 fn note_change_totals(steps: &mut [StepResult]) {
     let Some(first) = steps.first().map(|step| step.row.clone()) else { return };
     for row in steps.iter_mut().map(|step| &mut step.row) {
@@ -73,7 +73,8 @@ fn note_change_totals(steps: &mut [StepResult]) {
     }
 }
 
-/// What the model adds to the error of the capacitance of each step, F, and how that is known; `None` where there is no better model.
+/// Finds what the model adds to the error of the capacitance of each step, F, and how that is known; a step of which there is no better model has
+/// none.
 fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) -> Vec<Option<(f64, Known)>> {
     let (Some(_), Some(shares)) = (&case.load, Shares::of(case)) else {
         return vec![None; steps.len()];
@@ -137,10 +138,10 @@ fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) 
     steps.iter().map(error).collect()
 }
 
-/// U/H up to which the table of punches goes.
+/// The table of punches goes up to this compression.
 const MOST_COMPRESSED: f64 = 0.4;
 
-/// Where the better model of a closed-form step stands, as U/H: at the same compression, or at that at which a flat punch has the same force,
+/// Gives the compression at which the better model of a closed-form step is looked at: the same compression, or that at which a flat punch has the same force,
 /// where the force is given. `None` beyond the table of such punches.
 fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
     match step.load {
@@ -151,7 +152,7 @@ fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
     }
 }
 
-/// The compression at which the contact of a closed form has this force, N, by finite elements.
+/// Finds the compression at which the contact of a closed form has this force, N, by finite elements.
 fn compression_under(case: &Case, force: f64) -> Option<f64> {
     let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
         (&case.layer, case.mechanics)

@@ -12,30 +12,30 @@ use crate::outcome::{Outcome, Row, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::scene::scene_of;
 
-/// Error of capacitances that is asked for.
+/// The relative error of capacitances that is asked for.
 const TOLERANCE: f64 = 2e-2;
-/// Error of forces, which are not needed.
+/// The relative error of forces that is asked for; they are not needed.
 const FORCE_TOLERANCE: f64 = 0.2;
 /// The largest compression that is solved: deeper ones take long.
 const DEEPEST: f64 = 0.2;
-/// Compressions that are solved at most. Between them changes are interpolated.
+/// The number of compressions that are solved at most. Between them changes are interpolated.
 const MOST: usize = 2;
-/// Forecast seconds, of which a run spends no more on this.
+/// A comparison whose forecast is longer than this, in seconds, is left out. Forecasts count work and do not depend on the machine.
 const AFFORDABLE: f64 = 3.0;
-/// How far the layer goes beyond its electrodes and what presses, in thicknesses.
+/// The layer goes so many thicknesses beyond its electrodes at least.
 const BEYOND: f64 = 1.2;
 
-/// What the better model says over the compression.
+/// Capacitances in plane strain over the compression.
 #[derive(Debug)]
 pub(crate) struct PlaneStrainCurve {
     /// U/H, capacitance in F and its error in F, ascending from rest.
     states: Vec<[f64; 3]>,
-    /// Whether that is the capacitance of parallel plates: between stacked plates it changes as the whole one does.
+    /// Whether these are capacitances of parallel plates: that of stacked plates changes in proportion to them.
     of_plates: bool,
 }
 
 impl PlaneStrainCurve {
-    /// The layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `None` for other
+    /// Solves the layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `None` for other
     /// cases, and where it costs too much or is another scene: where the indenter is in the field, or bodies ride on the layer. `run` solves
     /// a case.
     pub(crate) fn of(
@@ -70,8 +70,8 @@ impl PlaneStrainCurve {
         (states.len() > 1).then_some(Self { states, of_plates })
     }
 
-    /// How much the capacitance of a step has changed from that at rest by this model, and what that is off by, F; `own` is what it changed by in
-    /// its own model. `None` beyond the compressions that were solved.
+    /// Gives by how much the capacitance of a step has changed from that at rest by this model, and what that is off by, F; `own` is what it
+    /// changed by in its own model. `None` beyond the compressions that were solved.
     pub(super) fn change(&self, compression: f64, step: &Row, rest: &Row, own: f64) -> Option<[f64; 2]> {
         let [change, error] = self.change_at(compression)?;
         if !self.of_plates {
@@ -94,14 +94,14 @@ impl PlaneStrainCurve {
     }
 }
 
-/// The state of a row that was solved.
+/// Reads compression, capacitance and error off a row that was solved.
 fn state(row: &Row) -> Option<[f64; 3]> {
     let value = row.capacitance_f?;
     let errors = [row.relative_error_estimate, row.mechanics_error_estimate, row.geometry_error_estimate];
     Some([row.compression?, value, errors.into_iter().flatten().sum::<f64>() * value.abs()])
 }
 
-/// The parallel-plate capacitances of a pair in its layer, as far as the loads are reached.
+/// Finds the parallel-plate capacitances of a pair in its layer, as far as the loads are reached.
 fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Vec<[f64; 3]> {
     let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
     let state = |step: &PlannedStep| {
@@ -113,7 +113,7 @@ fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Vec<[f64; 3]> {
     plan.steps.iter().map_while(state).collect()
 }
 
-/// At most [`MOST`] of ascending compressions, the last among them.
+/// Picks at most [`MOST`] of ascending compressions, the last among them.
 fn thinned(all: &[f64]) -> Vec<f64> {
     let count = all.len();
     (0..count)
@@ -122,7 +122,7 @@ fn thinned(all: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The case with its layer in plane strain under a plate as long as the contact, at rest and at these compressions.
+/// Makes the case with its layer in plane strain under a plate as long as the contact, at rest and at these compressions.
 fn plane_strain(case: &Case, compressions: Vec<f64>) -> Option<Case> {
     let Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }) = case.mechanics else {
         return None;

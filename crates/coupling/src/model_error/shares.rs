@@ -3,28 +3,30 @@
 use elastocap_case::{Case, Indenter, Layer, Mechanics, Stiffness};
 use elastocap_geometry::scene::Purpose;
 
-/// Shear modulus of a pair over that of its layer, up to which the pair follows the rubber.
+/// A pair follows the rubber up to this ratio of its shear modulus to that of the layer.
 const SOFT: f64 = 2.0;
-/// Shear moduli of a pair over that of its layer, and what the closed form is off by as a share of the change that it has itself.
+/// The closed form is off by these shares of its own change (second) at these ratios of the pair's shear modulus to that of the layer (first).
 const OF_CLOSED_FORM: [[f64; 2]; 3] = [[1.0, 0.15], [11.0, 1.5], [1000.0, 3.0]];
-/// The same for loads by force, where no table has the force of the contact.
+/// It is off by this share more under a given force for which no table has that of the contact.
 const OF_FORCE: f64 = 0.5;
 
-/// What plane strain is off by, for what lies in the layer: under something as long along x3 as it is wide, and at most.
+/// Plane strain is off by these shares of its change with a soft pair: under something as long along x3 as it is wide, and at most.
 const OF_SOFT: [f64; 2] = [1.5, 2.0];
+/// These are the same shares with a stiff pair.
 const OF_STIFF: [f64; 2] = [1.2, 1.0];
+/// These are the same shares with bodies on the faces of a layer that a punch bends.
 const OF_SURFACE: [f64; 2] = [0.5, 0.5];
-/// By how much forces in plane strain are larger than in space.
+/// Forces in plane strain are larger than in space by these shares.
 const OF_FORCE_IN_PLANE: [f64; 2] = [0.6, 1.0];
 
-/// What moves with the rubber of a layer.
+/// The bodies that move with the rubber of a layer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Contents {
-    /// Nothing: all bodies lie on its faces, or beside it.
+    /// All bodies lie on the faces of the layer, or beside it.
     Nothing,
-    /// What stretches with it: where it moves along x3 too, the capacitance may rise where it falls in the plane.
+    /// The bodies stretch with the rubber. Where that moves along x3 too, the capacitance may rise where it falls in the plane.
     Soft,
-    /// A pair that is stiffer, by this ratio of shear moduli.
+    /// The pair is stiffer than the rubber, by this ratio of shear moduli.
     Stiff(f64),
 }
 
@@ -45,12 +47,12 @@ impl Contents {
     }
 }
 
-/// What the models of a case are off by.
+/// The shares by which the model of a case is off.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shares {
     /// The closed form against plane strain, of the change that it has itself; zero of other models.
     pub(super) closed_form: f64,
-    /// The same besides where the load is a force and no table has that of the contact.
+    /// A further share of the closed form where the load is a force and no table has that of the contact.
     pub(super) closed_form_force: f64,
     /// Plane strain against three dimensions: by so much its changes are too large, at a compression.
     pub(super) in_plane: f64,
@@ -59,7 +61,7 @@ pub(super) struct Shares {
 }
 
 impl Shares {
-    /// Those of a case with the closed form or plane strain; `None` of others.
+    /// Finds the shares of a case with the closed form or plane strain; other cases have none.
     pub(super) fn of(case: &Case) -> Option<Self> {
         let layer = case.layer.as_ref()?;
         let contents = Contents::of(case, layer);
@@ -86,7 +88,7 @@ impl Shares {
     }
 }
 
-/// How long along x3 what presses is, over its width along x1 or the thickness of the layer, whichever is larger. Rubber under it moves to
+/// Gives the length along x3 of what presses, over its width along x1 or the thickness of the layer, whichever is larger. Rubber under it moves to
 /// the nearest side: along x3 only near the ends of what is long. A stiff pair counts as what presses if it is shorter. `None` in three
 /// dimensions.
 fn slenderness(case: &Case, layer: &Layer, contents: Contents) -> Option<f64> {
@@ -109,7 +111,7 @@ fn slenderness(case: &Case, layer: &Layer, contents: Contents) -> Option<f64> {
     Some(depth / layer.thickness.max(2.0 * half_width))
 }
 
-/// What the closed form is off by against plane strain, for electrodes as much stiffer than the layer.
+/// Gives the share by which the closed form is off against plane strain, for electrodes that are stiffer than the layer by this ratio.
 fn of_closed_form(stiffness: f64) -> f64 {
     let [.., [_, stiffest]] = OF_CLOSED_FORM;
     let within = |piece: &[[f64; 2]]| match piece {
