@@ -144,10 +144,7 @@ pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
         let (mut raw, flawed) = raw::Document::read(table, &mut log);
         validate::write_forms_out(&mut raw, &mut log);
         let chosen = validate::choose_mechanics(&mut raw, &mut log);
-        case = validate::validate(&raw, flawed, origin, &mut log);
-        if let Some(case) = &mut case {
-            case.mechanics_chosen = chosen;
-        }
+        case = validate::validate(&raw, chosen, flawed, origin, &mut log);
     }
     match case {
         Some(case) if log.is_empty() => Ok(case),

@@ -267,9 +267,15 @@ impl Row {
         all.into_iter().flatten().sum()
     }
 
-    /// The relative error of the capacitance by its bounds and its estimated errors together. The error of the model counts once it is known.
+    /// The relative error of the capacitance within the model of the layer: by its bounds, the layer's finite elements and flat faces.
+    pub fn error_in_model(&self) -> Option<f64> {
+        let estimated = [self.mechanics_error_estimate, self.geometry_error_estimate];
+        Some(self.relative_error_estimate? + estimated.into_iter().flatten().sum::<f64>())
+    }
+
+    /// The relative error of the capacitance by all that is known. The error of the model counts once it is known.
     pub fn total_error(&self) -> Option<f64> {
-        Some(self.relative_error_estimate? + self.estimated_errors())
+        Some(self.error_in_model()? + self.model_error_estimate.unwrap_or(0.0))
     }
 
     /// The limits of the change against the first step, F: its bounds, moved apart by the estimated errors of both capacitances.

@@ -12,7 +12,7 @@ use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
-use crate::model_error::{PlaneStrainCurve, note_model_errors};
+use crate::model_error::{NotCompared, PlaneStrainCurve, note_model_errors};
 use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
@@ -104,7 +104,7 @@ pub struct Run<'a> {
     start: Instant,
     layer: OnceLock<Prepared>,
     /// What the closed form is compared with, if it is.
-    better: OnceLock<Option<PlaneStrainCurve>>,
+    better: OnceLock<Result<PlaneStrainCurve, NotCompared>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
     is_over: AtomicBool,
@@ -250,8 +250,7 @@ impl<'a> Run<'a> {
         };
         let mut steps = in_order(plan, solved.into_iter(), &not_run);
         note_changes(case, &mut steps);
-        let better = self.better.get().and_then(Option::as_ref);
-        let of_model = note_model_errors(case, better, &mut steps);
+        let of_model = note_model_errors(case, self.better.get(), &mut steps);
         let conductors = case.driven_terminals();
         let measurement = case.has_conductors().then(|| case.measurement());
         let (layer_meshes, layer_seconds) = match layer {

@@ -177,12 +177,7 @@ fn force(step: &StepResult) -> Result<(f64, f64), NoValue> {
 fn capacitance(step: &StepResult) -> Result<(f64, f64), NoValue> {
     let no_capacitance = || NoValue::NoCapacitance(Box::new(step.row.status.clone()));
     let value = step.row.capacitance_f.ok_or_else(no_capacitance)?;
-    let errors = [
-        step.row.relative_error_estimate,
-        step.row.mechanics_error_estimate,
-        step.row.geometry_error_estimate,
-    ];
-    Ok((value, value.abs() * errors.iter().flatten().sum::<f64>()))
+    Ok((value, value.abs() * step.row.error_in_model().unwrap_or(0.0)))
 }
 
 /// The case with the loads that these quantities need, and no others.

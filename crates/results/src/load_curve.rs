@@ -162,8 +162,7 @@ fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
     };
     let capacitance = row.capacitance_f?;
     // A load that is read off a curve is that of its model.
-    let errors = [row.relative_error_estimate, row.mechanics_error_estimate, row.geometry_error_estimate];
-    let error = capacitance.abs() * errors.into_iter().flatten().sum::<f64>();
+    let error = capacitance.abs() * row.error_in_model().unwrap_or(0.0);
     let is_sound = [own, load_error, capacitance, error].iter().all(|number| number.is_finite());
     is_sound.then_some(CurveStep { load: own, load_error, capacitance, error })
 }

@@ -19,8 +19,9 @@ choice! {
 }
 
 table! {
-    /// Finite elements in plane strain or in three dimensions, as the scene demands: in plane strain where what presses and the pair are
-    /// long along x3 against the thickness of the layer. `elastocap check` says which, and why.
+    /// Finite elements in plane strain or in three dimensions, as the scene demands: in plane strain where what presses is ten times as long
+    /// along x3 as it is wide and as the layer is thick, or longer, and the pair ten times as long as the layer is thick. `elastocap check`
+    /// says which, and why.
     struct Auto {
         /// The indenter, above the middle of the layer: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,

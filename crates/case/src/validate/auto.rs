@@ -1,7 +1,10 @@
 //! `[mechanics.auto]`: the model of the layer that a scene demands, with defaults for what the file leaves out.
 //!
 //! The table is rewritten as the `[mechanics.plane_strain]` or `[mechanics.solid]` that the file might have had, before anything is
-//! checked, so that all further checks are those of these.
+//! checked. Every check of those tables then holds for it too.
+
+use std::fmt;
+use std::ops::Range;
 
 use super::super::diagnostics::Diagnostic;
 use super::super::quantities::Size;
@@ -31,17 +34,8 @@ pub(crate) fn choose(raw: &mut Document, log: &mut Log<'_>) -> Option<String> {
                 .help("add [layer], or leave [mechanics] out"),
         );
     }
-    let chosen = match lacks_width(&auto) {
-        true => {
-            log.push(
-                Diagnostic::at(&span, "[mechanics.auto] lacks `width`")
-                    .label("what presses goes all along x3, so that the force depends on where the layer ends there")
-                    .help("add for example `width = \"10 mm\"`: the layer along x3, from side to side"),
-            );
-            None
-        }
-        false => Scene::of(raw, &auto).and_then(|scene| scene.choose(auto)),
-    };
+    let is_complete = has_lengths(raw, &auto, &span, log);
+    let chosen = Scene::of(raw, &auto).filter(|_| is_complete).and_then(|scene| scene.choose(auto));
     let (mechanics, half_length, why) = match chosen {
         Some(Chosen { mechanics, half_length, why }) => (Some(mechanics), half_length, Some(why)),
         None => (None, None, None),
@@ -64,9 +58,58 @@ fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>)
     }
 }
 
-/// Says whether the width that the force depends on is missing.
-fn lacks_width(auto: &raw::Auto) -> bool {
-    auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter)
+/// Says whether the lengths that have no default are there: the width that a force depends on, and where a layer ends that has an end.
+fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut Log<'_>) -> bool {
+    let lacks_width =
+        auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter);
+    if lacks_width {
+        log.push(
+            Diagnostic::at(span, "[mechanics.auto] lacks `width`")
+                .label(
+                    "what presses goes all along x3, so that the force depends on where the layer ends there",
+                )
+                .help("add for example `width = \"10 mm\"`: the layer along x3, from side to side"),
+        );
+    }
+    let ends = auto.end.as_ref().filter(|end| !matches!(end.get(), Some(raw::LayerEnd::Far) | None));
+    let end = ends.filter(|_| given(&raw.layer).is_some_and(|layer| layer.half_length.is_none()));
+    if let Some(end) = end {
+        log.push(
+            Diagnostic::at(&end.span, "the layer has an end, and [layer] lacks `half_length`")
+                .label("nothing says where it ends")
+                .help("add for example `half_length = \"4 mm\"` to [layer], or leave `end` out: the layer then goes on"),
+        );
+    }
+    !lacks_width && end.is_none()
+}
+
+/// The reason why a scene is not solved in plane strain.
+enum NotLong {
+    /// A sphere presses.
+    Sphere,
+    /// What presses is so many times as long along x3 as it is wide.
+    AgainstWidth(f64),
+    /// What presses is so many times as long along x3 as the layer is thick.
+    AgainstThickness(f64),
+    /// The pair is so many times as long along x3 as the layer is thick.
+    Pair(f64),
+    /// What lies in the layer reaches beyond what presses along x3.
+    NotCovered,
+}
+
+impl fmt::Display for NotLong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let short = |f: &mut fmt::Formatter<'_>, what: &str, times: f64, than: &str| {
+            write!(f, "{what} is {times:.1} times as long along x3 as {than}, and not {LONG} or more")
+        };
+        match self {
+            Self::Sphere => f.write_str("a sphere presses"),
+            Self::AgainstWidth(times) => short(f, "what presses", *times, "it is wide"),
+            Self::AgainstThickness(times) => short(f, "what presses", *times, "the layer is thick"),
+            Self::Pair(times) => short(f, "the pair", *times, "the layer is thick"),
+            Self::NotCovered => f.write_str("what lies in the layer reaches beyond what presses along x3"),
+        }
+    }
 }
 
 /// The model that was chosen, with what the file left out.
@@ -135,30 +178,26 @@ impl Scene {
     /// Says whether everything is long along x3 and what presses covers what lies in the layer.
     ///
     /// # Errors
-    /// The reason why not, in words.
-    fn is_long(&self, indenter: &Either<raw::WholeTop, raw::SolidIndenter>) -> Result<(), String> {
-        // Rubber goes to the nearest side.
-        let (across, unit) = match 2.0 * self.press > self.thickness {
-            true => (2.0 * self.press, "times as long along x3 as it is wide"),
-            false => (self.thickness, "times as long along x3 as the layer is thick"),
-        };
-        let long = LONG * self.thickness;
+    /// The first reason why not.
+    fn is_long(&self, indenter: &Either<raw::WholeTop, raw::SolidIndenter>) -> Result<(), NotLong> {
         match indenter {
-            Either::Second(raw::SolidIndenter::Sphere(_)) => return Err("a sphere presses".to_owned()),
+            Either::Second(raw::SolidIndenter::Sphere(_)) => return Err(NotLong::Sphere),
             Either::First(_)
             | Either::Second(raw::SolidIndenter::FlatPunch(_) | raw::SolidIndenter::Cylinder(_)) => {}
         }
-        if self.depth < LONG * across {
-            return Err(format!("what presses is {:.1} {unit}, and not {LONG} or more", self.depth / across));
+        // Rubber goes to the nearest side.
+        let [of_width, of_thickness] = [2.0 * self.press, self.thickness].map(|across| self.depth / across);
+        if of_width.min(of_thickness) < LONG {
+            return Err(match of_width < of_thickness {
+                true => NotLong::AgainstWidth(of_width),
+                false => NotLong::AgainstThickness(of_thickness),
+            });
         }
-        if let Some(pair) = self.pair.filter(|pair| *pair < long) {
-            let times = pair / self.thickness;
-            return Err(format!(
-                "the pair is {times:.1} times as long along x3 as the layer is thick, and not {LONG} or more"
-            ));
+        if let Some(times) = self.pair.map(|pair| pair / self.thickness).filter(|times| *times < LONG) {
+            return Err(NotLong::Pair(times));
         }
         if 2.0 * self.reach[1] > self.depth {
-            return Err("what lies in the layer reaches beyond what presses along x3".to_owned());
+            return Err(NotLong::NotCovered);
         }
         Ok(())
     }
@@ -219,7 +258,7 @@ impl Scene {
             Ok(()) => format!(
                 "what presses is at least {LONG} times as long along x3 as it is wide and as the layer is thick, and so is the pair"
             ),
-            Err(why) => why,
+            Err(why) => why.to_string(),
         };
         let why = [vec![format!("{model} is chosen, because {why}")], taken].concat().join("; ");
         Some(Chosen { mechanics, half_length, why })

@@ -51,8 +51,15 @@ fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
 
 /// Checks that the tables fit together and converts them; `None` only if the log says why.
 ///
-/// `flawed` says that there are unknown keys at the top level, any of which may stand for a table that is missing.
-pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Log<'_>) -> Option<Case> {
+/// `mechanics_chosen` is what [`choose_mechanics`] has found. `flawed` says that there are unknown keys at the top level, any of which may stand
+/// for a table that is missing.
+pub(super) fn validate(
+    raw: &Document,
+    mechanics_chosen: Option<String>,
+    flawed: bool,
+    origin: &Path,
+    log: &mut Log<'_>,
+) -> Option<Case> {
     let wants_capacitance = raw.electrodes.is_some() || any(&raw.conductor);
     let wants_mechanics = raw.load.is_some();
     if !flawed {
@@ -152,7 +159,7 @@ pub(super) fn validate(raw: &Document, flawed: bool, origin: &Path, log: &mut Lo
         layer: all_given(layer)?,
         electrodes: all_given(electrodes)?,
         mechanics: all_given(mechanics)?,
-        mechanics_chosen: None,
+        mechanics_chosen,
         load: all_given(load)?,
         poses,
         indenter: all_given(indenter)?.flatten(),

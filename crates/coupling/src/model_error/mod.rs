@@ -13,7 +13,7 @@ use elastocap_mechanics::punch_force::punch_force;
 
 use crate::load_steps::StepLoad;
 use crate::outcome::{Status, StepResult};
-pub(crate) use plane::PlaneStrainCurve;
+pub(crate) use plane::{NotCompared, PlaneStrainCurve};
 use shares::Shares;
 
 /// How the error of the model is known.
@@ -34,14 +34,14 @@ struct InPlane {
 }
 
 /// Notes in every row what the model of the layer adds to its errors, and the sum of all errors. `better` is the closed form's layer in plane
-/// strain, where that was solved. The result is what the user should know of the model.
+/// strain, or why that was not solved, where it was tried. The result is what the user should know of the model.
 pub(crate) fn note_model_errors(
     case: &Case,
-    better: Option<&PlaneStrainCurve>,
+    better: Option<&Result<PlaneStrainCurve, NotCompared>>,
     steps: &mut [StepResult],
 ) -> Vec<String> {
     let asked = case.electrostatics.map_or(f64::INFINITY, |asked| asked.relative_tolerance);
-    let errors = errors(case, better, steps);
+    let errors = errors(case, better.and_then(|better| better.as_ref().ok()), steps);
     let mut worst: Option<(f64, Known)> = None;
     for (step, found) in steps.iter_mut().zip(errors) {
         let row = &mut step.row;
@@ -60,7 +60,8 @@ pub(crate) fn note_model_errors(
         }
     }
     note_change_totals(steps);
-    worst.map(|(error, known)| warning(case, error, known)).into_iter().collect()
+    let why = better.and_then(|better| better.as_ref().err());
+    worst.map(|(error, known)| warning(case, error, known, why)).into_iter().collect()
 }
 
 /// Notes how far each change may be from the true one, by its bounds and by all estimated errors of both capacitances.
@@ -173,7 +174,7 @@ fn compression_under(case: &Case, force: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-fn warning(case: &Case, error: f64, known: Known) -> String {
+fn warning(case: &Case, error: f64, known: Known, why: Option<&NotCompared>) -> String {
     let advice = match &case.mechanics_chosen {
         Some(_) => "make what presses, and the pair, longer along x3, or name [mechanics.solid]",
         None => "`[mechanics.auto]` chooses a model that fits the scene",
@@ -190,8 +191,9 @@ fn warning(case: &Case, error: f64, known: Known) -> String {
             ("the closed form", "tables of comparisons with plane strain and three dimensions")
         }
     };
+    let why = why.map_or_else(String::new, |why| format!("; the two are not compared here, because {why}"));
     format!(
         "{model} as a model of the layer adds up to {error:.1e} to the relative error of the capacitance, by {how} \
-         (`model_error_estimate`, which `total_error_estimate` includes); {advice}"
+         (`model_error_estimate`, which `total_error_estimate` includes){why}; {advice}"
     )
 }

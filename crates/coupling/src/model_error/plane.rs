@@ -8,8 +8,9 @@ use elastocap_geometry::scene::Purpose;
 use super::compared_at;
 use super::shares::Shares;
 use crate::deform::{Deformation, prepare};
-use crate::outcome::{Outcome, Row, StepResult};
-use crate::plan::{Options, Plan, PlannedStep};
+use crate::failure::StepFailure;
+use crate::outcome::{Outcome, Row, Status, StepResult};
+use crate::plan::{Options, Plan};
 use crate::scene::scene_of;
 
 /// The relative error of capacitances that is asked for.
@@ -34,18 +35,46 @@ pub(crate) struct PlaneStrainCurve {
     of_plates: bool,
 }
 
+/// The reason why the closed form is not compared with plane strain.
+#[derive(Debug, Clone, thiserror::Error)]
+pub(crate) enum NotCompared {
+    /// Nothing that the rubber stretches lies in the layer, so that there is nothing to compare.
+    #[error("nothing in the layer moves with the rubber")]
+    Needless,
+    /// The indenter is part of the field.
+    #[error("the indenter is part of the field")]
+    Indenter,
+    /// Bodies ride on the top of the layer, or on the indenter.
+    #[error("bodies ride on the layer or on the indenter")]
+    Riders,
+    /// Some bodies are no boxes.
+    #[error("some bodies are no boxes")]
+    Shapes,
+    /// The layer is a foam, or has no electrostatics.
+    #[error("finite elements do not know this layer")]
+    Layer,
+    /// No load is small enough.
+    #[error("no load is below U/H = {DEEPEST}")]
+    Loads,
+    /// The comparison would take so many seconds.
+    #[error("that would take about {0:.0} s")]
+    Cost(f64),
+    /// Plane strain has no result at one of the loads.
+    #[error("plane strain failed: {0}")]
+    Failed(Box<StepFailure>),
+}
+
 impl PlaneStrainCurve {
-    /// Solves the layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `None` for other
-    /// cases, and where it costs too much or is another scene: where the indenter is in the field, or bodies ride on the layer. `run` solves
-    /// a case.
+    /// Solves the layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `run` solves a case.
+    ///
+    /// # Errors
+    /// The reason why the two are not compared.
     pub(crate) fn of(
         case: &Case,
         steps: &[StepResult],
         cancel: &AtomicBool,
         run: &dyn Fn(&Case, &Plan, &Options) -> Outcome,
-    ) -> Option<Self> {
-        // What lies on the faces goes where the top goes.
-        Shares::of(case).filter(|shares| shares.closed_form > 0.0)?;
+    ) -> Result<Self, NotCompared> {
         let mut compressions: Vec<f64> = steps.iter().filter_map(|step| compared_at(case, step)).collect();
         compressions.retain(|compression| *compression > 0.0 && *compression <= DEEPEST);
         compressions.sort_by(f64::total_cmp);
@@ -57,17 +86,20 @@ impl PlaneStrainCurve {
         if !of_plates {
             plan.forecast(&own, &options);
         }
-        let of_fields = if of_plates { 0.0 } else { plan.seconds };
-        let seconds = of_fields + plan.layer.as_ref()?.seconds;
-        if seconds > AFFORDABLE || plan.steps.iter().any(|step| step.failure.is_some()) {
-            return None;
+        if let Some(failure) = plan.steps.iter().find_map(|step| step.failure.clone()) {
+            return Err(NotCompared::Failed(Box::new(failure)));
         }
-        let states: Vec<[f64; 3]> = if of_plates {
+        let of_fields = if of_plates { 0.0 } else { plan.seconds };
+        let seconds = of_fields + plan.layer.as_ref().map_or(0.0, |layer| layer.seconds);
+        if seconds > AFFORDABLE {
+            return Err(NotCompared::Cost(seconds));
+        }
+        let states: Result<Vec<[f64; 3]>, StepFailure> = if of_plates {
             plates(&own, &plan, cancel)
         } else {
-            run(&own, &plan, &options).steps.iter().map_while(|step| state(&step.row)).collect()
+            run(&own, &plan, &options).steps.iter().filter_map(state).collect()
         };
-        (states.len() > 1).then_some(Self { states, of_plates })
+        Ok(Self { states: states.map_err(|failure| NotCompared::Failed(Box::new(failure)))?, of_plates })
     }
 
     /// Gives by how much the capacitance of a step has changed from that at rest by this model, and what that is off by, F; `own` is what it
@@ -94,23 +126,29 @@ impl PlaneStrainCurve {
     }
 }
 
-/// Reads compression, capacitance and error off a row that was solved.
-fn state(row: &Row) -> Option<[f64; 3]> {
+/// Reads compression, capacitance and error off a step, or why it failed; a step that was stopped has nothing.
+fn state(step: &StepResult) -> Option<Result<[f64; 3], StepFailure>> {
+    if let Status::Failed(failure) = &step.row.status {
+        return Some(Err((**failure).clone()));
+    }
+    let row = &step.row;
     let value = row.capacitance_f?;
-    let errors = [row.relative_error_estimate, row.mechanics_error_estimate, row.geometry_error_estimate];
-    Some([row.compression?, value, errors.into_iter().flatten().sum::<f64>() * value.abs()])
+    Some(Ok([row.compression?, value, row.error_in_model()? * value.abs()]))
 }
 
-/// Finds the parallel-plate capacitances of a pair in its layer, as far as the loads are reached.
-fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Vec<[f64; 3]> {
+/// Finds the parallel-plate capacitances of a pair in its layer.
+fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Result<Vec<[f64; 3]>, StepFailure> {
     let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
-    let state = |step: &PlannedStep| {
-        let state = layer.deformation(case, step.index, step.load, false).ok()??;
-        let Deformation::FiniteElement(layer) = &state else { return None };
-        let value = scene_of(case, Some(&state), &Pose::default()).ok()?.pair?.parallel_plate;
-        Some([layer.compression, value, layer.places_error.unwrap_or(TOLERANCE) * value])
-    };
-    plan.steps.iter().map_while(state).collect()
+    let mut states = Vec::new();
+    for step in &plan.steps {
+        let state = layer.deformation(case, step.index, step.load, false)?;
+        let pair = scene_of(case, state.as_ref(), &Pose::default())?.pair;
+        if let (Some(Deformation::FiniteElement(layer)), Some(pair)) = (&state, pair) {
+            let value = pair.parallel_plate;
+            states.push([layer.compression, value, layer.places_error.unwrap_or(TOLERANCE) * value]);
+        }
+    }
+    Ok(states)
 }
 
 /// Picks at most [`MOST`] of ascending compressions, the last among them.
@@ -123,38 +161,43 @@ fn thinned(all: &[f64]) -> Vec<f64> {
 }
 
 /// Makes the case with its layer in plane strain under a plate as long as the contact, at rest and at these compressions.
-fn plane_strain(case: &Case, compressions: Vec<f64>) -> Option<Case> {
-    let Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }) = case.mechanics else {
-        return None;
-    };
-    let rides = case.bodies.iter().any(|body| matches!(body.purpose, Purpose::OnTop | Purpose::OnIndenter));
-    let layer = case.layer.as_ref()?;
-    if rides
-        || !case.has_only_boxes()
-        || compressions.is_empty()
-        || case.indenter.is_some()
-        || layer.foam.is_some()
-    {
-        return None;
+fn plane_strain(case: &Case, compressions: Vec<f64>) -> Result<Case, NotCompared> {
+    // What lies on the faces goes where the top goes.
+    if !Shares::of(case).is_some_and(|shares| shares.closed_form > 0.0) {
+        return Err(NotCompared::Needless);
     }
+    let rides = case.bodies.iter().any(|body| matches!(body.purpose, Purpose::OnTop | Purpose::OnIndenter));
+    let refused = [
+        (case.indenter.is_some(), NotCompared::Indenter),
+        (rides, NotCompared::Riders),
+        (!case.has_only_boxes(), NotCompared::Shapes),
+        (case.is_foam(), NotCompared::Layer),
+        (compressions.is_empty(), NotCompared::Loads),
+    ];
+    if let Some((_, reason)) = refused.into_iter().find(|(is_so, _)| *is_so) {
+        return Err(reason);
+    }
+    let mut own = case.clone();
+    let (Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }), Some(layer), Some(asked)) =
+        (case.mechanics, &mut own.layer, &mut own.electrostatics)
+    else {
+        return Err(NotCompared::Layer);
+    };
     let in_layer = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
     let boxes = in_layer.flat_map(|body| body.boxes().unwrap_or_default());
     let regions = boxes.chain(case.electrodes.iter().flat_map(|own| own.regions()));
     let reach = regions.map(|region| region.max[0].max(-region.min[0])).fold(0.0, f64::max);
-    let half_length = contact_half_length.max(reach + BEYOND * layer.thickness);
-    let mut own = case.clone();
+    layer.half_length = Some(contact_half_length.max(reach + BEYOND * layer.thickness));
+    asked.relative_tolerance = asked.relative_tolerance.max(TOLERANCE);
+    asked.change_tolerance = None;
     own.mechanics = Some(Mechanics::PlaneStrain(PlaneStrain {
         indenter: Indenter::WholeTop,
         end: LayerEnd::FreeOnSubstrate,
         width: contact_width,
         relative_tolerance: FORCE_TOLERANCE,
     }));
-    own.layer.as_mut()?.half_length = Some(half_length);
     own.load = Some(Load::Compression([vec![0.0], compressions].concat()));
     own.poses = Vec::new();
     own.measured_points = None;
-    let asked = own.electrostatics.as_mut()?;
-    asked.relative_tolerance = asked.relative_tolerance.max(TOLERANCE);
-    asked.change_tolerance = None;
-    Some(own)
+    Ok(own)
 }
