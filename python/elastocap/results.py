@@ -33,8 +33,9 @@ class Measurement(NamedTuple):
     """What ``capacitance`` is."""
 
     kind: str
-    """``"two_terminal"``, ``"mutual"``, ``"own"`` (against ground), or ``"matrix"``, of which the mutual capacitance of the first two
-    terminals is shown."""
+    """``"two_terminal"``, ``"mutual"``, ``"own"`` (against ground), ``"guarded"`` (the first terminal against ground with the second, its
+    guard, at the same potential), or ``"matrix"``, of which one entry is shown: the first that ``[measure]`` names, or the mutual
+    capacitance of the first two terminals."""
     terminals: tuple[str, ...]
     """The names of its terminals."""
 

@@ -20,8 +20,8 @@ pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String 
     };
     let quantity = match study.quantity {
         Quantity::Measured(Measurement::Mutual(_)) => "mutual capacitance that the case measures",
-        Quantity::Measured(Measurement::Own(_)) => "capacitance against ground",
-        Quantity::Measured(Measurement::TwoTerminal(_) | Measurement::Matrix(_)) => {
+        Quantity::Measured(Measurement::Own(_) | Measurement::Guarded(_)) => "capacitance against ground",
+        Quantity::Measured(Measurement::TwoTerminal(_) | Measurement::Matrix { .. }) => {
             "two-terminal capacitance"
         }
         Quantity::FirstEntry => "C11 of the Maxwell matrix, since there are not two terminals",

@@ -1,6 +1,6 @@
 //! The summary that a run prints: one line for each step, and where the files are.
 
-use elastocap_case::{Case, Pose};
+use elastocap_case::{Case, Measurement, Pose};
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::{Kind, MEASURED};
 use elastocap_coupling::terminals::named;
@@ -248,9 +248,17 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
         let name = match named(measurement, &outcome.conductors) {
             ("mutual", of) => format!("mutual {}", of.join(" / ")),
             ("own", of) if outcome.conductors.len() > 1 => format!("{} against ground", of.join("")),
+            ("guarded", of) => of.join(" guarded by "),
             _ => "two-terminal".to_owned(),
         };
         lines.push(vec![name, prefixed(value, 6, "F"), error(row.total_error())]);
+        if let (Some(own), Measurement::Mutual(_)) = (&step.two_terminal, measurement) {
+            lines.push(vec![
+                "two-terminal".to_owned(),
+                prefixed(own.value, 6, "F"),
+                with_estimates(own.relative_error()),
+            ]);
+        }
     }
     if row.parallel_plate_f.is_some() {
         let value = quantity(row.parallel_plate_f, 6, "F");

@@ -41,9 +41,9 @@ pub use imports::imported_files;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
     Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter,
-    FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, MeasuredLoad,
-    MeasuredPoint, MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose, PunchContact, Role, Shape,
-    ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
+    FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Measured,
+    MeasuredEntry, MeasuredLoad, MeasuredPoint, MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose,
+    PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;

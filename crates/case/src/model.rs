@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_materials::HyperelasticLaw;
 
-pub use super::terminals::{Measurement, Terminal};
+pub use super::terminals::{Measured, MeasuredEntry, Measurement, Terminal};
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
 pub use elastocap_geometry::shapes::{Curve, Shape};
 
@@ -40,8 +40,9 @@ pub struct Case {
     pub bodies: Vec<Body>,
     /// Conductors that the file joins on one wire, in its order; each other conductor is a terminal by itself.
     pub terminals: Vec<Terminal>,
-    /// The names of the terminals whose capacitance the file asks for: one, or two. `None` where it does not say.
-    pub measured: Option<Vec<String>>,
+    /// The capacitances that the file asks for: with a driven guard and no `[measure]`, that of the terminal which the guard follows. `None`
+    /// where the file does not say.
+    pub measured: Option<Measured>,
     /// Names of bodies that the file gives in another way than [`Case::bodies`]: as surfaces or outlines where all bodies turned out to
     /// consist of boxes, as surfaces where all turned out to be outlines pulled along one axis.
     pub recognised: Vec<String>,
@@ -529,6 +530,15 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// Whether infinity, a wall or a plane beside the layer is at potential zero.
+    pub(super) fn has_ground(&self) -> bool {
+        let planes = match &self.extent {
+            Extent::AroundLayer { below, above, .. } => [Some(below), Some(above)],
+            Extent::Everywhere | Extent::Walls(_) => [None, None],
+        };
+        self.boundary != Wall::Insulated || planes.into_iter().flatten().any(|face| *face == Face::Grounded)
+    }
+
     /// Where the field of bodies that are shapes without a layer ends, and the wall there: at a shell, at the walls of the case,
     /// or nowhere. `None` around a layer, whose walls follow from it.
     pub fn end_without_layer<'a>(&self, bodies: impl IntoIterator<Item = &'a Body>) -> Option<(Box3, Wall)> {

@@ -1,6 +1,7 @@
 //! Terminals: conductors on one wire, and what is measured between them.
 
 use elastocap_geometry::scene::{Body, Potential, Role};
+use elastocap_geometry::shapes::Shape;
 
 use super::model::Case;
 
@@ -13,6 +14,8 @@ pub struct Terminal {
     pub conductors: Vec<String>,
     /// Whether it is at potential zero, so that it has no row in the capacitance matrix.
     pub is_grounded: bool,
+    /// The terminal whose potential a driven guard has, if this is one. It is neither grounded nor a guard itself.
+    pub follows: Option<String>,
 }
 
 impl Terminal {
@@ -49,6 +52,44 @@ impl Terminal {
     }
 }
 
+/// The capacitances that a case file asks for, by the names of their terminals; all other terminals are at potential zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Measured {
+    /// Charge over voltage of two terminals with equal and opposite charges.
+    TwoTerminal([String; 2]),
+    /// Entries of the Maxwell matrix in the order of the file, never none.
+    Entries(Vec<MeasuredEntry>),
+}
+
+/// A capacitance that a chip reads, by the names of its terminals.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MeasuredEntry {
+    /// The capacitance of a terminal against ground.
+    Own(String),
+    /// The mutual capacitance of two terminals.
+    Mutual([String; 2]),
+}
+
+impl Measured {
+    /// Names of the terminals that a capacitance is of; a name comes once for each of its capacitances.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let (pair, entries): (&[String], &[MeasuredEntry]) = match self {
+            Self::TwoTerminal(pair) => (pair, &[]),
+            Self::Entries(entries) => (&[], entries),
+        };
+        pair.iter().chain(entries.iter().flat_map(MeasuredEntry::names)).map(String::as_str)
+    }
+}
+
+impl MeasuredEntry {
+    fn names(&self) -> &[String] {
+        match self {
+            Self::Own(name) => std::slice::from_ref(name),
+            Self::Mutual(names) => names,
+        }
+    }
+}
+
 /// The capacitance that a case is about, by rows of the Maxwell matrix: see [`Case::driven_terminals`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measurement {
@@ -58,8 +99,15 @@ pub enum Measurement {
     Mutual([usize; 2]),
     /// Charge over voltage of one terminal, all others at potential zero.
     Own(usize),
-    /// The whole matrix of so many terminals.
-    Matrix(usize),
+    /// Charge over voltage of the first terminal, with the second, a driven guard, at the same potential and all others at potential zero.
+    Guarded([usize; 2]),
+    /// The matrix of the driven terminals, of which one entry is shown.
+    Matrix {
+        /// Number of driven terminals.
+        terminals: usize,
+        /// Rows of the mutual capacitance that curves show. One row twice stands for its capacitance against ground.
+        shown: [usize; 2],
+    },
 }
 
 impl Case {
@@ -72,9 +120,27 @@ impl Case {
         (name, is_grounded || !self.is_measured(name))
     }
 
-    /// Whether the capacitance of this terminal is asked for: without `[measure]`, that of each one that is not grounded.
+    /// Whether a field is solved for this terminal: for each one that is not grounded, or with `[measure]` for those that it names and
+    /// the guards that follow them.
     fn is_measured(&self, terminal: &str) -> bool {
-        self.measured.as_ref().is_none_or(|names| names.iter().any(|name| name == terminal))
+        let Some(measured) = &self.measured else { return true };
+        let followed =
+            self.terminals.iter().find(|own| own.name == terminal).and_then(|own| own.follows.as_deref());
+        measured.names().any(|name| name == terminal || followed == Some(name))
+    }
+
+    /// Whether some potential of the scene is zero besides those of its driven terminals: of infinity, a wall, the indenter or a conductor.
+    /// Without any, what one terminal of a pair draws is what the other one gives, so that mutual and two-terminal capacitance are equal.
+    pub fn has_ground(&self) -> bool {
+        let walls = self.surroundings.as_ref().is_some_and(|around| around.has_ground());
+        let is_grounded = |role: &Role| matches!(role, Role::Conductor { potential: Potential::Grounded });
+        let indenter = self.indenter.as_ref().is_some_and(|indenter| is_grounded(&indenter.role));
+        let parts = || self.bodies.iter().flat_map(|body| &body.parts);
+        walls
+            || indenter
+            || self.has_grounded_terminals()
+            || self.bodies.iter().any(|body| is_grounded(&body.role))
+            || parts().any(|part| matches!(part, Shape::Shell { .. }))
     }
 
     /// Joins the conductors of each terminal, as [`Terminal::join`] does, and grounds the terminals that are not measured: nothing has to
@@ -127,28 +193,69 @@ impl Case {
         }
     }
 
-    /// What is measured: what the file says, the pair of electrodes, or the only two terminals or the only one; of more, the matrix.
+    /// What is measured: what the file says; otherwise the mutual capacitance of the electrodes, or of the only two terminals, or the
+    /// capacitance of the only one against ground; of more terminals, the matrix. Two terminals of a scene without ground have one
+    /// capacitance, which is found as the two-terminal one because that needs one field.
     pub fn measurement(&self) -> Measurement {
         let names = self.driven_terminals();
         let row = |name: &str| names.iter().position(|known| known == name);
-        let asked =
-            self.measured.as_deref().map(|names| names.iter().map(|name| row(name)).collect::<Vec<_>>());
-        match asked.as_deref() {
-            Some([Some(one)]) => return Measurement::Own(*one),
-            Some([Some(first), Some(second)]) if first != second => {
-                return Measurement::Mutual([*first, *second]);
+        let rows = |pair: [&str; 2]| match pair.map(row) {
+            [Some(first), Some(second)] if first != second => Some([first, second]),
+            _ => None,
+        };
+        let entry = |entry: &MeasuredEntry| match entry {
+            MeasuredEntry::Own(name) => row(name).map(|row| [row; 2]),
+            MeasuredEntry::Mutual(pair) => rows(pair.each_ref().map(String::as_str)),
+        };
+        let asked = match &self.measured {
+            Some(Measured::TwoTerminal(pair)) => {
+                rows(pair.each_ref().map(String::as_str)).map(Measurement::TwoTerminal)
             }
-            Some(_) | None => {}
-        }
-        let electrodes =
-            self.electrodes.as_ref().map(|own| own.names().map(|name| row(self.terminal_of(name).0)));
-        match (electrodes, names.len()) {
-            (Some([Some(first), Some(second)]), _) if first != second => {
-                Measurement::TwoTerminal([first, second])
+            Some(Measured::Entries(entries)) => entries.first().and_then(entry).map(|shown| {
+                let [first, second] = shown;
+                match (entries.len(), self.guard_of(&names[first]).and_then(row)) {
+                    (1, None) if first == second => Measurement::Own(first),
+                    (1, Some(guard)) if first == second => Measurement::Guarded([first, guard]),
+                    (1, _) => Measurement::Mutual(shown),
+                    (_, _) => Measurement::Matrix { terminals: names.len(), shown },
+                }
+            }),
+            None => None,
+        };
+        let electrodes = || rows(self.electrodes.as_ref()?.names().map(|name| self.terminal_of(name).0));
+        asked.unwrap_or_else(|| match (electrodes(), names.len()) {
+            (None, 1) => Measurement::Own(0),
+            (None, count) if count != 2 => Measurement::Matrix { terminals: count, shown: [0, 1] },
+            (pair, _) => {
+                let pair = pair.unwrap_or([0, 1]);
+                if names.len() > 2 || self.has_ground() {
+                    Measurement::Mutual(pair)
+                } else {
+                    Measurement::TwoTerminal(pair)
+                }
             }
-            (_, 1) => Measurement::Own(0),
-            (_, 2) => Measurement::TwoTerminal([0, 1]),
-            (_, count) => Measurement::Matrix(count),
+        })
+    }
+
+    /// The driven guard that follows this terminal, if there is one.
+    fn guard_of(&self, terminal: &str) -> Option<&str> {
+        let guard = self.terminals.iter().find(|own| own.follows.as_deref() == Some(terminal))?;
+        Some(&guard.name)
+    }
+
+    /// Rows of every entry that `[measure]` names, in its order: see [`Measurement::Matrix`]. None where one capacitance is measured.
+    pub fn measured_entries(&self) -> Vec<[usize; 2]> {
+        let names = self.driven_terminals();
+        let row = |name: &String| names.iter().position(|known| known == name);
+        let entry = |entry: &MeasuredEntry| match entry {
+            MeasuredEntry::Own(name) => row(name).map(|row| [row; 2]),
+            MeasuredEntry::Mutual([first, second]) => row(first).zip(row(second)).map(|(i, j)| [i, j]),
+        };
+        match &self.measured {
+            Some(Measured::Entries(entries)) if entries.len() > 1 => {
+                entries.iter().filter_map(entry).collect()
+            }
+            Some(_) | None => Vec::new(),
         }
     }
 }

@@ -243,6 +243,9 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
         A::accepts(value) || B::accepts(value)
     }
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
+        if Self::accepts(value.get_ref()) {
+            return None;
+        }
         A::mended(value, log).or_else(|| B::mended(value, log))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

@@ -40,7 +40,7 @@ pub(crate) struct PlannedStep {
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct Measured {
-    /// "two_terminal", "mutual", "own" or "matrix".
+    /// "two_terminal", "mutual", "own", "guarded" or "matrix".
     pub(crate) kind: String,
     pub(crate) terminals: Vec<String>,
 }

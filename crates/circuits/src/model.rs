@@ -140,13 +140,20 @@ impl Model {
                         );
                         (format!("mutual capacitance of \"{a}\" and \"{b}\""), false, (0, Some(1)))
                     }
+                    ("guarded", [one, guard]) => {
+                        notes.push(format!(
+                            "The guard \"{guard}\" has the potential of \"{one}\" and is not in the model: it draws no charge from it."
+                        ));
+                        (format!("capacitance of \"{one}\" against ground"), true, (0, None))
+                    }
                     (_, [a, b]) => {
                         (format!("two-terminal capacitance of \"{a}\" and \"{b}\""), false, (0, Some(1)))
                     }
                     (_, [one]) => (format!("capacitance of \"{one}\" against ground"), true, (0, None)),
                     (_, _) => return Err(ModelError::NoCapacitances),
                 };
-                (own.terminals.clone(), quantity, has_common, vec![(ends, values)])
+                let pins = if ends.1.is_none() { &own.terminals[..1] } else { &own.terminals[..] };
+                (pins.to_vec(), quantity, has_common, vec![(ends, values)])
             }
             Some(_) | None => {
                 if document.conductors.len() > MOST_TERMINALS {

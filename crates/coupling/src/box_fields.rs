@@ -61,6 +61,11 @@ pub(crate) fn between(
         lower: low.lower.min(high.lower),
         upper: high.upper.max(low.upper),
     };
+    let sum = |one: &Bounded, other: &Bounded| Bounded {
+        value: one.value + other.value,
+        lower: one.lower + other.lower,
+        upper: one.upper + other.upper,
+    };
     let joined =
         |low: Option<Bounded>, high: Option<Bounded>| low.zip(high).map(|(low, high)| join(low, high));
     solution.maxwell = polarised(&less.maxwell, &solution.maxwell);
@@ -71,6 +76,9 @@ pub(crate) fn between(
             joined(less.measured, solution.measured)
         }
         Target::Mutual([i, j]) => solution.maxwell.get(i).and_then(|row| row.get(j)).map(Bounded::negative),
+        Target::Guarded([i, j]) => {
+            solution.maxwell.get(i).and_then(|row| Some(sum(row.get(i)?, row.get(j)?)))
+        }
     };
     solution.seconds = less.seconds.plus(&solution.seconds);
     let own = solution.measured.or(solution.two_terminal);

@@ -418,6 +418,7 @@ impl StepResult {
         self.route_changes = again.route_changes;
         self.warnings = again.warnings;
         self.measured = again.measured;
+        self.two_terminal = again.two_terminal;
         // What a solve for the capacitance alone leaves out is known from before.
         if again.maxwell.is_some() {
             self.maxwell = again.maxwell;

@@ -27,6 +27,7 @@ pub struct FinishedStep {
     entry_status: Option<Vec<Vec<EntryStatus>>>,
     floating: Vec<FloatingConductor>,
     measured: Option<Bounded>,
+    two_terminal: Option<Bounded>,
     solver: SolverReport,
     foresight: Option<Foresight>,
     seconds: StepSeconds,
@@ -62,7 +63,8 @@ impl FinishedStep {
             return None;
         }
         let potentials = step.floating.iter().flat_map(|f| f.per_volt.iter().chain([&f.from_charges]));
-        let bounded = maxwell.iter().flatten().chain(potentials).chain(&step.measured);
+        let bounded =
+            maxwell.iter().flatten().chain(potentials).chain(&step.measured).chain(&step.two_terminal);
         let numbers = step.row.numbers().into_iter().flatten();
         let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
         let charges = step.floating.iter().map(|f| f.charge);
@@ -81,6 +83,7 @@ impl FinishedStep {
             entry_status: step.entry_status.clone(),
             floating: step.floating.clone(),
             measured: step.measured,
+            two_terminal: step.two_terminal,
             solver,
             foresight: step.foresight,
             seconds: step.seconds,
@@ -115,6 +118,7 @@ impl FinishedStep {
         result.entry_status = self.entry_status;
         result.floating = self.floating;
         result.measured = self.measured;
+        result.two_terminal = self.two_terminal;
         result.solver = Some(self.solver);
         result.foresight = self.foresight;
         result.seconds = self.seconds;

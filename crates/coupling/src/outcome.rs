@@ -1,7 +1,7 @@
 //! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
 use elastocap_case::Measurement;
-use elastocap_electrostatics::{Bounded, Discretisation, Foresight, PhaseSeconds, Solution};
+use elastocap_electrostatics::{Bounded, Discretisation, Foresight, PhaseSeconds};
 use elastocap_geometry::export::surfaces::SurfaceBody;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +91,9 @@ pub struct StepResult {
     pub floating: Vec<FloatingConductor>,
     /// What [`Row::capacitance_f`] is, F.
     pub measured: Option<Bounded>,
+    /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only one against ground, where the tolerance
+    /// is its tolerance too.
+    pub two_terminal: Option<Bounded>,
     /// The same with what the error of a base adds to it, where the step was solved by what it adds to that: the same for all steps with the
     /// same number. Differences of these are those of the capacitances.
     pub with_error_of_base: Option<(usize, Bounded)>,
@@ -292,19 +295,9 @@ impl Row {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// Notes the capacitance that is measured, of a solution.
-    pub(crate) fn set_capacitance(
-        &mut self,
-        capacitance: &Bounded,
-        measurement: Measurement,
-        solution: &Solution,
-    ) {
-        let is_two_terminal = match measurement {
-            Measurement::TwoTerminal(_) => true,
-            Measurement::Own(_) => solution.maxwell.len() == 1,
-            Measurement::Mutual(_) | Measurement::Matrix(_) => false,
-        };
-        self.two_terminal_capacitance_f = is_two_terminal.then_some(capacitance.value);
+    /// Notes the capacitance that is measured, and the two-terminal one if it is known too.
+    pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded, two_terminal: Option<Bounded>) {
+        self.two_terminal_capacitance_f = two_terminal.map(|own| own.value);
         self.capacitance_f = Some(capacitance.value);
         self.capacitance_lower_f = Some(capacitance.lower);
         self.capacitance_upper_f = Some(capacitance.upper);

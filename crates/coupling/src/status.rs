@@ -127,7 +127,7 @@ impl EntryStatus {
             Target::Matrix => true,
             Target::Mutual(rows) => rows == [i, j] || rows == [j, i],
             Target::Own(row) => (i, j) == (row, row),
-            Target::TwoTerminal | Target::Pair(_) => false,
+            Target::TwoTerminal | Target::Pair(_) | Target::Guarded(_) => false,
         };
         // The solvers ask the same of sums of rounded numbers.
         let allowed = allowed * (1.0 + 1e-9);

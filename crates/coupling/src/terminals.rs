@@ -3,28 +3,35 @@
 use elastocap_case::{Case, Measurement};
 use elastocap_electrostatics::{Bounded, Solution, Target};
 
-/// What the fields of a case are solved for. A scene without load that does not say what it measures is read as its matrix, which two
-/// conductors in open space have three numbers of.
+/// What the fields of a case are solved for: the capacitance that is measured, or the whole matrix of a scene without load that does not
+/// say what it measures.
 pub fn target(case: &Case) -> Target {
     let is_static = case.measured.is_none() && case.load.is_none() && case.electrodes.is_none();
     match case.measurement() {
-        Measurement::TwoTerminal(_) | Measurement::Own(_) if is_static => Target::Matrix,
+        Measurement::TwoTerminal(_) | Measurement::Mutual(_) | Measurement::Own(_) if is_static => {
+            Target::Matrix
+        }
         Measurement::TwoTerminal(_) if case.driven_terminals().len() == 2 => Target::TwoTerminal,
         Measurement::TwoTerminal(rows) => Target::Pair(rows),
         Measurement::Mutual(rows) => Target::Mutual(rows),
         Measurement::Own(row) => Target::Own(row),
-        Measurement::Matrix(_) => Target::Matrix,
+        Measurement::Guarded(rows) => Target::Guarded(rows),
+        Measurement::Matrix { .. } => Target::Matrix,
     }
 }
 
-/// The capacitance, F, that a curve shows of a solution: what is measured, or of a matrix the mutual capacitance of the first two
-/// terminals. `None` if the solution has none.
+/// The capacitance, F, that a curve shows of a solution: what is measured, or of a matrix the entry that its measurement names. `None` if
+/// the solution has none.
 pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
+    let entry = |[i, j]: [usize; 2]| {
+        let entry = solution.maxwell.get(i)?.get(j)?;
+        Some(if i == j { *entry } else { entry.negative() })
+    };
     match measurement {
         Measurement::TwoTerminal(_) => solution.measured.or(solution.two_terminal),
-        Measurement::Mutual([i, j]) => solution.maxwell.get(i)?.get(j).map(Bounded::negative),
-        Measurement::Own(i) => solution.maxwell.get(i)?.get(i).copied(),
-        Measurement::Matrix(_) => solution.maxwell.first()?.get(1).map(Bounded::negative),
+        Measurement::Guarded(_) => solution.measured,
+        Measurement::Own(i) => entry([i; 2]),
+        Measurement::Mutual(shown) | Measurement::Matrix { shown, .. } => entry(shown),
     }
 }
 
@@ -32,12 +39,16 @@ pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
 /// ones.
 pub fn in_words(measurement: Measurement, terminals: &[String]) -> (&'static str, Option<String>) {
     let name = |k: usize| terminals.get(k).map_or("?", String::as_str);
-    let both = |i, j| Some(format!("{} and {}", name(i), name(j)));
     match measurement {
         Measurement::TwoTerminal(_) => ("two-terminal capacitance", None),
-        Measurement::Mutual([i, j]) => ("mutual capacitance", both(i, j)),
-        Measurement::Own(i) => ("capacitance against ground", Some(name(i).to_owned())),
-        Measurement::Matrix(_) => ("mutual capacitance", both(0, 1)),
+        Measurement::Guarded([own, _]) => ("capacitance against ground", Some(name(own).to_owned())),
+        Measurement::Own(own) => ("capacitance against ground", Some(name(own).to_owned())),
+        Measurement::Matrix { shown: [i, j], .. } if i == j => {
+            ("capacitance against ground", Some(name(i).to_owned()))
+        }
+        Measurement::Mutual([i, j]) | Measurement::Matrix { shown: [i, j], .. } => {
+            ("mutual capacitance", Some(format!("{} and {}", name(i), name(j))))
+        }
     }
 }
 
@@ -48,6 +59,19 @@ pub fn named(measurement: Measurement, terminals: &[String]) -> (&'static str, V
         Measurement::TwoTerminal(rows) => ("two_terminal", of(&rows)),
         Measurement::Mutual(rows) => ("mutual", of(&rows)),
         Measurement::Own(row) => ("own", of(&[row])),
-        Measurement::Matrix(count) => ("matrix", of(&(0..count).collect::<Vec<_>>())),
+        Measurement::Guarded(rows) => ("guarded", of(&rows)),
+        Measurement::Matrix { terminals: count, .. } => ("matrix", of(&(0..count).collect::<Vec<_>>())),
+    }
+}
+
+/// The names of the terminals whose capacitance [`shown`] shows: one where it is against ground.
+pub fn shown_terminals(measurement: Measurement, terminals: &[String]) -> Vec<&str> {
+    let of = |rows: &[usize]| rows.iter().filter_map(|row| terminals.get(*row)).map(String::as_str).collect();
+    match measurement {
+        Measurement::Own(own) | Measurement::Guarded([own, _]) => of(&[own]),
+        Measurement::Matrix { shown: [i, j], .. } if i == j => of(&[i]),
+        Measurement::TwoTerminal(rows)
+        | Measurement::Mutual(rows)
+        | Measurement::Matrix { shown: rows, .. } => of(&rows),
     }
 }

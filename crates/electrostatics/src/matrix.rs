@@ -169,6 +169,16 @@ impl MatrixBounds {
         Self { lower: block(&self.lower), upper: block(&self.upper) }
     }
 
+    /// Bounds on the form of two states: one volt on this conductor alone, and one volt on its guard as well.
+    pub(crate) fn with_guard(&self, own: usize, guard: usize) -> Self {
+        let states = [&[own][..], &[own, guard]];
+        let of = |c: &Mat<f64>, k: usize, l: usize| -> f64 {
+            states[k].iter().flat_map(|i| states[l].iter().map(move |j| c[(*i, *j)])).sum()
+        };
+        let form = |c: &Mat<f64>| Mat::from_fn(2, 2, |k, l| of(c, k, l));
+        Self { lower: form(&self.lower), upper: form(&self.upper) }
+    }
+
     /// Two-terminal capacitance: charge over voltage with equal and opposite charges for two conductors, against
     /// ground or infinity for one.
     ///

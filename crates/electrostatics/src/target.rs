@@ -18,6 +18,9 @@ pub enum Target {
     Mutual([usize; 2]),
     /// The capacitance of one driven conductor with all others at potential zero: its diagonal entry of the Maxwell matrix.
     Own(usize),
+    /// The charge of the first of two driven conductors over its voltage, where the second, a driven guard, has the same voltage and all
+    /// others are at potential zero: the sum of two entries of the Maxwell matrix in one row.
+    Guarded([usize; 2]),
     /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
     /// entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal entries where the entry is smaller.
     Matrix,
@@ -33,18 +36,30 @@ impl Target {
         match self {
             Self::TwoTerminal if driven == 2 => Some([0, 1]),
             Self::Pair([i, j]) if i != j && i.max(j) < driven => Some([i, j]),
-            Self::TwoTerminal | Self::Pair(_) | Self::Mutual(_) | Self::Own(_) | Self::Matrix => None,
+            Self::TwoTerminal
+            | Self::Pair(_)
+            | Self::Mutual(_)
+            | Self::Own(_)
+            | Self::Guarded(_)
+            | Self::Matrix => None,
         }
     }
 
     /// The rows of whose energies it is made, of `driven` ones: with one volt on one of these conductors and none on the others.
     pub(crate) fn rows(self, driven: usize) -> Vec<usize> {
         match self {
-            Self::Pair([i, j]) | Self::Mutual([i, j]) if i != j && i.max(j) < driven => vec![i, j],
-            Self::Own(i) if i < driven => vec![i],
-            Self::TwoTerminal | Self::Pair(_) | Self::Mutual(_) | Self::Own(_) | Self::Matrix => {
-                (0..driven).collect()
+            Self::Pair([i, j]) | Self::Mutual([i, j]) | Self::Guarded([i, j])
+                if i != j && i.max(j) < driven =>
+            {
+                vec![i, j]
             }
+            Self::Own(i) if i < driven => vec![i],
+            Self::TwoTerminal
+            | Self::Pair(_)
+            | Self::Mutual(_)
+            | Self::Own(_)
+            | Self::Guarded(_)
+            | Self::Matrix => (0..driven).collect(),
         }
     }
 
@@ -56,6 +71,11 @@ impl Target {
             Self::Pair(_) => self.opposite(driven).and_then(|rows| bounds.of_rows(&rows).two_terminal()),
             Self::Mutual([i, j]) => (i != j && i.max(j) < driven).then(|| bounds.entries()[i][j].negative()),
             Self::Own(i) => (i < driven).then(|| bounds.entries()[i][i]),
+            Self::Guarded([i, _]) => {
+                let found = self.within(bounds)?;
+                // The charge has the sign of the voltage, and a guard takes a part of it away.
+                Some(found.narrowed(0.0, bounds.upper[(i, i)]))
+            }
             Self::Matrix => None,
         }
     }
@@ -63,7 +83,7 @@ impl Target {
     /// Whether it is a linear function of the matrix.
     pub(crate) fn is_linear(self, driven: usize) -> bool {
         match self {
-            Self::Mutual([i, j]) => i != j && i.max(j) < driven,
+            Self::Mutual([i, j]) | Self::Guarded([i, j]) => i != j && i.max(j) < driven,
             Self::Own(i) => i < driven,
             Self::TwoTerminal | Self::Pair(_) | Self::Matrix => false,
         }
@@ -75,6 +95,10 @@ impl Target {
             _ if !self.is_linear(bounds.upper.nrows()) => return None,
             Self::Mutual([i, j]) => (i, j, -1.0),
             Self::Own(i) => (i, i, 1.0),
+            Self::Guarded([i, j]) => {
+                let [value, half] = bounds.with_guard(i, j).by_polarisation(0, 1);
+                return Some(Bounded { value, lower: value - half, upper: value + half });
+            }
             Self::TwoTerminal | Self::Pair(_) | Self::Matrix => return None,
         };
         let [value, half] = bounds.by_polarisation(i, j);
@@ -88,7 +112,7 @@ impl Target {
     }
 
     /// The potentials, V, of the `driven` conductors in the state that is shown: half a volt and minus half a volt on two that have
-    /// opposite charges, one volt on the first that it names, or on the first of all.
+    /// opposite charges, one volt on the first that it names and on its guard, or on the first of all.
     pub fn shown(self, driven: usize) -> Vec<f64> {
         let mut volts = vec![0.0; driven];
         let pair = match self {
@@ -97,6 +121,8 @@ impl Target {
         };
         if let Some([i, j]) = pair {
             (volts[i], volts[j]) = (0.5, -0.5);
+        } else if let (Self::Guarded([i, j]), true) = (self, self.is_linear(driven)) {
+            (volts[i], volts[j]) = (1.0, 1.0);
         } else if let Some(first) = self.rows(driven).first() {
             volts[*first] = 1.0;
         }
@@ -125,6 +151,7 @@ mod tests {
         };
         of(Target::Mutual([2, 1]), 1.5);
         of(Target::Own(1), 4.0);
+        of(Target::Guarded([1, 2]), 2.5);
         // With the first conductor at zero: 1.5 in parallel with 2.5 and 2 in series.
         of(Target::Pair([1, 2]), 1.5 + 2.5 * 2.0 / 4.5);
         assert_eq!((Target::TwoTerminal.of(&bounds()), Target::Matrix.of(&bounds())), (None, None));
@@ -144,6 +171,7 @@ mod tests {
         assert_eq!(Target::Pair([2, 0]).shown(3), [-0.5, 0.0, 0.5]);
         assert_eq!(Target::Mutual([1, 2]).shown(3), [0.0, 1.0, 0.0]);
         assert_eq!(Target::Own(2).shown(3), [0.0, 0.0, 1.0]);
+        assert_eq!(Target::Guarded([2, 0]).shown(3), [1.0, 0.0, 1.0]);
         assert_eq!(Target::TwoTerminal.shown(2), [0.5, -0.5]);
         assert_eq!(Target::Matrix.shown(2), [0.5, -0.5]);
         assert_eq!(Target::Matrix.shown(1), [1.0]);

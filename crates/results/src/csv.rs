@@ -120,11 +120,21 @@ fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step:
     let name = |k: usize| terminals.get(k).map_or("ground", String::as_str);
     let pair = match measurement {
         Some(Measurement::TwoTerminal([i, j])) => Some([name(i), name(j)]),
+        Some(Measurement::Mutual([i, j])) if step.two_terminal.is_some() => Some([name(i), name(j)]),
         Some(Measurement::Own(_)) if terminals.len() == 1 => Some([name(0), "ground"]),
-        Some(Measurement::Own(_) | Measurement::Mutual(_) | Measurement::Matrix(_)) | None => None,
+        Some(
+            Measurement::Own(_)
+            | Measurement::Mutual(_)
+            | Measurement::Guarded(_)
+            | Measurement::Matrix { .. },
+        )
+        | None => None,
     };
     if let Some(names) = pair {
-        line("two_terminal", names, step.measured, &two_terminal);
+        line("two_terminal", names, step.two_terminal, &two_terminal);
+    }
+    if let Some(Measurement::Guarded([own, guard])) = measurement {
+        line("guarded", [name(own), name(guard)], step.measured, &two_terminal);
     }
     out
 }
@@ -187,6 +197,7 @@ mod tests {
             entry_status: None,
             floating: Vec::new(),
             measured,
+            two_terminal: measured,
             with_error_of_base: None,
             solver: None,
             foresight: None,
@@ -202,7 +213,7 @@ mod tests {
         let measurement = match (names.len(), step.measured) {
             (1, _) => Measurement::Own(0),
             (2, _) | (_, Some(_)) => Measurement::TwoTerminal([0, 1]),
-            (count, None) => Measurement::Matrix(count),
+            (count, None) => Measurement::Matrix { terminals: count, shown: [0, 1] },
         };
         let table = capacitance(&names, Some(measurement), std::slice::from_ref(step));
         let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();

@@ -12,7 +12,7 @@ use elastocap_coupling::plan::{Kind, Plan};
 use elastocap_coupling::reason::Reason;
 use elastocap_coupling::route::Route;
 use elastocap_coupling::route_change::RouteChange;
-use elastocap_coupling::terminals::named;
+use elastocap_coupling::terminals::{named, shown_terminals};
 
 /// Wall-clock seconds of a whole run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -88,9 +88,12 @@ impl<'a> Wire<'a> {
 /// What `capacitance_f` and its bounds are.
 #[derive(Serialize)]
 struct Measured<'a> {
-    /// "two_terminal", "mutual", "own" (against ground) or "matrix", of which the first mutual capacitance is shown.
+    /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at its potential) or "matrix",
+    /// of which one entry is shown.
     kind: &'static str,
     terminals: Vec<&'a str>,
+    /// The terminals of the capacitance that `capacitance_f` is.
+    shown: Vec<&'a str>,
 }
 
 /// The capacitances of one state, under the names that stand at the top of a static scene's result as well.
@@ -287,7 +290,7 @@ pub fn document(
         terminals: case.terminals.iter().map(|own| Wire::of(own, &outcome.conductors)).collect(),
         measurement: outcome.measurement.map(|own| {
             let (kind, terminals) = named(own, &outcome.conductors);
-            Measured { kind, terminals }
+            Measured { kind, terminals, shown: shown_terminals(own, &outcome.conductors) }
         }),
         capacitance: of_static.map(Capacitance::of),
         parallel_plate_f: of_static.and_then(|s| s.row.parallel_plate_f),

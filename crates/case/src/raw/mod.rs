@@ -110,23 +110,34 @@ table! {
         name: Read<Text>,
         /// The names of its conductors, of the electrodes or of [[conductor]]; they may touch one another.
         conductors: Read<Vec<Read<Text>>>,
-        /// "ground": at potential zero, and in no matrix. Default: a source, which may be given any potential.
+        /// "ground": at potential zero, and in no matrix. "driven": a guard that has the potential of the terminal which `follows` names.
+        /// Default: a source, which may be given any potential.
         potential: Option<Read<TerminalPotential>>,
+        /// With `potential = "driven"`: the terminal whose potential the guard has.
+        follows: Option<Read<Text>>,
     }
 }
 
 words! {
     /// The potential of a terminal.
-    enum TerminalPotential { "ground" => Ground, }
+    enum TerminalPotential { "ground" => Ground, "driven" => Driven, }
 }
 
 table! {
     /// What is measured. Tolerance, curve and plot are those of this capacitance.
     struct Measure {
         /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
-        /// else grounded.
-        capacitance: Read<Vec<Read<Text>>>,
+        /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.
+        capacitance: Read<Vec<Read<OneOrMore<Text>>>>,
+        /// What two terminals are measured for: "mutual" or "two-terminal" (equal and opposite charges, as a meter without ground
+        /// measures). Default: mutual.
+        kind: Option<Read<MeasureKind>>,
     }
+}
+
+words! {
+    /// What is measured of two terminals.
+    enum MeasureKind { "mutual" => Mutual, "two-terminal" => TwoTerminal, }
 }
 
 table! {

@@ -73,6 +73,7 @@ fn grounded(name: &str, span: &Range<usize>) -> Read<raw::Terminal> {
         name: text(),
         conductors: read_at(span, vec![text()]),
         potential: Some(read_at(span, raw::TerminalPotential::Ground)),
+        follows: None,
     };
     read_at(span, terminal)
 }

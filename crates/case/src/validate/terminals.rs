@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use super::super::diagnostics::{Diagnostic, shown};
-use super::super::model::{Electrodes, FieldIndenter, Terminal};
+use super::super::model::{Electrodes, FieldIndenter, Measured, MeasuredEntry, Terminal};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read, nearest};
 use super::super::values::{Either, Text};
@@ -20,13 +20,12 @@ struct Named<'a> {
     floats: bool,
 }
 
-/// The terminals that the file names, and the names of those that it measures, if it does; `None` if they cannot be used, and the log
-/// says why.
+/// The terminals that the file names, and what it measures of them, if it says so; `None` if they cannot be used, and the log says why.
 pub(super) fn terminals(
     raw: &Document,
     electrodes: Option<&Electrodes>,
     log: &mut Log<'_>,
-) -> Option<(Vec<Terminal>, Option<Vec<String>>)> {
+) -> Option<(Vec<Terminal>, Option<Measured>)> {
     let conductors = conductors(raw, electrodes)?;
     let empty = Vec::new();
     let of_file = match &raw.terminal {
@@ -47,10 +46,14 @@ pub(super) fn terminals(
     }
     check_names(&terminals, &conductors, raw, log);
     check_one_is_driven(&terminals, &conductors, log);
-    let terminals: Vec<Terminal> = terminals.into_iter().map(|(terminal, _)| terminal).collect();
+    let mut terminals: Vec<Terminal> = terminals.into_iter().map(|(terminal, _)| terminal).collect();
+    guards(&mut terminals, of_file, &conductors, log)?;
     let measured = match &raw.measure {
-        Some(read) => Some(measured(&read.get()?.capacitance, &terminals, &conductors, log)?),
-        None => None,
+        Some(read) => Some(measured(read.get()?, &terminals, &conductors, log)?),
+        None => {
+            let followed = terminals.iter().find_map(|terminal| terminal.follows.clone());
+            followed.map(|name| Measured::Entries(vec![MeasuredEntry::Own(name)]))
+        }
     };
     Some((terminals, measured))
 }
@@ -89,6 +92,7 @@ fn terminal<'a>(
         Some(read) => matches!(read.get()?, raw::TerminalPotential::Ground),
         None => false,
     };
+
     let entries = own.conductors.get()?;
     if entries.is_empty() {
         log.push(
@@ -174,7 +178,7 @@ fn terminal<'a>(
         );
         return None;
     }
-    all_usable.then_some((Terminal { name, conductors: members, is_grounded }, &own.name))
+    all_usable.then_some((Terminal { name, conductors: members, is_grounded, follows: None }, &own.name))
 }
 
 /// Refuses a name that stands for two things.
@@ -235,73 +239,238 @@ fn check_one_is_driven(terminals: &[(Terminal, &Read<Text>)], conductors: &[Name
     }
 }
 
-/// The names of the terminals that are measured.
+/// Checks the driven guard and notes the terminal that it follows.
+fn guards(
+    terminals: &mut [Terminal],
+    of_file: &[Read<raw::Terminal>],
+    conductors: &[Named<'_>],
+    log: &mut Log<'_>,
+) -> Option<()> {
+    let is_driven = |own: &raw::Terminal| {
+        own.potential
+            .as_ref()
+            .and_then(Read::get)
+            .is_some_and(|own| matches!(own, raw::TerminalPotential::Driven))
+    };
+    let driven: Vec<bool> = of_file.iter().map(|read| read.get().is_some_and(is_driven)).collect();
+    for (k, read) in of_file.iter().enumerate() {
+        let own = read.get()?;
+        let follows = match (&own.follows, driven[k]) {
+            (None, false) => continue,
+            (Some(follows), true) => follows,
+            (Some(follows), false) => {
+                log.push(
+                    Diagnostic::at(&follows.span, "`follows` belongs to a driven guard")
+                        .label("this terminal has a potential of its own")
+                        .help("add `potential = \"driven\"`, or leave `follows` out"),
+                );
+                return None;
+            }
+            (None, true) => {
+                let span = own.potential.as_ref().map_or(&own.name.span, |read| &read.span);
+                log.push(
+                    Diagnostic::at(span, "a driven guard needs `follows`")
+                        .label("driven by whom?")
+                        .help("add `follows = \"...\"` with the name of the terminal whose potential it has"),
+                );
+                return None;
+            }
+        };
+        let name = &follows.get()?.0;
+        let before = driven[..k].iter().position(|is_guard| *is_guard);
+        if let Some(first) = before.and_then(|first| of_file[first].get()) {
+            log.push(
+                Diagnostic::at(&own.name.span, "two terminals are driven guards")
+                    .label("a second guard")
+                    .related(&first.name.span, "the first")
+                    .help("join their conductors in one terminal, or ground one of them"),
+            );
+            return None;
+        }
+        let other = terminals.iter().position(|own| own.name == *name);
+        if other.is_some_and(|other| driven[other] || terminals[other].is_grounded) {
+            log.push(
+                Diagnostic::at(&follows.span, format!("a guard cannot follow \"{}\"", shown(name)))
+                    .label("grounded, or a guard itself")
+                    .help("name a terminal that is measured"),
+            );
+            return None;
+        }
+        terminal_named(name, &follows.span, terminals, conductors, log)?;
+        terminals[k].follows = Some(name.clone());
+    }
+    Some(())
+}
+
+/// The capacitances that are measured.
 fn measured(
-    read: &Read<Vec<Read<Text>>>,
+    read: &raw::Measure,
     terminals: &[Terminal],
     conductors: &[Named<'_>],
     log: &mut Log<'_>,
-) -> Option<Vec<String>> {
-    let entries = read.get()?;
-    if !(1..=2).contains(&entries.len()) {
+) -> Option<Measured> {
+    let given = read.capacitance.get()?;
+    let several = given.iter().any(|entry| matches!(entry.get(), Some(Either::First(_))));
+    let mut entries: Vec<MeasuredEntry> = Vec::new();
+    if several {
+        for entry in given {
+            let Either::First(names) = entry.get()? else {
+                log.push(
+                    Diagnostic::at(&entry.span, "names stand beside lists of names")
+                        .label("not a list")
+                        .help(
+                            "put the names of each capacitance in brackets: [[\"a\", \"b\"], [\"a\", \"c\"]]",
+                        ),
+                );
+                return None;
+            };
+            let names: Option<Vec<_>> = names.iter().map(|own| Some((&own.get()?.0, &own.span))).collect();
+            let found = measured_entry(&names?, &entry.span, terminals, conductors, log)?;
+            if entries.contains(&found) {
+                log.push(
+                    Diagnostic::at(&entry.span, "this capacitance is measured twice")
+                        .label("named again")
+                        .help("leave it out"),
+                );
+                return None;
+            }
+            entries.push(found);
+        }
+    } else {
+        let name = |own: &'_ Read<raw::OneOrMore<Text>>| match own.get() {
+            Some(Either::Second(text)) => Some((text.0.clone(), own.span.clone())),
+            Some(Either::First(_)) | None => None,
+        };
+        let names: Vec<_> = given.iter().map(name).collect::<Option<_>>()?;
+        let names: Vec<_> = names.iter().map(|(name, span)| (name, span)).collect();
+        entries.push(measured_entry(&names, &read.capacitance.span, terminals, conductors, log)?);
+    }
+    let kind = match &read.kind {
+        Some(kind) => Some((kind.get()?, &kind.span)),
+        None => None,
+    };
+    let guard = terminals.iter().find(|terminal| terminal.follows.is_some());
+    let is_beside_guard =
+        |own: &str| guard.is_some_and(|guard| guard.name == own || guard.follows.as_deref() == Some(own));
+    let measured = match (kind, <[MeasuredEntry; 1]>::try_from(entries)) {
+        (Some((raw::MeasureKind::TwoTerminal, _)), Ok([MeasuredEntry::Mutual(pair)])) => {
+            Measured::TwoTerminal(pair)
+        }
+        (Some((raw::MeasureKind::TwoTerminal, span)), _) => {
+            log.push(
+                Diagnostic::at(span, "a two-terminal capacitance is that of two terminals alone")
+                    .label("of two names")
+                    .help("name two terminals in `capacitance`, or leave `kind` out"),
+            );
+            return None;
+        }
+        (Some((raw::MeasureKind::Mutual, span)), Ok([MeasuredEntry::Own(_)])) => {
+            log.push(
+                Diagnostic::at(span, "a mutual capacitance is that of two terminals")
+                    .label("of two names")
+                    .help("name two terminals in `capacitance`, or leave `kind` out"),
+            );
+            return None;
+        }
+        (_, Ok([one])) => Measured::Entries(vec![one]),
+        (_, Err(entries)) => Measured::Entries(entries),
+    };
+    let is_own =
+        matches!(&measured, Measured::Entries(entries) if matches!(entries[..], [MeasuredEntry::Own(_)]));
+    let is_guard_itself = guard.is_some_and(|guard| measured.names().any(|name| name == guard.name));
+    if (!is_own && measured.names().any(is_beside_guard)) || is_guard_itself {
         log.push(
             Diagnostic::at(
-                &read.span,
-                "a capacitance is that between two terminals, or of one against ground",
+                &read.capacitance.span,
+                "a driven guard goes with the capacitance of one terminal against ground, that which it follows",
             )
-            .label(format!("{} names", entries.len()))
-            .help("name one terminal or two; without [measure], more than two give the whole matrix"),
+            .label("not the capacitance of a guarded terminal")
+            .help("measure the terminal that the guard follows, alone; or write `potential = \"ground\"` for the guard"),
         );
         return None;
     }
-    let is_free = |c: &&Named<'_>| !c.floats && !terminals.iter().any(|terminal| terminal.holds(c.name));
-    let mut names: Vec<String> = Vec::new();
-    for entry in entries {
-        let name = &entry.get()?.0;
-        let mut refuse = |message: String, label: &str, help: &str| {
-            log.push(Diagnostic::at(&entry.span, message).label(label).help(help));
-        };
-        let written = shown(name);
-        let terminal = terminals.iter().find(|terminal| terminal.name == *name);
-        let holder = terminals.iter().find(|terminal| terminal.holds(name));
-        let conductor = conductors.iter().find(|c| c.name == *name);
-        if names.contains(name) {
-            refuse(
-                format!("\"{written}\" is measured against itself"),
-                "named again",
-                "name two terminals, or this one once for its capacitance against ground",
-            );
-        } else if terminal.is_some_and(|terminal| terminal.is_grounded) {
-            refuse(
-                format!("the terminal \"{written}\" is grounded, so that it has no capacitance of its own"),
-                "at potential zero",
-                "leave out its `potential`, or measure another terminal",
-            );
-        } else if let (None, Some(holder)) = (terminal, holder) {
-            let holder = shown(&holder.name);
-            refuse(
-                format!("the conductor \"{written}\" is measured with the terminal that it belongs to"),
-                "not a terminal by itself",
-                &format!("write \"{holder}\""),
-            );
-        } else if terminal.is_none() && conductor.is_some_and(|c| c.floats) {
-            refuse(
-                format!("the conductor \"{written}\" floats, so that it is no terminal"),
-                "has a `charge`",
-                "leave out its `charge`, or measure another terminal",
-            );
-        } else if terminal.is_none() && conductor.is_none() {
-            let driven =
-                terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
-            let all = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
-            log.push(unknown("terminal", name, &entry.span, all));
-        } else {
-            names.push(name.clone());
-            continue;
-        }
+    Some(measured)
+}
+
+/// One capacitance that is measured, from the names of its terminals and their places.
+fn measured_entry(
+    entries: &[(&String, &Range<usize>)],
+    span: &Range<usize>,
+    terminals: &[Terminal],
+    conductors: &[Named<'_>],
+    log: &mut Log<'_>,
+) -> Option<MeasuredEntry> {
+    if let [(first, _), (second, at)] = entries
+        && first == second
+    {
+        log.push(
+            Diagnostic::at(at, format!("\"{}\" is measured against itself", shown(second)))
+                .label("named again")
+                .help("name two terminals, or this one once for its capacitance against ground"),
+        );
         return None;
     }
-    Some(names)
+    if !(1..=2).contains(&entries.len()) {
+        log.push(
+            Diagnostic::at(span, "a capacitance is that between two terminals, or of one against ground")
+                .label(format!("{} names", entries.len()))
+                .help("name one terminal or two; write lists of them for several capacitances: [[\"a\", \"b\"], [\"a\", \"c\"]]"),
+        );
+        return None;
+    }
+    for (name, at) in entries {
+        terminal_named(name, at, terminals, conductors, log)?;
+    }
+    match entries {
+        [(first, _), (second, _)] => Some(MeasuredEntry::Mutual([(*first).clone(), (*second).clone()])),
+        [(name, _), ..] => Some(MeasuredEntry::Own((*name).clone())),
+        [] => None,
+    }
+}
+
+/// Checks that a terminal of this name can be measured or followed.
+fn terminal_named(
+    name: &String,
+    span: &Range<usize>,
+    terminals: &[Terminal],
+    conductors: &[Named<'_>],
+    log: &mut Log<'_>,
+) -> Option<()> {
+    let is_free = |c: &&Named<'_>| !c.floats && !terminals.iter().any(|terminal| terminal.holds(c.name));
+    let mut refuse = |message: String, label: &str, help: &str| {
+        log.push(Diagnostic::at(span, message).label(label).help(help));
+    };
+    let written = shown(name);
+    let terminal = terminals.iter().find(|terminal| terminal.name == *name);
+    let holder = terminals.iter().find(|terminal| terminal.holds(name));
+    let conductor = conductors.iter().find(|c| c.name == *name);
+    if terminal.is_some_and(|terminal| terminal.is_grounded) {
+        refuse(
+            format!("the terminal \"{written}\" is grounded, so that it has no capacitance of its own"),
+            "at potential zero",
+            "leave out its `potential`, or measure another terminal",
+        );
+    } else if let (None, Some(holder)) = (terminal, holder) {
+        let holder = shown(&holder.name);
+        refuse(
+            format!("the conductor \"{written}\" is measured with the terminal that it belongs to"),
+            "not a terminal by itself",
+            &format!("write \"{holder}\""),
+        );
+    } else if terminal.is_none() && conductor.is_some_and(|c| c.floats) {
+        refuse(
+            format!("the conductor \"{written}\" floats, so that it is no terminal"),
+            "has a `charge`",
+            "leave out its `charge`, or measure another terminal",
+        );
+    } else if terminal.is_none() && conductor.is_none() {
+        let driven = terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
+        let all = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
+        log.push(unknown("terminal", name, span, all));
+    } else {
+        return Some(());
+    }
+    None
 }
 
 /// The message for a name that is not known.

@@ -85,9 +85,75 @@ fn rows_are_those_of_terminals_in_the_order_of_their_first_conductors() {
 #[test]
 fn without_a_measurement_two_terminals_are_a_pair_and_more_have_a_matrix() {
     let measure = ("[measure]\ncapacitance = [\"left\", \"c\"]\n", "");
-    assert_eq!(accepted(FOUR, &[measure]).measurement(), Measurement::TwoTerminal([0, 1]));
+    assert_eq!(accepted(FOUR, &[measure]).measurement(), Measurement::Mutual([0, 1]));
     let apart = accepted(FOUR, &[measure, ("[\"b\", \"a\"]", "[\"a\"]")]);
-    assert_eq!((apart.measurement(), apart.driven_terminals()[0].as_str()), (Measurement::Matrix(3), "left"));
+    let matrix = Measurement::Matrix { terminals: 3, shown: [0, 1] };
+    assert_eq!((apart.measurement(), apart.driven_terminals()[0].as_str()), (matrix, "left"));
+}
+
+#[test]
+fn a_pair_without_any_ground_has_one_capacitance_which_is_the_two_terminal_one() {
+    let measure = ("[measure]\ncapacitance = [\"left\", \"c\"]\n", "");
+    let walls = "boundary = \"insulated\"\nwalls = { min = [\"-9 mm\", \"-9 mm\", \"-9 mm\"], max = [\"9 mm\", \"9 mm\", \"9 mm\"] }";
+    let walled = ("boundary = \"open\"", walls);
+    assert_eq!(accepted(FOUR, &[measure, walled]).measurement(), Measurement::TwoTerminal([0, 1]));
+    let grounded = (
+        "conductors = [\"b\", \"a\"]",
+        "conductors = [\"b\"]\n[[terminal]]\nname = \"shield\"\npotential = \"ground\"\nconductors = [\"a\"]",
+    );
+    assert_eq!(accepted(FOUR, &[measure, walled, grounded]).measurement(), Measurement::Mutual([0, 1]));
+    let named = ("[\"left\", \"c\"]", "[\"left\", \"c\"]\nkind = \"two-terminal\"");
+    assert_eq!(accepted(FOUR, &[named]).measurement(), Measurement::TwoTerminal([0, 1]));
+}
+
+#[test]
+fn of_several_capacitances_the_first_is_shown_and_what_none_of_them_names_is_grounded() {
+    let apart = ("[\"b\", \"a\"]", "[\"a\"]");
+    let several = ("[\"left\", \"c\"]", "[[\"c\", \"b\"], [\"c\"]]");
+    let case = accepted(FOUR, &[apart, several]);
+    assert_eq!(case.driven_terminals(), ["b", "c"]);
+    assert_eq!(case.measurement(), Measurement::Matrix { terminals: 2, shown: [1, 0] });
+    assert_eq!(case.measured_entries(), [[1, 0], [1, 1]]);
+    let measured = |list: &'static str| [apart, ("[\"left\", \"c\"]", list)];
+    refused(
+        FOUR,
+        &measured("[[\"c\", \"b\"], \"c\"]"),
+        "\"c\"",
+        &["names stand beside lists", "in brackets"],
+    );
+    refused(FOUR, &measured("[[\"c\"], [\"c\"]]"), "[\"c\"]", &["measured twice", "leave it out"]);
+    refused(FOUR, &measured("[[\"c\", \"c\"]]"), "\"c\"", &["against itself"]);
+    let two = "[[\"c\"], [\"b\"]]\nkind = \"two-terminal\"";
+    refused(FOUR, &measured(two), "\"two-terminal\"", &["two terminals alone", "leave `kind` out"]);
+    refused(FOUR, &measured("[\"c\"]\nkind = \"mutual\""), "\"mutual\"", &["two terminals"]);
+}
+
+#[test]
+fn a_driven_guard_goes_with_the_terminal_that_it_follows() {
+    let measure = ("[measure]\ncapacitance = [\"left\", \"c\"]\n", "");
+    let guard = |with: &'static str| ("conductors = [\"b\", \"a\"]", with);
+    let follows = guard("conductors = [\"b\", \"a\"]\npotential = \"driven\"\nfollows = \"c\"");
+    for measured in [measure, ("[\"left\", \"c\"]", "[\"c\"]")] {
+        let case = accepted(FOUR, &[measured, follows]);
+        assert_eq!(
+            (case.driven_terminals(), case.measurement()),
+            (vec!["left".to_owned(), "c".to_owned()], Measurement::Guarded([1, 0]))
+        );
+    }
+    refused(
+        FOUR,
+        &[follows],
+        "[\"left\", \"c\"]",
+        &["one terminal against ground", "alone", "potential = \"ground\""],
+    );
+    let alone = guard("conductors = [\"b\", \"a\"]\npotential = \"driven\"");
+    refused(FOUR, &[measure, alone], "\"driven\"", &["needs `follows`"]);
+    let undriven = guard("conductors = [\"b\", \"a\"]\nfollows = \"c\"");
+    refused(FOUR, &[measure, undriven], "\"c\"", &["belongs to a driven guard", "potential = \"driven\""]);
+    let itself = guard("conductors = [\"b\", \"a\"]\npotential = \"driven\"\nfollows = \"left\"");
+    refused(FOUR, &[measure, itself], "\"left\"", &["cannot follow", "guard itself"]);
+    let nobody = guard("conductors = [\"b\", \"a\"]\npotential = \"driven\"\nfollows = \"d\"");
+    refused(FOUR, &[measure, nobody], "\"d\"", &["there is no terminal"]);
 }
 
 #[test]

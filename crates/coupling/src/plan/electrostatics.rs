@@ -338,12 +338,21 @@ impl Plan {
                 quoted(j)
             ),
             Measurement::Own(i) => format!("the capacitance of {} against ground", quoted(i)),
-            Measurement::Matrix(count) => {
+            Measurement::Guarded([i, j]) => format!(
+                "the capacitance of {} against ground, with its guard {} at the same potential and everything else at zero",
+                quoted(i),
+                quoted(j)
+            ),
+            Measurement::Matrix { terminals: count, shown: [i, j] } => {
                 let all: Vec<String> = (0..count).map(quoted).collect();
-                let curve = if case.load.is_some() {
-                    format!("; the curve shows the mutual capacitance of {} and {}", quoted(0), quoted(1))
-                } else {
-                    String::new()
+                let curve = match (case.load.is_some(), i == j) {
+                    (false, _) => String::new(),
+                    (true, true) => {
+                        format!("; the curve shows the capacitance of {} against ground", quoted(i))
+                    }
+                    (true, false) => {
+                        format!("; the curve shows the mutual capacitance of {} and {}", quoted(i), quoted(j))
+                    }
                 };
                 format!("the whole matrix of {}{curve}", shortened(&all))
             }

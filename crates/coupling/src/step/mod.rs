@@ -133,7 +133,8 @@ impl Solver<'_> {
     fn settings_to(&self, relative_tolerance: f64, memory_limit: u64) -> FieldSettings {
         let asked = &self.settings;
         let target = match (self.case.measurement(), asked.target) {
-            (Measurement::Matrix(_), Target::Matrix) => Target::Mutual([0, 1]),
+            (Measurement::Matrix { shown: [i, j], .. }, Target::Matrix) if i == j => Target::Own(i),
+            (Measurement::Matrix { shown, .. }, Target::Matrix) => Target::Mutual(shown),
             (_, target) => target,
         };
         FieldSettings {

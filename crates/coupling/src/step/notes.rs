@@ -348,8 +348,18 @@ impl Solver<'_> {
     /// The capacitance that the row of a step shows. That of the whole matrix is one of its entries, which only a curve needs.
     fn measured(&self, solution: &Solution) -> Option<Bounded> {
         match self.case.measurement() {
-            Measurement::Matrix(_) if self.case.load.is_none() => None,
+            Measurement::Matrix { .. } if self.case.load.is_none() && self.case.measured.is_none() => None,
             measurement => shown_of(measurement, solution),
+        }
+    }
+
+    /// The two-terminal capacitance where the tolerance is its tolerance too.
+    fn two_terminal(&self, measured: &Bounded, solution: &Solution) -> Option<Bounded> {
+        match self.case.measurement() {
+            Measurement::TwoTerminal(_) => Some(*measured),
+            Measurement::Own(_) => (solution.maxwell.len() == 1).then_some(*measured),
+            Measurement::Mutual(_) if self.settings.target == Target::Matrix => solution.two_terminal,
+            Measurement::Mutual(_) | Measurement::Guarded(_) | Measurement::Matrix { .. } => None,
         }
     }
 
@@ -368,7 +378,10 @@ impl Solver<'_> {
             return Err(StepFailure::BoundsExcludeValue.into());
         }
         match &measured {
-            Some(capacitance) => result.row.set_capacitance(capacitance, self.case.measurement(), &solution),
+            Some(capacitance) => {
+                result.two_terminal = self.two_terminal(capacitance, &solution);
+                result.row.set_capacitance(capacitance, result.two_terminal);
+            }
             None if self.settings.target != Target::Matrix => {
                 shortfalls.add(Cause::NoFlux);
             }
@@ -463,6 +476,7 @@ impl StepResult {
             entry_status: None,
             floating: Vec::new(),
             measured: None,
+            two_terminal: None,
             with_error_of_base: None,
             solver: None,
             foresight: None,

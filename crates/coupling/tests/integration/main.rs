@@ -11,6 +11,7 @@ mod in_layer;
 mod in_the_way;
 mod indenter;
 mod layer;
+mod measured;
 mod model_error;
 mod route;
 mod run;

@@ -337,7 +337,7 @@ impl Outcome {
     pub(crate) fn amplification(&self, tolerance: f64, settings: &Settings) -> f64 {
         let upper = &self.bounds.upper;
         let most = match settings.target {
-            Target::Mutual(_) => LARGEST_AMPLIFICATION,
+            Target::Mutual(_) | Target::Guarded(_) => LARGEST_AMPLIFICATION,
             Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => {
                 1.0 / SHARE_OF_DIAGONAL
             }
@@ -390,7 +390,7 @@ impl Outcome {
         let (target, upper) = (settings.target, &self.bounds.upper);
         let known = match target {
             Target::TwoTerminal | Target::Pair(_) => target.value(coarser).zip(target.value(upper)),
-            Target::Mutual(_) | Target::Own(_) | Target::Matrix => None,
+            Target::Mutual(_) | Target::Own(_) | Target::Guarded(_) | Target::Matrix => None,
         };
         match known {
             Some((before, now)) => vec![fall(before, now)],

@@ -420,6 +420,11 @@ impl<'a> Search<'a> {
         let target = self.settings.target;
         let least = match (target, target.value(m)) {
             (Target::TwoTerminal | Target::Pair(_) | Target::Own(_), Some(_)) => return 1.0,
+            (Target::Guarded([i, j]), Some(charge)) => {
+                let with_guard = m[(i, i)] + 2.0 * m[(i, j)] + m[(j, j)];
+                let ratio = (m[(i, i)] * with_guard.max(0.0)).sqrt() / charge;
+                return if ratio.is_finite() { ratio.max(1.0) } else { 1.0 };
+            }
             (Target::Mutual(_), Some(_)) => 0.0,
             (_, None) | (Target::Matrix, Some(_)) => SHARE_OF_DIAGONAL,
         };

@@ -91,7 +91,7 @@ impl Subject {
         by_boxes(taken.map_err(|error| failed(error.into()))?)?;
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
         let quantity = match case.measurement() {
-            Measurement::Matrix(_) => Quantity::FirstEntry,
+            Measurement::Matrix { .. } => Quantity::FirstEntry,
             one => Quantity::Measured(one),
         };
         Ok(Self { settings, deformed, quantity, plates })

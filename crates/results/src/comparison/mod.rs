@@ -126,6 +126,8 @@ struct Document {
 struct Measured {
     kind: String,
     terminals: Vec<String>,
+    #[serde(default)]
+    shown: Vec<String>,
 }
 
 #[derive(Default, Deserialize)]
@@ -222,14 +224,12 @@ fn read(path: &Path) -> Result<OneResult, CurveFileError> {
         });
         step.load = format!("{} {:?}", planned.load, step.pose);
     }
-    let measured = document.measurement.map(|own| match own.kind.as_str() {
-        "two_terminal" => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
-        "own" => format!("capacitance of {} against ground", own.terminals.join(", ")),
-        // Of a matrix, the first mutual capacitance stands for it.
-        _ => format!(
-            "mutual capacitance of {}",
-            own.terminals.iter().take(2).cloned().collect::<Vec<_>>().join(" and ")
-        ),
+    // Older results do not name what is shown.
+    let shown = |own: &Measured| if own.shown.is_empty() { own.terminals.clone() } else { own.shown.clone() };
+    let measured = document.measurement.map(|own| match (own.kind.as_str(), shown(&own).as_slice()) {
+        ("two_terminal", _) => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
+        (_, [one]) => format!("capacitance of {one} against ground"),
+        (_, shown) => format!("mutual capacitance of {}", shown.join(" and ")),
     });
     Ok(OneResult {
         path: path.to_owned(),
