@@ -384,7 +384,7 @@ fn wider(one: Bounded, other: Bounded) -> Bounded {
 /// Why a step does not have the tolerance that its field was solved to; `None` if it has.
 fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
     match &step.row.status {
-        Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::NotRun => {
+        Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::Draft | Status::NotRun => {
             Some(step.reason.clone().map_or(Unsharpened::NotSolved, Unsharpened::Solve))
         }
         Status::ToleranceNotReached(Missed::Change | Missed::Mechanics | Missed::Geometry)
@@ -440,7 +440,7 @@ impl StepResult {
             }
             (Status::Ok | Status::OkToDiagonal | Status::OkInModel | Status::BeyondForceLimit, None)
             | (Status::ToleranceNotReached(_), _) => {}
-            (Status::Failed(_) | Status::NotRun, _) => return,
+            (Status::Failed(_) | Status::Draft | Status::NotRun, _) => return,
         }
         match &mut self.reason {
             Some(reason) => reason.push(cause),

@@ -55,7 +55,9 @@ impl FinishedStep {
             Status::OkToDiagonal => How::OkToDiagonal,
             Status::ToleranceNotReached(missed) if !step.interrupted => How::ToleranceNotReached(missed),
             Status::BeyondForceLimit => How::BeyondForceLimit,
-            Status::ToleranceNotReached(_) | Status::Failed(_) | Status::NotRun => return None,
+            Status::ToleranceNotReached(_) | Status::Failed(_) | Status::Draft | Status::NotRun => {
+                return None;
+            }
         };
         let (solver, maxwell) = (step.solver.clone()?, step.maxwell.clone()?);
         let on_grid = matches!(solver.resolution, Discretisation::Grid(_)) && step.surfaces.is_empty();

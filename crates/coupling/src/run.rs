@@ -8,7 +8,7 @@ use std::time::Instant;
 use elastocap_case::{Case, Mechanics};
 
 use crate::change::{ChangeSearch, note_changes};
-use crate::deform::{Prepared, Solution, force_warning, prepare, shear_warning};
+use crate::deform::{Prepared, Solution, force_warning, prepare, prepare_with_drafts, shear_warning};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
@@ -107,15 +107,17 @@ pub struct Run<'a> {
     better: OnceLock<Result<PlaneStrainCurve, NotCompared>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
+    /// What coarse meshes and coarse fields say of them, where they take long.
+    drafts: Mutex<Vec<Option<StepResult>>>,
     is_over: AtomicBool,
 }
 
 impl<'a> Run<'a> {
     /// A run that has solved nothing yet; for `cancel` see [`run`].
     pub fn new(case: &'a Case, plan: &'a Plan, options: &'a Options, cancel: &'a Arc<AtomicBool>) -> Self {
-        let solved = Mutex::new(vec![None; plan.distinct_steps().count()]);
+        let [solved, drafts] = [(); 2].map(|()| Mutex::new(vec![None; plan.distinct_steps().count()]));
         let (layer, better, is_over) = (OnceLock::new(), OnceLock::new(), AtomicBool::new(false));
-        Self { case, plan, options, cancel, start: Instant::now(), layer, better, solved, is_over }
+        Self { case, plan, options, cancel, start: Instant::now(), layer, better, solved, drafts, is_over }
     }
 
     fn solved(&self) -> MutexGuard<'_, Vec<Option<StepResult>>> {
@@ -181,9 +183,12 @@ impl<'a> Run<'a> {
             let loads = vec![StepLoad::None; work.get(last).map_or(0, |step| step.index + 1)];
             solve_all(&prepare(case, &loads, plan.layer_memory_limit, cancel, &|_| ()), &at_rest);
         }
+        let loaded: Vec<usize> = (0..work.len()).filter(|slot| !at_rest.contains(slot)).collect();
         let layer = self.layer.get_or_init(|| {
             let report = |what: &str| observer.preparing(what);
-            prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &report)
+            let drafted = |layer: &Prepared| self.draft(layer, &work, &loaded);
+            let watched = (&**cancel, &report as &(dyn Fn(&str) + Sync));
+            prepare_with_drafts(case, &plan.loads(), plan.layer_memory_limit, watched, &drafted)
         });
         if let Prepared::FiniteElement(run) = layer
             && let Some(solution) = &run.solution
@@ -191,7 +196,6 @@ impl<'a> Run<'a> {
         {
             cancel.store(true, Ordering::Relaxed);
         }
-        let loaded: Vec<usize> = (0..work.len()).filter(|slot| !at_rest.contains(slot)).collect();
         solve_all(layer, &loaded);
         let solver = self.solver(layer, shared);
         if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
@@ -219,6 +223,31 @@ impl<'a> Run<'a> {
         self.is_over.store(true, Ordering::Release);
     }
 
+    /// Solves the fields of steps coarsely with the layer on the meshes so far, so that a run that is stopped has a capacitance for each step
+    /// whose load a mesh has reached.
+    fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize]) {
+        if !self.case.has_conductors() {
+            return;
+        }
+        let solver = self.solver(layer, None);
+        let solver = Solver { settings: solver.settings_of_draft(), ..solver };
+        side_by_side(self.plan.at_once, slots.len(), self.cancel, |k| {
+            let Some((&slot, step)) = slots.get(k).and_then(|slot| Some((slot, *work.get(*slot)?))) else {
+                return;
+            };
+            let (mut result, _) = solver.solve(step);
+            if result.row.capacitance_f.is_none() {
+                return;
+            }
+            result.row.status = Status::Draft;
+            result.reason = None;
+            result.interrupted = true;
+            if let Some(place) = self.drafts.lock().unwrap_or_else(PoisonError::into_inner).get_mut(slot) {
+                *place = Some(result);
+            }
+        });
+    }
+
     /// Whether the model of the layer is compared with the next better one.
     fn compares_models(&self) -> bool {
         self.options.model_error && matches!(self.case.mechanics, Some(Mechanics::ClosedForm { .. }))
@@ -242,13 +271,15 @@ impl<'a> Run<'a> {
         let lacks_better = self.compares_models() && self.better.get().is_none();
         let was_left = !self.is_over.load(Ordering::Acquire) || lacks_better;
         let solved = std::mem::take(&mut *self.solved());
+        let drafts = std::mem::take(&mut *self.drafts.lock().unwrap_or_else(PoisonError::into_inner));
+        let solved = solved.into_iter().zip(drafts).map(|(solved, draft)| solved.or(draft));
         let layer = self.layer.get();
         let solver = layer.map(|layer| self.solver(layer, None));
         let not_run = |step: &PlannedStep| match &solver {
             Some(solver) => solver.not_run(step),
             None => StepResult::not_run(step),
         };
-        let mut steps = in_order(plan, solved.into_iter(), &not_run);
+        let mut steps = in_order(plan, solved, &not_run);
         note_changes(case, &mut steps);
         let of_model = note_model_errors(case, self.better.get(), &mut steps);
         let conductors = case.driven_terminals();

@@ -14,6 +14,7 @@ pub fn of_step(step: &StepResult) -> Option<String> {
         Status::Failed(reason) => Some(format!("failed: {reason}")),
         Status::ToleranceNotReached(_) => Some(format!("missed the tolerance{reason}")),
         Status::BeyondForceLimit => Some(format!("got no force{reason}")),
+        Status::Draft => Some("has a draft alone, because the run was stopped".to_owned()),
         Status::Ok | Status::OkToDiagonal | Status::OkInModel | Status::NotRun => None,
     }
 }

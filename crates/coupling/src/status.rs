@@ -24,6 +24,8 @@ pub enum Status {
     BeyondForceLimit,
     /// Not solved, for this reason. The row keeps what was known before the failure.
     Failed(Box<StepFailure>),
+    /// The run was stopped before it, and this is what the first meshes of the layer and a coarse field say of it.
+    Draft,
     /// The run was stopped before it.
     #[default]
     NotRun,
@@ -52,6 +54,7 @@ impl Status {
             | Self::OkInModel
             | Self::ToleranceNotReached(_)
             | Self::BeyondForceLimit
+            | Self::Draft
             | Self::NotRun => None,
         }
     }
@@ -60,7 +63,11 @@ impl Status {
     pub fn is_ok(&self) -> bool {
         match self {
             Self::Ok | Self::OkToDiagonal | Self::OkInModel => true,
-            Self::ToleranceNotReached(_) | Self::BeyondForceLimit | Self::Failed(_) | Self::NotRun => false,
+            Self::ToleranceNotReached(_)
+            | Self::BeyondForceLimit
+            | Self::Failed(_)
+            | Self::Draft
+            | Self::NotRun => false,
         }
     }
 }
@@ -77,6 +84,7 @@ impl fmt::Display for Status {
             Self::ToleranceNotReached(Missed::Change) => f.write_str("tolerance not reached: change"),
             Self::BeyondForceLimit => f.write_str("no force: beyond the limit of eq. (50)"),
             Self::Failed(reason) => write!(f, "failed: {reason}"),
+            Self::Draft => f.write_str("draft"),
             Self::NotRun => f.write_str("not run"),
         }
     }

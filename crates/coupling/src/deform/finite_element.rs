@@ -1,10 +1,12 @@
 //! What the finite-element layers have in common, in the plane and in space: their solution becomes load steps.
 
+use std::sync::Arc;
+
 use elastocap_mechanics::materials::HyperelasticLaw;
 use elastocap_mechanics::solid::dimension::{Dimension, Space};
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::model::ModelError;
-use elastocap_mechanics::solid::press::{Goal, Pressed, Pressing};
+use elastocap_mechanics::solid::press::{Goal, Level, Pressed, Pressing};
 use serde::Serialize;
 
 use super::curves::DeformedCurves;
@@ -150,7 +152,7 @@ impl FiniteElementRun {
             coarser.iter().map(|(_, pressed)| of(pressed, *goal)).collect()
         });
         let coarser = coarser.collect();
-        let report = |level: &elastocap_mechanics::solid::press::Level<S>| {
+        let report = |level: &Arc<Level<S>>| {
             let equations = level.model.equations();
             MeshReport {
                 elements: equations.body().mesh.elements.len(),

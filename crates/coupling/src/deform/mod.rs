@@ -141,6 +141,18 @@ pub fn prepare(
     cancel: &AtomicBool,
     report: &(dyn Fn(&str) + Sync),
 ) -> Prepared {
+    prepare_with_drafts(case, loads, memory_limit, (cancel, report), &|_| ())
+}
+
+/// Solves what [`prepare`] solves. `drafted` is called with a layer in three dimensions on the meshes so far, before the next mesh is solved
+/// on.
+pub(crate) fn prepare_with_drafts(
+    case: &Case,
+    loads: &[StepLoad],
+    memory_limit: u64,
+    (cancel, report): (&AtomicBool, &(dyn Fn(&str) + Sync)),
+    drafted: &dyn Fn(&Prepared),
+) -> Prepared {
     let Some(mechanics) = case.mechanics.filter(|_| case.load.is_some()) else { return Prepared::StepByStep };
     let start = Instant::now();
     let count = loads.len();
@@ -153,7 +165,10 @@ pub fn prepare(
         }
         Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. } => return Prepared::StepByStep,
         Mechanics::PlaneStrain(model) => plane_strain::solve(case, model, loads, cancel, &report_mesh),
-        Mechanics::Solid(model) => solid::solve(case, model, loads, memory_limit, cancel, &report_mesh),
+        Mechanics::Solid(model) => {
+            let drafted = |run: FiniteElementRun| drafted(&Prepared::FiniteElement(run));
+            solid::solve(case, model, loads, memory_limit, (cancel, &report_mesh), &drafted)
+        }
     };
     let mut run = run.unwrap_or_else(|reason| FiniteElementRun::failed(reason, count));
     run.seconds = start.elapsed().as_secs_f64();

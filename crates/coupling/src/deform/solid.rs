@@ -8,7 +8,7 @@ use elastocap_mechanics::solid::dimension::Space;
 use elastocap_mechanics::solid::forecast::MeshSize;
 use elastocap_mechanics::solid::layer::{Inclusion, Indenter as Press, LayerModel};
 use elastocap_mechanics::solid::obstacle::IndenterProfile;
-use elastocap_mechanics::solid::press::{Places, Pressed, Refinement, deepest};
+use elastocap_mechanics::solid::press::{Places, Pressed, Pressing, Refinement, deepest};
 use elastocap_mechanics::solid::space::layer::SideCondition;
 use elastocap_mechanics::solid::space::press::SpaceLayer;
 
@@ -40,7 +40,8 @@ pub fn forecast(case: &Case, model: &Solid, loads: &[StepLoad]) -> Result<Vec<Me
     problem.mesh_sizes(deepest(&goals(loads, 1.0))).map_err(LayerSetupError::too_large)
 }
 
-/// The path of the layer through the loads, within a memory of `memory_limit` bytes.
+/// The path of the layer through the loads, within a memory of `memory_limit` bytes. `drafted` takes the path on the meshes so far, before
+/// the next mesh is solved on.
 ///
 /// # Errors
 /// A layer that cannot be set up or meshed. A load that is not reached has its error in the result instead.
@@ -49,8 +50,8 @@ pub(super) fn solve(
     model: &Solid,
     loads: &[StepLoad],
     memory_limit: u64,
-    cancel: &AtomicBool,
-    report: &(dyn Fn(usize, usize) + Sync),
+    (cancel, report): (&AtomicBool, &(dyn Fn(usize, usize) + Sync)),
+    drafted: &dyn Fn(FiniteElementRun),
 ) -> Result<FiniteElementRun, DeformError> {
     let problem = problem(case, model)?;
     let goals = goals(loads, 1.0);
@@ -61,24 +62,33 @@ pub(super) fn solve(
     let tolerances = |numbers: &[f64]| layer_places.tolerances(numbers);
     let places = case.electrostatics.as_ref();
     let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
-    let pressing = problem.press(&goals, &refinement, places.as_ref(), memory_limit, cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
-    let boxes = |pressed: &Pressed<Space>| {
-        let body = pressing.model_of(pressed).equations().body();
-        let mesh = &body.mesh;
-        let on_top = |n: &usize| problem.thickness - mesh.nodes[*n][1] < 1e-9 * problem.thickness;
-        let top = (0..mesh.nodes.len()).filter(on_top);
-        let heights = range(top.map(|n| mesh.nodes[n][1] + pressed.state.displacement[3 * n + 1]));
-        (layer_places.boxes(body, &pressed.state), DeformedCurves { heights, ..DeformedCurves::default() })
+    let run = |pressing: Pressing<Space>| {
+        let boxes = |pressed: &Pressed<Space>| {
+            let body = pressing.model_of(pressed).equations().body();
+            let mesh = &body.mesh;
+            let on_top = |n: &usize| problem.thickness - mesh.nodes[*n][1] < 1e-9 * problem.thickness;
+            let top = (0..mesh.nodes.len()).filter(on_top);
+            let heights = range(top.map(|n| mesh.nodes[n][1] + pressed.state.displacement[3 * n + 1]));
+            (
+                layer_places.boxes(body, &pressed.state),
+                DeformedCurves { heights, ..DeformedCurves::default() },
+            )
+        };
+        let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
+        let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
+        run.clothe(&pressing, |pressed, _| {
+            let body = pressing.model_of(pressed).equations().body();
+            skin::of_space(body, &pressed.state, problem.inclusions.len(), pair)
+        });
+        run.solution = Some(Solution::Space(pressing));
+        run
     };
-    let mut run = FiniteElementRun::new(&pressing, &goals, scale, boxes);
-    let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
-    run.clothe(&pressing, |pressed, _| {
-        let body = pressing.model_of(pressed).equations().body();
-        skin::of_space(body, &pressed.state, problem.inclusions.len(), pair)
-    });
-    run.solution = Some(Solution::Space(pressing));
-    Ok(run)
+    let draft = |pressing: Pressing<Space>| drafted(run(pressing));
+    let watched = (cancel, report);
+    let pressing =
+        problem.press_with_drafts(&goals, &refinement, places.as_ref(), memory_limit, watched, &draft)?;
+    Ok(run(pressing))
 }
 
 /// The electrodes in the quarter that is solved.

@@ -68,6 +68,9 @@ fn on_tetrahedra_instead(taken: Route) -> Route {
     }
 }
 
+/// Spread of the bounds of a draft, over the value.
+const DRAFT: f64 = 0.1;
+
 /// How a step is to be solved again.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sharper {
@@ -145,6 +148,16 @@ impl Solver<'_> {
             memory_limit,
             field: false,
             ..asked.clone()
+        }
+    }
+
+    /// The settings of a draft: bounds that are near enough for a first look, and no field for a file.
+    pub(crate) fn settings_of_draft(&self) -> FieldSettings {
+        let relative_tolerance = self.settings.relative_tolerance.max(DRAFT);
+        FieldSettings {
+            field: false,
+            shared: None,
+            ..self.settings_to(relative_tolerance, self.settings.memory_limit)
         }
     }
 

@@ -1,5 +1,6 @@
 //! A layer pressed to given loads on meshes that are refined where the errors are made.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::dimension::{Dimension, Numbers};
@@ -9,7 +10,9 @@ use super::layer::LayerModel;
 use super::mesh::Mesh;
 use super::model::{Equations, ModelError, State};
 use super::newton::NewtonSettings;
-use super::press::{Goal, Layers, LeastErrors, Level, Meshed, Places, Pressing, Refinement, press_on};
+use super::press::{
+    Drafted, Goal, Layers, LeastErrors, Level, Meshed, Places, Pressing, Refinement, press_on,
+};
 use super::refinement::Refinable;
 
 /// How many times as many elements the next mesh has by its marks alone.
@@ -104,8 +107,9 @@ impl<S: Dimension> Adaptive<'_, S> {
         places: Option<&Places<'_, S>>,
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
+        drafted: &Drafted<'_, S>,
     ) -> Result<Pressing<S>, ModelError> {
-        let meshed = |k: usize, levels: &[Level<S>], unknown: &[usize]| {
+        let meshed = |k: usize, levels: &[Arc<Level<S>>], unknown: &[usize]| {
             let Some(last) = levels.last() else {
                 return Some((self.first)().and_then(|mesh| self.on(Refinable::new(mesh), 0)));
             };
@@ -146,6 +150,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             least_errors: self.least_errors,
             places,
             for_places: self.limits.for_places,
+            drafted,
         };
         press_on(goals, refinement, &layers, cancel, tell)
     }

@@ -1,5 +1,6 @@
 //! Loads on one mesh: followed one after the other, or found near the equilibria of a coarser mesh, side by side.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::dimension::{Dimension, Plane};
@@ -131,7 +132,7 @@ impl<S: Dimension> Level<S> {
     /// is left to the next mesh by [`NewtonSettings::only_near`]. Returns the number of goals reached.
     pub(super) fn walk(
         &mut self,
-        coarser: &[Self],
+        coarser: &[Arc<Self>],
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
@@ -317,12 +318,13 @@ mod tests {
         let first = coarser.reached[0].as_mut().unwrap();
         first.state.moving = None;
         first.state.displacement.fill(f64::NAN);
+        let coarser = [Arc::new(coarser)];
         let walked = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut level = Level::new(layer(4), None, 0.75, goals.len());
             pool.install(|| {
                 level.walk(
-                    std::slice::from_ref(&coarser),
+                    &coarser,
                     &goals,
                     &order,
                     &wanted,

@@ -2,6 +2,7 @@
 //!
 //! The error of a force is estimated on each mesh by itself, and is at least what the force changed by from the meshes before.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -88,7 +89,7 @@ pub enum PressError {
 #[derive(Debug)]
 pub struct Pressing<S: Dimension = Plane> {
     /// The meshes, coarse to fine.
-    pub levels: Vec<Level<S>>,
+    pub levels: Vec<Arc<Level<S>>>,
     /// The result for each goal.
     pub goals: Vec<Result<Pressed<S>, PressError>>,
     /// Why the next mesh was not solved on, where it was too large for the memory.
@@ -107,7 +108,8 @@ pub(crate) struct Meshed<S: Dimension> {
 }
 
 /// Makes the mesh of a number from the ones before it and the numbers of the goals that are not known yet; `None` after the last one.
-type NextMesh<'a, S> = dyn Fn(usize, &[Level<S>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
+type NextMesh<'a, S> =
+    dyn Fn(usize, &[Arc<Level<S>>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
 
 /// The least relative errors that are stated, where values scatter from mesh to mesh, or what is solved is not quite what was asked for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -143,7 +145,13 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) places: Option<&'a Places<'a, S>>,
     /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
     pub(crate) for_places: usize,
+    /// What is done with the results of each mesh that another one follows.
+    pub(crate) drafted: &'a Drafted<'a, S>,
 }
+
+/// Takes the results of the meshes so far before the next mesh is solved on. On the first mesh the errors are those that it estimates by
+/// itself.
+pub type Drafted<'a, S> = dyn Fn(Pressing<S>) + 'a;
 
 /// A mean of displacements: for each of its displacements the place among those of all nodes, and its weight.
 pub type Mean = Vec<(usize, f64)>;
@@ -209,7 +217,7 @@ pub(crate) fn press_on<S: Dimension>(
 ) -> Result<Pressing<S>, ModelError> {
     let mut order: Vec<usize> = (0..goals.len()).collect();
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
-    let mut levels: Vec<Level<S>> = Vec::new();
+    let mut levels: Vec<Arc<Level<S>>> = Vec::new();
     let mut too_large = None;
     let places = layers.places;
     let estimate = |model: &mut LayerModel<S>, step: &LayerStep| {
@@ -228,11 +236,11 @@ pub(crate) fn press_on<S: Dimension>(
         };
         let settings = NewtonSettings { cancel: Some(cancel), ..settings };
         let mut level = Level::new(model, mesh, size, goals.len());
-        let force_known = |levels: &[Level<S>], g: usize| {
+        let force_known = |levels: &[Arc<Level<S>>], g: usize| {
             judge(levels, goals, g, refinement, layers.least_errors)
                 .is_some_and(|pressed| pressed.mesh_is_enough)
         };
-        let known = |levels: &[Level<S>], g: usize| {
+        let known = |levels: &[Arc<Level<S>>], g: usize| {
             // For what else is to be known there are only so many meshes more.
             let many = || {
                 let before = levels.len().saturating_sub(layers.for_places);
@@ -250,7 +258,7 @@ pub(crate) fn press_on<S: Dimension>(
             level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, tell);
         level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
-        levels.push(level);
+        levels.push(Arc::new(level));
         let done = order.iter().all(|&g| known(&levels, g));
         // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
         if k > 0 {
@@ -268,11 +276,32 @@ pub(crate) fn press_on<S: Dimension>(
         if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
             break;
         }
+        let mut draft = judged(levels.clone(), goals, refinement, layers.least_errors);
+        if let [only] = draft.levels.as_slice() {
+            for (found, estimate) in draft.goals.iter_mut().zip(&only.estimates) {
+                let (Ok(pressed), Some(estimate)) = (found, estimate) else { continue };
+                let error = estimate.force * pressed.refinement.last().map_or(0.0, |value| value.abs());
+                pressed.error = pressed.error.or(Some(error));
+                let numbers = estimate.numbers.iter().map(|number| number.error).reduce(f64::max);
+                pressed.places_error = pressed.places_error.or(numbers);
+            }
+        }
+        (layers.drafted)(draft);
     }
-    let goals = (0..goals.len())
-        .map(|g| judge(&levels, goals, g, refinement, layers.least_errors).ok_or_else(|| why_not(&levels, g)))
-        .collect();
-    Ok(Pressing { levels, goals, too_large })
+    Ok(Pressing { too_large, ..judged(levels, goals, refinement, layers.least_errors) })
+}
+
+/// The result for each goal on the levels that there are.
+fn judged<S: Dimension>(
+    levels: Vec<Arc<Level<S>>>,
+    goals: &[Goal],
+    refinement: &Refinement,
+    least_errors: LeastErrors,
+) -> Pressing<S> {
+    let goal =
+        |g: usize| judge(&levels, goals, g, refinement, least_errors).ok_or_else(|| why_not(&levels, g));
+    let goals = (0..goals.len()).map(goal).collect();
+    Pressing { levels, goals, too_large: None }
 }
 
 /// The deepest compression among the goals; an upper guess where they are forces.
@@ -302,7 +331,8 @@ impl<S: Dimension> Pressing<S> {
     /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
     /// own errors are not judged.
     pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
-        let reached = |(level, l): (usize, &Level<S>)| Some((l.size, l.reached[g].as_ref()?.unjudged(level)));
+        let reached =
+            |(level, l): (usize, &Arc<Level<S>>)| Some((l.size, l.reached[g].as_ref()?.unjudged(level)));
         let mut all: Vec<_> = self.levels.iter().enumerate().filter_map(reached).collect();
         all.pop();
         all
@@ -315,7 +345,7 @@ impl<S: Dimension> Pressing<S> {
 }
 
 /// The numbers besides the force on the last level, if they were estimated there under goal `g`.
-fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
+fn numbers_of<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
     let own = &last.estimates[g].as_ref()?.numbers;
     let number = |(k, now): (usize, &Estimated)| {
@@ -328,7 +358,7 @@ fn numbers_of<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> Opt
 
 /// Whether the numbers besides the force are known on the finest level that reached goal `g`: to their tolerances, or to the error that
 /// is stated at least.
-fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> bool {
+fn numbers_met<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> bool {
     let met = |number: &Estimated| number.error <= number.tolerance.max(at_least);
     let finest = levels.iter().rposition(|level| level.reached[g].is_some());
     let numbers = finest.and_then(|finest| numbers_of(&levels[..=finest], g, at_least));
@@ -337,7 +367,7 @@ fn numbers_met<S: Dimension>(levels: &[Level<S>], g: usize, at_least: f64) -> bo
 
 /// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at
 /// the edge of an electrode, looks the same on every mesh.
-fn numbers_stay<S: Dimension>(levels: &[Level<S>], g: usize) -> bool {
+fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     let error = |level: &Level<S>| {
         level.reached[g].as_ref()?;
         let numbers = &level.estimates[g].as_ref()?.numbers;
@@ -352,7 +382,7 @@ const STAYS: f64 = 0.8;
 
 /// The result of all levels for goal `g`; `None` if none reached it.
 fn judge<S: Dimension>(
-    levels: &[Level<S>],
+    levels: &[Arc<Level<S>>],
     goals: &[Goal],
     g: usize,
     refinement: &Refinement,
@@ -411,7 +441,11 @@ struct Before {
 }
 
 impl Before {
-    fn of<S: Dimension>(levels: &[Level<S>], g: usize, value: impl Fn(&Level<S>) -> Option<f64>) -> Self {
+    fn of<S: Dimension>(
+        levels: &[Arc<Level<S>>],
+        g: usize,
+        value: impl Fn(&Level<S>) -> Option<f64>,
+    ) -> Self {
         let found: Vec<(bool, f64)> =
             levels.iter().rev().filter_map(|l| Some((l.reached[g].is_some(), value(l)?))).collect();
         let mut sound: Vec<f64> = found.iter().filter(|(sound, _)| *sound).map(|(_, value)| *value).collect();
@@ -450,7 +484,7 @@ fn left_of(step: f64, earlier: f64) -> f64 {
     }
 }
 
-fn why_not<S: Dimension>(levels: &[Level<S>], g: usize) -> PressError {
+fn why_not<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> PressError {
     // The mesh that came farthest is the most informative.
     let stopped = levels.iter().filter_map(|l| {
         let stopped = l.stopped[g].clone()?;

@@ -121,7 +121,7 @@ impl PlaneLayer {
             limits: LIMITS,
             memory_limit: u64::MAX, // they are small in the plane
         };
-        adaptive.press(goals, refinement, places, cancel, tell)
+        adaptive.press(goals, refinement, places, cancel, tell, &|_| ())
     }
 
     fn least_errors(&self) -> LeastErrors {

@@ -11,7 +11,7 @@ use crate::solid::layer::{End, Inclusion, Indenter, LayerModel};
 use crate::solid::layer_mesh::{check_elements, end_reach};
 use crate::solid::mesh::graded_to_edges;
 use crate::solid::model::ModelError;
-use crate::solid::press::{Goal, LeastErrors, Places, Pressing, Refinement, deepest};
+use crate::solid::press::{Drafted, Goal, LeastErrors, Places, Pressing, Refinement, deepest};
 use elastocap_materials::Rubber;
 
 /// A layer of finite width and its indenter, both symmetric about `x1 = 0` and `x3 = 0`. Lengths in m.
@@ -126,6 +126,22 @@ impl SpaceLayer {
         cancel: &AtomicBool,
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing<Space>, ModelError> {
+        self.press_with_drafts(goals, refinement, places, memory_limit, (cancel, tell), &|_| ())
+    }
+
+    /// Presses the layer as [`SpaceLayer::press`] does, and shows the results of each mesh that another one follows.
+    ///
+    /// # Errors
+    /// See [`SpaceLayer::press`].
+    pub fn press_with_drafts(
+        &self,
+        goals: &[Goal],
+        refinement: &Refinement,
+        places: Option<&Places<'_, Space>>,
+        memory_limit: u64,
+        (cancel, tell): (&AtomicBool, &(dyn Fn(usize, usize) + Sync)),
+        drafted: &Drafted<'_, Space>,
+    ) -> Result<Pressing<Space>, ModelError> {
         let deepest = deepest(goals);
         let first = || {
             let mesh = self.mesh_within_limit(self.coarsest(), deepest)?;
@@ -147,7 +163,7 @@ impl SpaceLayer {
             limits: LIMITS,
             memory_limit,
         };
-        adaptive.press(goals, refinement, places, cancel, tell)
+        adaptive.press(goals, refinement, places, cancel, tell, drafted)
     }
 }
 
