@@ -124,6 +124,10 @@ impl<'a> Run<'a> {
         self.solved.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn drafts(&self) -> MutexGuard<'_, Vec<Option<StepResult>>> {
+        self.drafts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// What solves a step, once the layer is there.
     fn solver<'b>(&'b self, layer: &'b Prepared, shared: Option<&Arc<SharedFields>>) -> Solver<'b> {
         let settings = FieldSettings {
@@ -186,7 +190,7 @@ impl<'a> Run<'a> {
         let loaded: Vec<usize> = (0..work.len()).filter(|slot| !at_rest.contains(slot)).collect();
         let layer = self.layer.get_or_init(|| {
             let report = |what: &str| observer.preparing(what);
-            let drafted = |layer: &Prepared| self.draft(layer, &work, &loaded);
+            let drafted = |layer: &Prepared| self.draft(layer, &work, &loaded, cancel);
             let watched = (&**cancel, &report as &(dyn Fn(&str) + Sync));
             prepare_with_drafts(case, &plan.loads(), plan.layer_memory_limit, watched, &drafted)
         });
@@ -195,6 +199,13 @@ impl<'a> Run<'a> {
             && observer.layer_solved(solution).is_break()
         {
             cancel.store(true, Ordering::Relaxed);
+        }
+        if cancel.load(Ordering::Relaxed) {
+            // Loads that the last mesh has reached have no draft yet. Whoever stopped the run waits for it a moment, and takes what there is.
+            let rest: Vec<usize> = (loaded.iter().copied())
+                .filter(|&slot| self.drafts().get(slot).is_none_or(Option::is_none))
+                .collect();
+            self.draft(layer, &work, &rest, &Arc::new(AtomicBool::new(false)));
         }
         solve_all(layer, &loaded);
         let solver = self.solver(layer, shared);
@@ -225,13 +236,14 @@ impl<'a> Run<'a> {
 
     /// Solves the fields of steps coarsely with the layer on the meshes so far, so that a run that is stopped has a capacitance for each step
     /// whose load a mesh has reached.
-    fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize]) {
+    fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize], cancel: &Arc<AtomicBool>) {
         if !self.case.has_conductors() {
             return;
         }
         let solver = self.solver(layer, None);
-        let solver = Solver { settings: solver.settings_of_draft(), ..solver };
-        side_by_side(self.plan.at_once, slots.len(), self.cancel, |k| {
+        let settings = FieldSettings { cancel: Some(Arc::clone(cancel)), ..solver.settings_of_draft() };
+        let solver = Solver { settings, ..solver };
+        side_by_side(self.plan.at_once, slots.len(), cancel, |k| {
             let Some((&slot, step)) = slots.get(k).and_then(|slot| Some((slot, *work.get(*slot)?))) else {
                 return;
             };
@@ -242,7 +254,7 @@ impl<'a> Run<'a> {
             result.row.status = Status::Draft;
             result.reason = None;
             result.interrupted = true;
-            if let Some(place) = self.drafts.lock().unwrap_or_else(PoisonError::into_inner).get_mut(slot) {
+            if let Some(place) = self.drafts().get_mut(slot) {
                 *place = Some(result);
             }
         });
@@ -271,7 +283,7 @@ impl<'a> Run<'a> {
         let lacks_better = self.compares_models() && self.better.get().is_none();
         let was_left = !self.is_over.load(Ordering::Acquire) || lacks_better;
         let solved = std::mem::take(&mut *self.solved());
-        let drafts = std::mem::take(&mut *self.drafts.lock().unwrap_or_else(PoisonError::into_inner));
+        let drafts = std::mem::take(&mut *self.drafts());
         let solved = solved.into_iter().zip(drafts).map(|(solved, draft)| solved.or(draft));
         let layer = self.layer.get();
         let solver = layer.map(|layer| self.solver(layer, None));
