@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
 
 mod every_law;
+mod hyperfoam;
 mod limits;
 mod plane;
 mod space;
