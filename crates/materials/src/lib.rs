@@ -28,6 +28,7 @@
 //! | [`space`] | tensors and measures of deformation in three dimensions |
 //! | `gent`, `yeoh`, `ogden`, `mooney_rivlin` | the formulas of single laws |
 //! | [`hyperfoam`] | the law of foams, and foams that are pressed along one axis |
+//! | [`stress_table`] | measured stress of a foam over its compression |
 //!
 //! # Adding a law
 //! Write its formulas in a file of its own, add a variant to [`HyperelasticLaw`] and fill in the match arms that then fail to
@@ -41,6 +42,7 @@ mod ogden;
 pub mod plane;
 mod rubber;
 pub mod space;
+pub mod stress_table;
 mod yeoh;
 
 pub use hyperfoam::HyperfoamTerm;
@@ -49,3 +51,4 @@ pub use mooney_rivlin::MooneyRivlin;
 pub use plane::EnergyDerivatives;
 pub use rubber::{Rubber, Volume};
 pub use space::Response;
+pub use stress_table::StressTable;

@@ -7,4 +7,5 @@ mod hyperfoam;
 mod limits;
 mod plane;
 mod space;
+mod stress_table;
 mod third_stress;
