@@ -178,6 +178,13 @@ pub(super) fn is_foam(table: &MaterialTable) -> bool {
     matches!(table, MaterialTable::Hyperfoam(_) | MaterialTable::FoamTable(_))
 }
 
+/// Whether the material is a foam that does not get wider where it is pressed.
+pub(super) fn gets_no_wider(table: &MaterialTable) -> bool {
+    let MaterialTable::Hyperfoam(table) = table else { return false };
+    let mut terms = table.terms.get().into_iter().flatten().filter_map(Read::get);
+    terms.all(|term| term.poisson_ratio.get().is_some_and(|ratio| ratio.value == 0.0))
+}
+
 /// What the material is called, with its article, if the closed form of the layer does not cover it.
 pub(super) fn without_closed_form(table: &MaterialTable) -> Option<&'static str> {
     match table {

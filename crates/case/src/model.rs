@@ -228,6 +228,14 @@ impl Layer {
         self.stress_table.is_some() || matches!(self.material, Some(HyperelasticLaw::Hyperfoam { .. }))
     }
 
+    /// Whether the layer is a foam that does not get wider where it is pressed: of the same width in plane strain and in three dimensions.
+    pub fn gets_no_wider(&self) -> bool {
+        match &self.material {
+            Some(HyperelasticLaw::Hyperfoam { terms }) => terms.iter().all(|term| term.poisson_ratio == 0.0),
+            _ => false,
+        }
+    }
+
     /// J of a foam at a compression U/H that is the same everywhere. Only a hyperfoam says how much wider it gets; others get no wider.
     fn volume_ratio(&self, compression: f64) -> f64 {
         let lateral = match &self.material {

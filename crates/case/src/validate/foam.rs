@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::super::diagnostics::Diagnostic;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
+use super::super::values::Either;
 use super::given;
 use crate::material::{self, MaterialTable};
 
@@ -45,8 +46,8 @@ pub(super) fn check(raw: &Document, log: &mut Log<'_>) {
         );
         return;
     }
-    let other = if by_finite_elements {
-        "a layer by finite elements, which is not compressed evenly"
+    let other = if by_finite_elements && !stays_even(layer, raw) {
+        "a layer by finite elements that is not compressed evenly"
     } else if raw.indenter.is_some() {
         "an indenter in the field, beside which the layer is not compressed"
     } else {
@@ -54,11 +55,22 @@ pub(super) fn check(raw: &Document, log: &mut Log<'_>) {
     };
     log.push(
         Diagnostic::at(&foam.span, format!("[layer.foam] cannot be used with {other}"))
-            .label("its permittivity follows from one compression of the whole layer")
+            .label("the field solver takes one permittivity for the whole layer, and the volume differs from place to place")
             .help(
-                "use [mechanics.closed_form] without [indenter], or give `relative_permittivity`: the same at every load",
+                "use [mechanics.closed_form] without [indenter]; press the whole top of a `[layer.material.hyperfoam]` with \
+                 `poisson_ratio = 0.0` and nothing in it; or give `relative_permittivity`: the same at every load",
             ),
     );
+}
+
+/// Whether finite elements leave the foam compressed evenly: its whole top is pressed, no term gets wider, and nothing lies in it.
+fn stays_even(layer: &raw::Layer, raw: &Document) -> bool {
+    let whole_top = match given(&raw.mechanics) {
+        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_))),
+        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_))),
+        Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => false,
+    };
+    whole_top && given(&layer.material).is_some_and(material::gets_no_wider) && first_within(raw).is_none()
 }
 
 /// The first force of a load, if there is one.
@@ -71,14 +83,7 @@ fn load_by_force(raw: &Document) -> Option<&Range<usize>> {
 
 /// Where electrodes within an evenly compressed foam go, and how they stiffen it, is not known.
 fn check_contents(law: &Range<usize>, raw: &Document, log: &mut Log<'_>) {
-    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
-    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
-    let attached = conductors.map(|body| &body.attached).chain(dielectrics.map(|body| &body.attached));
-    let in_layer = attached
-        .flatten()
-        .find(|read| matches!(read.get(), Some(raw::Attached::Layer)))
-        .map(|read| &read.span);
-    let Some(span) = raw.pair().map(|read| &read.span).or(in_layer) else { return };
+    let Some(span) = first_within(raw) else { return };
     log.push(
         Diagnostic::at(span, "[mechanics.closed_form] does not know what lies within a foam")
             .label("this moves with the material of the layer")
@@ -88,4 +93,18 @@ fn check_contents(law: &Range<usize>, raw: &Document, log: &mut Log<'_>) {
                  `common_plate`, or use [mechanics.plane_strain] or [mechanics.solid]",
             ),
     );
+}
+
+/// The first electrodes or bodies that move with the material of the layer.
+fn first_within(raw: &Document) -> Option<&Range<usize>> {
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
+    let attached = conductors.map(|body| &body.attached).chain(dielectrics.map(|body| &body.attached));
+    let in_layer = || {
+        attached
+            .flatten()
+            .find(|read| matches!(read.get(), Some(raw::Attached::Layer)))
+            .map(|read| &read.span)
+    };
+    raw.pair().map(|read| &read.span).or_else(in_layer)
 }
