@@ -152,7 +152,9 @@ fn what_a_foam_cannot_be_combined_with_is_refused_with_a_way_out() {
     let even = [(closed_form, elements), long, ("poisson_ratio = 0.1", "poisson_ratio = 0.0")];
     assert!(parse(&with(&even)).is_ok());
     let punch = elements.replace("\"whole-top\"", "{ flat_punch = { half_width = \"5 mm\" } }");
-    let punched = [(closed_form, punch.as_str()), long, ("poisson_ratio = 0.1", "poisson_ratio = 0.0")];
+    let plate = "[electrodes.array.common_plate]\non = \"layer-top\"\nthickness = \"50 um\"\n";
+    let punched =
+        [(plate, ""), (closed_form, punch.as_str()), long, ("poisson_ratio = 0.1", "poisson_ratio = 0.0")];
     refused(&with(&punched), &["is not compressed evenly"]);
     let array = &CASE[CASE.find("[electrodes").unwrap()..CASE.find("[mechanics").unwrap()];
     let pair = "[electrodes.in_plane_pair]\ngap = \"1 mm\"\nlength = \"1 mm\"\nthickness = \"50 um\"\nwidth = \"5 mm\"\n\
