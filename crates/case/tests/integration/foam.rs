@@ -159,5 +159,5 @@ fn what_a_foam_cannot_be_combined_with_is_refused_with_a_way_out() {
     let array = &CASE[CASE.find("[electrodes").unwrap()..CASE.find("[mechanics").unwrap()];
     let pair = "[electrodes.in_plane_pair]\ngap = \"1 mm\"\nlength = \"1 mm\"\nthickness = \"50 um\"\nwidth = \"5 mm\"\n\
                 height = \"1.5 mm\"\nshear_modulus = \"rigid\"\n";
-    refused(&with(&[(array, pair)]), &["does not know what lies within a foam", "layer-top"]);
+    refused(&with(&[(array, pair)]), &["does not know what lies within a foam", "common_plate"]);
 }
