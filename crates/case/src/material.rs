@@ -3,13 +3,14 @@
 //! The doc comments of the tables are the descriptions in the JSON Schema, so they speak to whoever writes a case file. A new
 //! material needs a table, a line in [`MaterialTable`] and the match arms that then fail to compile; nothing else in this crate.
 
-use elastocap_materials::HyperelasticLaw;
+use elastocap_materials::{HyperelasticLaw, HyperfoamTerm, StressTable};
 use serde_json::Value;
 use toml::de::DeValue;
 
 use super::diagnostics::Diagnostic;
 use super::quantities::{
-    Constant, Exponent, Interval, Modulus, Number, NumberKind, Quantity, QuantityKind, SignedConstant,
+    Compression, Constant, Exponent, Interval, Modulus, Number, NumberKind, Quantity, QuantityKind,
+    SignedConstant,
 };
 use super::reader::{FromToml, Log, Node, Read, alternatives};
 use super::tables::{Entries, TableKeys, TableSchema, choice, key, table};
@@ -22,6 +23,8 @@ choice! {
         "yeoh" => Yeoh(YeohTable),
         "ogden" => Ogden(OgdenTable),
         "gent" => Gent(GentTable),
+        "hyperfoam" => Hyperfoam(HyperfoamTable),
+        "foam_table" => FoamTable(FoamTable),
     }
 }
 
@@ -95,6 +98,53 @@ table! {
     }
 }
 
+table! {
+    /// Foam by the law of Ogden and Storakers: W = sum of 2 mu/a^2 (l1^a + l2^a + l3^a - 3 + (J^(-a b) - 1)/b) with b = nu/(1 - 2 nu).
+    /// The closed form compresses it evenly, free to get wider; finite elements take it as it is.
+    struct HyperfoamTable {
+        /// Its terms.
+        terms: Read<Vec<Read<HyperfoamTermTable>>>,
+    }
+}
+
+table! {
+    /// One term of a hyperfoam.
+    struct HyperfoamTermTable {
+        /// mu of this term, greater than zero; the shear modulus at rest is the sum over the terms.
+        shear_modulus: Read<Modulus>,
+        /// a of this term, not zero.
+        exponent: Read<Exponent>,
+        /// nu of this term; 0 for a foam that does not get wider.
+        poisson_ratio: Read<Number<PoissonRatioKind>>,
+    }
+}
+
+table! {
+    /// Foam by its measured stress over the compression, straight between the points. For the closed form only, which compresses the
+    /// layer evenly and takes it to get no wider; a load beyond the table is refused.
+    struct FoamTable {
+        /// Compressions U/H of the points; they begin at 0 and rise.
+        compression: Read<Vec<Read<Compression>>>,
+        /// Nominal stress at each compression as the load grows, the force over the area at rest; it begins at zero and never falls. The
+        /// forces of the results are of this branch.
+        loading: Read<Vec<Read<Constant>>>,
+        /// Nominal stress at each compression as the load is taken off, at most that of loading. The force on this branch is a note
+        /// beside the result. Default: not measured.
+        unloading: Option<Read<Vec<Read<Constant>>>>,
+    }
+}
+
+/// nu of a term of a hyperfoam.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PoissonRatioKind;
+impl NumberKind for PoissonRatioKind {
+    const NAME: &'static str = "a Poisson's ratio";
+    const SAMPLE: &'static str = "0.0";
+    const RANGE: Interval = Interval { low: 0.0, low_belongs: true, high: 0.45, high_belongs: true };
+    const RULE: &'static str = "between 0 and 0.45";
+    const REASON: &'static str = "soft foams have 0 to 0.3; what has more is a rubber and no foam";
+}
+
 /// J_m of a Gent material.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LimitingInvariantKind;
@@ -114,22 +164,59 @@ pub(super) fn bulk_modulus(table: &MaterialTable) -> Option<&Read<Modulus>> {
         MaterialTable::Yeoh(table) => table.bulk_modulus.as_ref(),
         MaterialTable::Ogden(table) => table.bulk_modulus.as_ref(),
         MaterialTable::Gent(table) => table.bulk_modulus.as_ref(),
+        MaterialTable::Hyperfoam(_) | MaterialTable::FoamTable(_) => None,
     }
+}
+
+/// Whether the volume of the material cannot change.
+pub(super) fn keeps_volume(table: &MaterialTable) -> bool {
+    bulk_modulus(table).is_none() && !is_foam(table)
+}
+
+/// Whether the material is a law of force for foams.
+pub(super) fn is_foam(table: &MaterialTable) -> bool {
+    matches!(table, MaterialTable::Hyperfoam(_) | MaterialTable::FoamTable(_))
+}
+
+/// Whether the material is a foam that does not get wider where it is pressed.
+pub(super) fn gets_no_wider(table: &MaterialTable) -> bool {
+    let MaterialTable::Hyperfoam(table) = table else { return false };
+    let mut terms = table.terms.get().into_iter().flatten().filter_map(Read::get);
+    terms.all(|term| term.poisson_ratio.get().is_some_and(|ratio| ratio.value == 0.0))
 }
 
 /// What the material is called, with its article, if the closed form of the layer does not cover it.
 pub(super) fn without_closed_form(table: &MaterialTable) -> Option<&'static str> {
     match table {
-        MaterialTable::MooneyRivlin(_) | MaterialTable::NeoHookean(_) => None,
+        MaterialTable::MooneyRivlin(_)
+        | MaterialTable::NeoHookean(_)
+        | MaterialTable::Hyperfoam(_)
+        | MaterialTable::FoamTable(_) => None,
         MaterialTable::Yeoh(_) => Some("a Yeoh material"),
         MaterialTable::Ogden(_) => Some("an Ogden material"),
         MaterialTable::Gent(_) => Some("a Gent material"),
     }
 }
 
-/// The law of the material; `None` after a message to `log`.
-pub(super) fn material(read: &Read<MaterialTable>, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
+/// What a layer is made of.
+pub(super) enum Material {
+    /// A law of hyperelasticity.
+    Law(HyperelasticLaw),
+    /// The measured stress of a foam.
+    Measured(StressTable),
+}
+
+/// The material; `None` after a message to `log`.
+pub(super) fn material(read: &Read<MaterialTable>, log: &mut Log<'_>) -> Option<Material> {
     match read.get()? {
+        MaterialTable::FoamTable(table) => stress_table(table, log).map(Material::Measured),
+        table => law(table, log).map(Material::Law),
+    }
+}
+
+/// The law of the material; `None` after a message to `log`, and for a table of stresses.
+fn law(table: &MaterialTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
+    match table {
         MaterialTable::NeoHookean(table) => {
             Some(HyperelasticLaw::NeoHookean { shear_modulus: table.shear_modulus.get()?.si })
         }
@@ -146,7 +233,132 @@ pub(super) fn material(read: &Read<MaterialTable>, log: &mut Log<'_>) -> Option<
             shear_modulus: table.shear_modulus.get()?.si,
             limiting_invariant: table.limiting_invariant.get()?.value,
         }),
+        MaterialTable::Hyperfoam(table) => hyperfoam(table, log),
+        MaterialTable::FoamTable(_) => None,
     }
+}
+
+fn hyperfoam(table: &HyperfoamTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
+    let mut terms = Vec::new();
+    for term in table.terms.get()? {
+        let term = term.get()?;
+        let exponent = term.exponent.get()?.value;
+        if exponent == 0.0 {
+            log.push(
+                Diagnostic::at(&term.exponent.span, "`exponent` of a hyperfoam term must not be zero")
+                    .label("zero")
+                    .help("write for example `exponent = 8.0`: the larger it is, the flatter the plateau"),
+            );
+            return None;
+        }
+        terms.push(HyperfoamTerm {
+            shear_modulus: term.shear_modulus.get()?.si,
+            exponent,
+            poisson_ratio: term.poisson_ratio.get()?.value,
+        });
+    }
+    if terms.is_empty() {
+        log.push(
+            Diagnostic::at(&table.terms.span, "the layer has no stiffness: `terms` is empty")
+                .label("no term")
+                .help("write for example `terms = [{ shear_modulus = \"15 kPa\", exponent = 8.0, poisson_ratio = 0.0 }]`"),
+        );
+        return None;
+    }
+    Some(HyperelasticLaw::Hyperfoam { terms })
+}
+
+fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
+    let stresses = |read: &Read<Vec<Read<Constant>>>| -> Option<Vec<f64>> {
+        read.get()?.iter().map(|entry| Some(entry.get()?.si)).collect()
+    };
+    let compressions = table.compression.get()?;
+    let compression: Vec<f64> = compressions.iter().map(|c| Some(c.get()?.value)).collect::<Option<_>>()?;
+    let branches = [("loading", Some(&table.loading)), ("unloading", table.unloading.as_ref())];
+    let branches = branches.into_iter().filter_map(|(name, read)| Some((name, read?)));
+    let mut found = Vec::new();
+    for (name, read) in branches {
+        let values = stresses(read)?;
+        if values.len() != compression.len() {
+            let (own, other) = (values.len(), compression.len());
+            log.push(
+                Diagnostic::at(
+                    &read.span,
+                    format!("`{name}` has {own} stresses, and `compression` has {other} entries"),
+                )
+                .label("one stress for each compression is needed")
+                .related(&table.compression.span, "the compressions")
+                .help("give both lists the same number of entries"),
+            );
+            return None;
+        }
+        found.push((values, read));
+    }
+    if compression.len() < 2 || compression.first() != Some(&0.0) {
+        log.push(
+            Diagnostic::at(
+                &table.compression.span,
+                "the table of a foam begins at a compression of 0 and has two points or more",
+            )
+            .label("the layer at rest is missing, or all but it")
+            .help("begin with `compression = [0.0, ..` and `loading = [\"0 kPa\", ..`"),
+        );
+        return None;
+    }
+    if let Some(k) = (1..compression.len()).find(|k| compression[*k] <= compression[k - 1]) {
+        log.push(
+            Diagnostic::at(&compressions[k].span, "the compressions of a foam's table do not rise")
+                .label("not larger than the one before")
+                .help("sort the points by their compression, and leave out what is measured twice"),
+        );
+        return None;
+    }
+    for (values, read) in &found {
+        let entries = read.get()?;
+        if values[0] != 0.0 {
+            log.push(
+                Diagnostic::at(&entries[0].span, "the table of a foam begins with a stress of zero")
+                    .label("the layer is at rest here")
+                    .help(
+                        "take the stress of the first contact off all stresses, and write `\"0 kPa\"` here",
+                    ),
+            );
+            return None;
+        }
+        if let Some(k) = (1..values.len()).find(|k| values[*k] < values[k - 1]) {
+            log.push(
+                Diagnostic::at(&entries[k].span, "the stresses of a foam's table fall")
+                    .label("less than the one before: a force would have several compressions")
+                    .help("smooth the measurement until no stress is less than the one before"),
+            );
+            return None;
+        }
+    }
+    let mut branches = found.into_iter().map(|(values, _)| values);
+    let loading = branches.next()?;
+    let unloading = branches.next();
+    if loading.iter().all(|stress| *stress == 0.0) {
+        log.push(
+            Diagnostic::at(&table.loading.span, "the layer has no stiffness: all stresses are zero")
+                .label("zero throughout")
+                .help("give the measured stress at each compression"),
+        );
+        return None;
+    }
+    let above = |unloading: &Vec<f64>| (0..loading.len()).find(|k| unloading[*k] > loading[*k]);
+    if let (Some(k), Some(read)) = (unloading.as_ref().and_then(above), &table.unloading) {
+        log.push(
+            Diagnostic::at(
+                &read.get()?[k].span,
+                "a foam cannot give back more than it takes: `unloading` is above `loading`",
+            )
+            .label("more than the stress of loading at this compression")
+            .related(&table.loading.get()?[k].span, "the stress of loading")
+            .help("check whether the two lists are exchanged"),
+        );
+        return None;
+    }
+    Some(StressTable { compression, loading, unloading })
 }
 
 /// The value in SI units, zero where the file does not give it.

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use elastocap_geometry::meshing::tets::TetMesh;
-use elastocap_materials::HyperelasticLaw;
+use elastocap_materials::hyperfoam::pressed_freely;
+use elastocap_materials::{HyperelasticLaw, StressTable};
 
 pub use super::terminals::{Measured, MeasuredEntry, Measurement, Terminal};
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
@@ -146,9 +147,14 @@ pub struct MeasuredPoint {
 }
 
 impl Case {
-    /// Whether the layer is a foam, of which no model here has the force.
+    /// Whether the layer is a foam: its permittivity follows the compression, or its force is by a law of foams.
     pub fn is_foam(&self) -> bool {
-        self.layer.as_ref().is_some_and(|layer| layer.foam.is_some())
+        self.layer.as_ref().is_some_and(|layer| layer.foam.is_some() || layer.has_foam_law())
+    }
+
+    /// Whether the layer is a foam without a law of foams, so that no model here has its force.
+    pub fn lacks_force(&self) -> bool {
+        self.layer.as_ref().is_some_and(|layer| layer.foam.is_some() && !layer.has_foam_law())
     }
 
     /// The name of the file, without its folder.
@@ -201,23 +207,47 @@ pub struct Layer {
     pub relative_permittivity: Option<f64>,
     /// What makes eps_r grow with the compression; `None` where it is the same under every load.
     pub foam: Option<Foam>,
-    /// What it is made of; present whenever [`Case::load`] is. Its shear modulus is positive.
+    /// What it is made of; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
+    /// The measured stress of a foam, in place of a material.
+    pub stress_table: Option<StressTable>,
     /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
     pub bulk_modulus: Option<f64>,
 }
 
 impl Layer {
-    /// eps_r at a compression U/H.
+    /// eps_r at a compression U/H that is the same everywhere.
     pub fn permittivity_at(&self, compression: f64) -> Option<f64> {
         match self.foam {
-            Some(foam) => Some(foam.relative_permittivity(compression)),
+            Some(foam) => Some(foam.relative_permittivity(self.volume_ratio(compression))),
             None => self.relative_permittivity,
         }
     }
+
+    /// Whether a law of foams says what force the layer takes.
+    pub fn has_foam_law(&self) -> bool {
+        self.stress_table.is_some() || matches!(self.material, Some(HyperelasticLaw::Hyperfoam { .. }))
+    }
+
+    /// Whether the layer is a foam that does not get wider where it is pressed: of the same width in plane strain and in three dimensions.
+    pub fn gets_no_wider(&self) -> bool {
+        match &self.material {
+            Some(HyperelasticLaw::Hyperfoam { terms }) => terms.iter().all(|term| term.poisson_ratio == 0.0),
+            _ => false,
+        }
+    }
+
+    /// J of a foam at a compression U/H that is the same everywhere. Only a hyperfoam says how much wider it gets; others get no wider.
+    fn volume_ratio(&self, compression: f64) -> f64 {
+        let lateral = match &self.material {
+            Some(HyperelasticLaw::Hyperfoam { terms }) => pressed_freely(terms, compression).lateral_stretch,
+            _ => 1.0,
+        };
+        (1.0 - compression) * lateral * lateral
+    }
 }
 
-/// A foam that gets denser under load, and no wider.
+/// A foam that gets denser under load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foam {
     /// eps_r of what it is made of.
@@ -227,10 +257,10 @@ pub struct Foam {
 }
 
 impl Foam {
-    /// eps_r at a compression U/H, in [0, 1): by Looyenga's rule (Physica 31, 401, 1965), the cube root of eps_r is the mean of those of
-    /// solid and air by volume. The solid's share is that at rest over 1 - U/H, and 1 at most.
-    pub fn relative_permittivity(&self, compression: f64) -> f64 {
-        let share = (self.solid_fraction / (1.0 - compression)).min(1.0);
+    /// eps_r where the foam has this volume over that at rest: by Looyenga's rule (Physica 31, 401, 1965), the cube root of eps_r is the
+    /// mean of those of solid and air by volume. The solid's share is that at rest over the volume ratio, and 1 at most.
+    pub fn relative_permittivity(&self, volume_ratio: f64) -> f64 {
+        let share = (self.solid_fraction / volume_ratio).min(1.0);
         (1.0 + share * (self.solid_permittivity.cbrt() - 1.0)).powi(3)
     }
 }

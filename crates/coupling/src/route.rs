@@ -232,7 +232,8 @@ impl Bending {
                 }
             }
             // No outlines are known.
-            Some(Deformation::FiniteElement(_) | Deformation::ClosedForm(_)) | None => Self::InSpace,
+            Some(Deformation::FiniteElement(_) | Deformation::ClosedForm(_) | Deformation::Foam(_))
+            | None => Self::InSpace,
         }
     }
 }

@@ -6,9 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 use elastocap_case::{Case, Mechanics};
+use elastocap_mechanics::LayerState;
 
 use crate::change::{ChangeSearch, note_changes};
-use crate::deform::{Prepared, Solution, force_warning, prepare, prepare_with_drafts, shear_warning};
+use crate::deform::{
+    DeformError, Deformation, Prepared, Solution, force_warning, prepare, prepare_with_drafts, shear_warning,
+};
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
@@ -330,9 +333,11 @@ fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
         }
         Prepared::ClosedForm(run) => {
             let states = || run.states.iter().enumerate();
-            let of_force =
-                force_warning(case, states().filter_map(|(_, s)| s.as_ref().ok().copied()), run.force_limit);
-            let with_pose = |(k, state): (usize, &Result<_, _>)| Some((*state.as_ref().ok()?, case.pose(k)));
+            let closed = |state: &Result<LayerState, DeformError>| {
+                state.as_ref().ok().copied().map(Deformation::ClosedForm)
+            };
+            let of_force = force_warning(case, states().filter_map(|(_, s)| closed(s)), run.force_limit);
+            let with_pose = |(k, state): (usize, &Result<_, _>)| Some((closed(state)?, case.pose(k)));
             of_force.into_iter().chain(shear_warning(states().filter_map(with_pose))).collect()
         }
     }

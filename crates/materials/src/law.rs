@@ -1,5 +1,6 @@
 //! The laws of distortion, and what each of them contributes in the plane and in space.
 
+use crate::hyperfoam::HyperfoamTerm;
 use crate::mooney_rivlin::MooneyRivlin;
 use crate::plane::{self, EnergyDerivatives};
 use crate::space::{self, Measure};
@@ -41,6 +42,12 @@ pub enum HyperelasticLaw {
         /// `J_m`, the value of `I1 - 3` at which the chains are fully extended; positive.
         limiting_invariant: f64,
     },
+    /// The law of foams, which contains the volume: see [`hyperfoam`](crate::hyperfoam). It is used with
+    /// [`Volume::OfLaw`](crate::Volume::OfLaw) and is never split.
+    Hyperfoam {
+        /// The terms, each with a positive shear modulus.
+        terms: Vec<HyperfoamTerm>,
+    },
 }
 
 impl HyperelasticLaw {
@@ -51,6 +58,7 @@ impl HyperelasticLaw {
             Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
             Self::Yeoh { constants } => 2.0 * constants[0],
             Self::Ogden { terms } => terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum(),
+            Self::Hyperfoam { terms } => terms.iter().map(|term| term.shear_modulus).sum(),
         }
     }
 
@@ -59,7 +67,7 @@ impl HyperelasticLaw {
         match self {
             Self::NeoHookean { shear_modulus } => Some(MooneyRivlin::neo_hookean(*shear_modulus)),
             Self::MooneyRivlin { c10, c01 } => Some(MooneyRivlin { c10: *c10, c01: *c01 }),
-            Self::Yeoh { .. } | Self::Ogden { .. } | Self::Gent { .. } => None,
+            Self::Yeoh { .. } | Self::Ogden { .. } | Self::Gent { .. } | Self::Hyperfoam { .. } => None,
         }
     }
 
@@ -67,7 +75,7 @@ impl HyperelasticLaw {
     pub(crate) fn is_polynomial(&self) -> bool {
         match self {
             Self::NeoHookean { .. } | Self::MooneyRivlin { .. } | Self::Yeoh { .. } => true,
-            Self::Ogden { .. } | Self::Gent { .. } => false,
+            Self::Ogden { .. } | Self::Gent { .. } | Self::Hyperfoam { .. } => false,
         }
     }
 
@@ -75,9 +83,11 @@ impl HyperelasticLaw {
     pub(crate) fn limiting_invariant(&self) -> Option<f64> {
         match self {
             Self::Gent { limiting_invariant, .. } => Some(*limiting_invariant),
-            Self::NeoHookean { .. } | Self::MooneyRivlin { .. } | Self::Yeoh { .. } | Self::Ogden { .. } => {
-                None
-            }
+            Self::NeoHookean { .. }
+            | Self::MooneyRivlin { .. }
+            | Self::Yeoh { .. }
+            | Self::Ogden { .. }
+            | Self::Hyperfoam { .. } => None,
         }
     }
 
@@ -107,8 +117,7 @@ impl HyperelasticLaw {
             }
             Self::Ogden { terms } => {
                 let powers = if keeps_volume { ogden::plain_stretch_powers } else { ogden::stretch_powers };
-                // I - 2J without cancellation: it vanishes where the two stretches agree.
-                let spread = (f[0] - f[3]).powi(2) + (f[1] + f[2]).powi(2);
+                let spread = stretch_spread(f);
                 terms.iter().fold(EnergyDerivatives::default(), |sum, (mu, alpha)| {
                     sum.plus(&powers(spread, j, *alpha).scaled(mu / alpha))
                 })
@@ -116,6 +125,13 @@ impl HyperelasticLaw {
             Self::Gent { shear_modulus, limiting_invariant } => {
                 let first = first();
                 first.chained(&gent::energy(first.w, *shear_modulus, *limiting_invariant)?)
+            }
+            Self::Hyperfoam { terms } => {
+                let spread = stretch_spread(f);
+                terms.iter().fold(EnergyDerivatives::default(), |sum, term| {
+                    let powers = ogden::plain_stretch_powers(spread, j, term.exponent);
+                    sum.plus(&powers.plus(&term.volume_part(j)).scaled(term.scale()))
+                })
             }
         })
     }
@@ -156,11 +172,17 @@ impl HyperelasticLaw {
                 let first = e.distortion(j, keeps_volume);
                 add(&e, &first.chained(&gent::energy(first.w, *shear_modulus, *limiting_invariant)?));
             }
+            Self::Hyperfoam { terms } => {
+                for term in terms {
+                    let e = Measure::power_sum(f, term.exponent);
+                    add(&e, &e.distortion(j, true).plus(&term.volume_part(j)).scaled(term.scale()));
+                }
+            }
         }
         Some(())
     }
 
-    /// `sigma_33` in Pa of an *incompressible* rubber in plane strain, from `J sigma_33 = dW/dF33` at `F33 = 1`.
+    /// `sigma_33` in Pa of an *incompressible* rubber or of a hyperfoam in plane strain, from `J sigma_33 = dW/dF33` at `F33 = 1`.
     ///
     /// `d` are the derivatives of the whole energy at `f` with `J = j`; `field` is the pressure field and `barrier` the slope of
     /// the volume barrier by `J`, both in Pa.
@@ -186,6 +208,19 @@ impl HyperelasticLaw {
                 let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
                 sum * (1.0 - j) / j + barrier + field
             }
+            // l3^a, and J dw/dJ of what is no power of a stretch.
+            Self::Hyperfoam { terms } => {
+                let stress = |term: &HyperfoamTerm| {
+                    let volume = term.volume_part(j).j - term.exponent;
+                    term.scale() * (term.exponent / j + volume)
+                };
+                terms.iter().map(stress).sum()
+            }
         }
     }
+}
+
+/// `I - 2J` in the plane without cancellation: it vanishes where the two stretches agree.
+fn stretch_spread(f: &plane::Tensor) -> f64 {
+    (f[0] - f[3]).powi(2) + (f[1] + f[2]).powi(2)
 }

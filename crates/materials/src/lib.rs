@@ -27,22 +27,28 @@
 //! | [`plane`] | tensors and invariants in plane strain, derivatives of an energy by them |
 //! | [`space`] | tensors and measures of deformation in three dimensions |
 //! | `gent`, `yeoh`, `ogden`, `mooney_rivlin` | the formulas of single laws |
+//! | [`hyperfoam`] | the law of foams, and foams that are pressed along one axis |
+//! | [`stress_table`] | measured stress of a foam over its compression |
 //!
 //! # Adding a law
 //! Write its formulas in a file of its own, add a variant to [`HyperelasticLaw`] and fill in the match arms that then fail to
 //! compile. `tests/integration` checks any law in its list against finite differences, in the plane and in space.
 
 mod gent;
+pub mod hyperfoam;
 mod law;
 mod mooney_rivlin;
 mod ogden;
 pub mod plane;
 mod rubber;
 pub mod space;
+pub mod stress_table;
 mod yeoh;
 
+pub use hyperfoam::HyperfoamTerm;
 pub use law::HyperelasticLaw;
 pub use mooney_rivlin::MooneyRivlin;
 pub use plane::EnergyDerivatives;
 pub use rubber::{Rubber, Volume};
 pub use space::Response;
+pub use stress_table::StressTable;

@@ -18,6 +18,8 @@ pub enum Volume {
     /// `kappa/4 (J^2 - 1 - 2 ln J)` in addition to the distortion, with `kappa` in Pa and without a pressure field. Elements lock
     /// where `kappa/mu` is large.
     DisplacementOnly(f64),
+    /// Nothing beside the law, which contains the volume: for [`HyperelasticLaw::Hyperfoam`]. It has no pressure field.
+    OfLaw,
 }
 
 /// A rubber: how it distorts and how it changes volume.
@@ -45,9 +47,13 @@ impl Rubber {
         Self::of_law(HyperelasticLaw::NeoHookean { shear_modulus }, None)
     }
 
-    /// A rubber with the bulk modulus `kappa` in Pa, or an incompressible one with the usual barrier.
+    /// A rubber with the bulk modulus `kappa` in Pa, or an incompressible one with the usual barrier. A hyperfoam knows its bulk modulus
+    /// itself.
     pub fn of_law(distortion: HyperelasticLaw, bulk_modulus: Option<f64>) -> Self {
         match bulk_modulus {
+            _ if matches!(distortion, HyperelasticLaw::Hyperfoam { .. }) => {
+                Self { distortion, volume: Volume::OfLaw, volume_barrier: 0.0 }
+            }
             Some(kappa) => Self { distortion, volume: Volume::BulkModulus(kappa), volume_barrier: 0.0 },
             None => Self { distortion, volume: Volume::Incompressible, volume_barrier: Self::USUAL_BARRIER },
         }
@@ -63,7 +69,7 @@ impl Rubber {
         match self.volume {
             Volume::Incompressible => Some(0.0),
             Volume::BulkModulus(kappa) => Some(1.0 / kappa),
-            Volume::LogLame(_) | Volume::DisplacementOnly(_) => None,
+            Volume::LogLame(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => None,
         }
     }
 
@@ -101,7 +107,7 @@ impl Rubber {
         match self.volume {
             // Of the law, only the shear modulus counts.
             Volume::LogLame(_) => None,
-            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) => {
+            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
                 self.distortion.limiting_invariant()
             }
         }
@@ -130,7 +136,7 @@ impl Rubber {
                     ..Default::default()
                 })
             }
-            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) => {
+            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
                 self.distortion.in_plane(f, j, self.keeps_volume())
             }
         };
@@ -170,7 +176,7 @@ impl Rubber {
                 add(&e, &d);
                 Some(())
             }
-            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) => {
+            Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
                 self.distortion.in_space(f, j, self.keeps_volume(), &mut add)
             }
         };
@@ -209,6 +215,7 @@ impl Rubber {
             Volume::DisplacementOnly(kappa) => 1.5 * kappa * (j - 1.0 / j) - in_plane,
             // W = W(I1, J), of which w_I is the first derivative and w_J the other.
             Volume::LogLame(_) => 2.0 * d.i / j + (d.j + field),
+            Volume::OfLaw => self.distortion.third_normal_stress(f, j, d, 0.0, 0.0),
             Volume::Incompressible => {
                 let barrier = self.volume_barrier * self.shear_modulus() * (1.0 - 1.0 / j);
                 self.distortion.third_normal_stress(f, j, d, field, barrier)
@@ -224,7 +231,7 @@ impl Rubber {
                 let b = self.volume_barrier * self.shear_modulus();
                 (b * (j - 1.0 - (j - 1.0).ln_1p()), b * (1.0 - 1.0 / j), b / (j * j))
             }
-            Volume::BulkModulus(_) => (0.0, 0.0, 0.0),
+            Volume::BulkModulus(_) | Volume::OfLaw => (0.0, 0.0, 0.0),
             Volume::LogLame(lambda) => {
                 let log = j.ln();
                 (0.5 * lambda * log * log, lambda * log / j, lambda * (1.0 - log) / (j * j))

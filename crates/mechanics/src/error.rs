@@ -50,6 +50,43 @@ pub enum MechanicsError {
         /// The compression `U/H` at which it is reached.
         compression: f64,
     },
+    /// A foam is compressed more than its table was measured.
+    #[error(
+        "the compression U/H is {compression}, but the table of the foam's stress ends at {last_compression}; measure further, \
+         or lower the load"
+    )]
+    BeyondTable {
+        /// The refused `U/H`, without unit.
+        compression: f64,
+        /// The last `U/H` of the table.
+        last_compression: f64,
+    },
+    /// A foam is pressed by a larger force than its table has.
+    #[error(
+        "the force is {force} N, but the table of the foam's stress reaches only {largest_force} N on this contact, at a compression \
+         U/H of {last_compression}; measure further, lower the force, or check the contact length and width"
+    )]
+    BeyondTableForce {
+        /// The refused force in N.
+        force: f64,
+        /// The force at the last stress of the table in N.
+        largest_force: f64,
+        /// The last `U/H` of the table.
+        last_compression: f64,
+    },
+    /// The table of a foam has the same stress over a range of compressions.
+    #[error(
+        "the force is {force} N, and the table of the foam's stress has it at every compression U/H from {from} to {to}; \
+         load by `compression` there"
+    )]
+    Plateau {
+        /// The refused force in N.
+        force: f64,
+        /// The first `U/H` with this force.
+        from: f64,
+        /// The last `U/H` with this force.
+        to: f64,
+    },
     /// The contact is so long compared with the shear length that the force of equation (50) is tensile from the start.
     #[error(
         "with a contact half-length of {contact_half_length} m and a shear length of {shear_length} m on a layer \

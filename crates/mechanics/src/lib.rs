@@ -36,6 +36,7 @@
 mod closed_form;
 mod electrode;
 mod error;
+mod foam;
 mod inverse;
 mod layer;
 mod numerics;
@@ -47,5 +48,6 @@ pub use elastocap_materials as materials;
 pub use elastocap_materials::MooneyRivlin;
 pub use electrode::{ElectrodePose, ElectrodeStiffness};
 pub use error::MechanicsError;
+pub use foam::{FoamLaw, FoamState};
 pub use inverse::{ForceLimit, compression_for_force, force_limit};
 pub use layer::{ClosedFormSettings, LayerState};

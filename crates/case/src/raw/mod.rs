@@ -84,8 +84,9 @@ table! {
         half_length: Option<Read<Size>>,
         /// Relative permittivity; needed as soon as there are electrodes or conductors.
         relative_permittivity: Option<Read<Permittivity>>,
-        /// In place of `relative_permittivity`, for a foam: its permittivity grows as the load closes its pores. Needs
-        /// [mechanics.closed_form] where there is a load.
+        /// In place of `relative_permittivity`, for a foam: its permittivity grows as the load closes its pores. Where there is a load it
+        /// needs [mechanics.closed_form], or a whole top on a hyperfoam with a Poisson's ratio of 0. Forces need `hyperfoam` or
+        /// `foam_table` as the material.
         foam: Option<Read<Foam>>,
         /// What it is made of; needed as soon as there is a load.
         material: Option<Read<MaterialTable>>,
@@ -94,7 +95,8 @@ table! {
 
 table! {
     /// The permittivity of a foam by Looyenga's mixing rule: the cube root of the permittivity is the mean of those of solid and air
-    /// by volume. Compressed by U/H, without getting wider, the solid's share of the volume is divided by 1 - U/H.
+    /// by volume. Under load the solid's share of the volume is divided by the volume over that at rest: by 1 - U/H where the foam gets no
+    /// wider, as all but a hyperfoam are taken.
     struct Foam {
         /// Relative permittivity of what the foam is made of.
         solid_permittivity: Read<Permittivity>,

@@ -45,7 +45,7 @@ pub(super) fn check_outlet<T>(
 ) {
     let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
     let Some(material) = read.get() else { return };
-    if material::bulk_modulus(material).is_some() {
+    if !material::keeps_volume(material) {
         return;
     }
     log.push(

@@ -9,7 +9,7 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
-use crate::material;
+use crate::material::{self, Material};
 
 pub(super) fn layer(
     read: &Read<raw::Layer>,
@@ -36,7 +36,13 @@ pub(super) fn layer(
                 .help("add for example `[layer.material.neo_hookean]` with `shear_modulus = \"100 kPa\"`"),
         );
     }
-    let material = raw.material.as_ref().map(|read| material::material(read, log));
+    let (material, stress_table) = match raw.material.as_ref().map(|read| material::material(read, log)) {
+        Some(Some(Material::Law(law))) => (Some(law), None),
+        Some(Some(Material::Measured(table))) => (None, Some(table)),
+        Some(None) => return None,
+        None if wants_mechanics => return None,
+        None => (None, None),
+    };
     let optional = |read: &Option<Read<Size>>| match read {
         Some(read) => read.get().map(|size| Some(size.si)),
         None => Some(None),
@@ -46,7 +52,7 @@ pub(super) fn layer(
         half_length: optional(&raw.half_length)?,
         relative_permittivity: match &raw.relative_permittivity {
             Some(read) => Some(read.get()?.value),
-            None if foam.is_some() => foam.map(|foam| foam.relative_permittivity(0.0)),
+            None if foam.is_some() => foam.map(|foam| foam.relative_permittivity(1.0)),
             None if wants_capacitance => return None,
             None => None,
         },
@@ -55,11 +61,8 @@ pub(super) fn layer(
             Some(read) => Some(read.get()?.si),
             None => None,
         },
-        material: match material {
-            Some(material) => Some(material?),
-            None if wants_mechanics => return None,
-            None => None,
-        },
+        material,
+        stress_table,
     })
 }
 
@@ -79,43 +82,6 @@ fn foam(read: &Read<raw::Foam>, layer: &raw::Layer, log: &mut Log<'_>) -> Option
         solid_permittivity: table.solid_permittivity.get()?.value,
         solid_fraction: table.solid_fraction.get()?.value,
     })
-}
-
-/// A foam is as dense everywhere as the mean compression makes it, and nothing else in the field may change it. How much force it takes no
-/// model says.
-pub(super) fn check_foam(raw: &Document, log: &mut Log<'_>) {
-    let Some(foam) = given(&raw.layer).and_then(|layer| layer.foam.as_ref()) else { return };
-    let by_force = given(&raw.load).and_then(|load| {
-        let of_steps = given(&load.steps).into_iter().flatten().filter_map(Read::get);
-        let spans = load.force.iter().map(|read| &read.span);
-        spans.chain(of_steps.filter_map(|step| step.force.as_ref().map(|read| &read.span))).next()
-    });
-    if let Some(force) = by_force {
-        log.push(
-            Diagnostic::at(force, "[layer.foam] cannot be loaded by a force: no model of this version has the force of a foam")
-                .label("the compression that this gives is not known")
-                .related(&foam.span, "a foam")
-                .help("measure the compressions and give these: [mechanics.closed_form] with `compression` in [load] and without [indenter]"),
-        );
-        return;
-    }
-    let finite_elements =
-        given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
-    let other = if finite_elements {
-        "a layer by finite elements, which is not compressed evenly"
-    } else if raw.indenter.is_some() {
-        "an indenter in the field, beside which the layer is not compressed"
-    } else {
-        return;
-    };
-    log.push(
-        Diagnostic::at(&foam.span, format!("[layer.foam] cannot be used with {other}"))
-            .label("its permittivity follows from one compression")
-            .help(
-                "use [mechanics.closed_form] with `compression` in [load] and without [indenter], which gives no force; or give \
-                 `relative_permittivity`, for a rubber that is none of foam",
-            ),
-    );
 }
 
 /// What the two layouts have in common.

@@ -7,6 +7,7 @@ mod alone;
 mod attached;
 mod auto;
 mod bodies;
+mod foam;
 mod forms;
 mod imported;
 mod indenter;
@@ -67,7 +68,7 @@ pub(super) fn validate(
     }
 
     let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
-    layered::check_foam(raw, log);
+    foam::check(raw, log);
     let of_pair = raw.pair();
     let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));

@@ -5,6 +5,7 @@
 mod acceptance;
 mod auto;
 mod bad_files;
+mod foam;
 mod forms;
 mod helps;
 mod measurement;

@@ -142,7 +142,7 @@ fn a_foam_gets_denser_under_load() {
     let both = foam.replace("foam =", "relative_permittivity = 2.0\nfoam =");
     folder.refused(&both, &["both `foam` and `relative_permittivity`"]);
     let by_force = foam.replace("compression = [", "force = [\"0 N\"] # [");
-    folder.refused(&by_force, &["[layer.foam] cannot be loaded by a force", "no model of this version"]);
+    folder.refused(&by_force, &["[layer.foam] cannot be loaded by a force", "[layer.material.hyperfoam]"]);
     folder.refused(
         &foam.replace("solid_fraction = 0.25", "solid_fraction = 25.0"),
         &["solid_fraction", "0.25"],

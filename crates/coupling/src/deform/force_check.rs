@@ -1,7 +1,7 @@
 //! How far the force of the closed form may be trusted: the same contact by finite elements.
 
+use elastocap_mechanics::ForceLimit;
 use elastocap_mechanics::punch_force::punch_force;
-use elastocap_mechanics::{ForceLimit, LayerState};
 use serde::Serialize;
 
 use super::Deformation;
@@ -45,18 +45,15 @@ impl ForceCheck {
 /// What the user should know of the closed form's forces, if any of them differs notably; beyond `limit` there are none.
 pub(crate) fn force_warning(
     case: &Case,
-    states: impl Iterator<Item = LayerState>,
+    states: impl Iterator<Item = Deformation<'static>>,
     limit: Option<ForceLimit>,
 ) -> Option<String> {
     if case.is_foam() {
-        return Some(
-            "no force is given: no model of this version has the force of a foam; compressions are taken as they are, and the permittivity \
-             follows from them"
-                .to_owned(),
-        );
+        return super::foam::force_warning(case, states);
     }
-    let has_force = |state: &LayerState| limit.is_none_or(|limit| state.compression() <= limit.compression);
-    let checks = states.filter(has_force).filter_map(|s| ForceCheck::of(case, &Deformation::ClosedForm(s)));
+    let has_force =
+        |state: &Deformation<'_>| limit.is_none_or(|limit| state.compression() <= limit.compression);
+    let checks = states.filter(has_force).filter_map(|state| ForceCheck::of(case, &state));
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for check in checks {
         (low, high) = (low.min(check.relative_difference), high.max(check.relative_difference));

@@ -7,6 +7,7 @@ mod curves;
 mod electrode_box;
 mod error;
 mod finite_element;
+pub(crate) mod foam;
 mod force_check;
 mod material;
 mod places;
@@ -24,7 +25,7 @@ use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
 use elastocap_mechanics::solid::press::Pressing;
 use elastocap_mechanics::solid::probe::Probe;
 use elastocap_mechanics::{
-    ClosedFormSettings, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
+    ClosedFormSettings, FoamState, ForceLimit, LayerState, MechanicsError, MooneyRivlin, force_limit,
 };
 
 pub use curves::{Curve, DeformedCurves, PIECES, off_segment, simplified};
@@ -50,6 +51,8 @@ use elastocap_case::{Case, Mechanics, ShearLength};
 pub enum Deformation<'a> {
     /// By the closed form.
     ClosedForm(LayerState),
+    /// A foam that is compressed evenly.
+    Foam(FoamState),
     /// By finite elements.
     FiniteElement(&'a FiniteElementStep),
 }
@@ -59,6 +62,7 @@ impl Deformation<'_> {
     pub fn compression(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.compression(),
+            Self::Foam(state) => state.compression(),
             Self::FiniteElement(step) => step.compression,
         }
     }
@@ -67,6 +71,7 @@ impl Deformation<'_> {
     pub fn top_displacement(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.top_displacement(),
+            Self::Foam(state) => state.top_displacement(),
             Self::FiniteElement(step) => step.top_displacement,
         }
     }
@@ -75,6 +80,7 @@ impl Deformation<'_> {
     pub fn deformed_thickness(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.deformed_thickness(),
+            Self::Foam(state) => state.deformed_thickness(),
             Self::FiniteElement(step) => step.deformed_thickness,
         }
     }
@@ -83,6 +89,7 @@ impl Deformation<'_> {
     pub fn force(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.force(),
+            Self::Foam(state) => state.force(),
             Self::FiniteElement(step) => step.force,
         }
     }
@@ -159,6 +166,7 @@ pub(crate) fn prepare_with_drafts(
     let report_mesh =
         |mesh: usize, done: usize| report(&format!("layer, mesh {}: {done} of {count} loads", mesh + 1));
     let run = match &mechanics {
+        Mechanics::ClosedForm { .. } if foam::has_law(case) => return Prepared::StepByStep,
         Mechanics::ClosedForm { shear_length: ShearLength::FiniteElement, .. } => {
             report("shear length by finite elements");
             return Prepared::ClosedForm(shear_length::solve(case, loads, cancel));
@@ -229,7 +237,7 @@ impl Prepared {
         prune: bool,
     ) -> Result<Option<Deformation<'_>>, DeformError> {
         match self {
-            Self::StepByStep => Ok(layer_state(case, load, prune)?.map(Deformation::ClosedForm)),
+            Self::StepByStep => Ok(layer_state(case, load, prune)?),
             Self::FiniteElement(run) => match run.steps.get(index) {
                 Some(Ok(step)) => Ok(Some(Deformation::FiniteElement(step))),
                 Some(Err(error)) => Err(error.clone()),
@@ -262,7 +270,7 @@ pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
     force_limit(thickness, material, settings).ok()
 }
 
-/// The layer in closed form under a load. `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
+/// The layer in closed form, or the evenly compressed foam, under a load. `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
 /// out of the run.
 ///
 /// # Errors
@@ -271,14 +279,18 @@ pub(crate) fn layer_state(
     case: &Case,
     load: StepLoad,
     prune: bool,
-) -> Result<Option<LayerState>, MechanicsError> {
-    let Some((thickness, material, settings)) = closed_form(case) else { return Ok(None) };
-    match load {
-        StepLoad::None if prune => Ok(None),
-        StepLoad::None => LayerState::new(thickness, material, 0.0, settings).map(Some),
-        StepLoad::Compression(compression) => {
-            LayerState::new(thickness, material, compression, settings).map(Some)
-        }
-        StepLoad::ForceN(force) => LayerState::under_force(thickness, material, force, settings).map(Some),
+) -> Result<Option<Deformation<'static>>, MechanicsError> {
+    if load == StepLoad::None && prune {
+        return Ok(None);
     }
+    if let Some(foam) = foam::Foam::of(case) {
+        return foam.state(load).map(|state| Some(Deformation::Foam(state)));
+    }
+    let Some((thickness, material, settings)) = closed_form(case) else { return Ok(None) };
+    let state = match load {
+        StepLoad::None => LayerState::new(thickness, material, 0.0, settings),
+        StepLoad::Compression(compression) => LayerState::new(thickness, material, compression, settings),
+        StepLoad::ForceN(force) => LayerState::under_force(thickness, material, force, settings),
+    };
+    state.map(|state| Some(Deformation::ClosedForm(state)))
 }

@@ -1,23 +1,22 @@
 //! The horizontal force that a shift of the attached bodies takes, where it is known.
 
 use elastocap_case::Pose;
-use elastocap_mechanics::LayerState;
 
 use super::Deformation;
 
 /// Compression U/H up to which finite elements on finer and finer meshes agree on the force of the sheared layer (docs/mechanics.md).
 const CHECKED_COMPRESSION: f64 = 0.02;
 
-/// Along x1 and x3, N. `None` under a tilt, and of a layer by finite elements, which are not shifted.
+/// Along x1 and x3, N. `None` under a tilt, of a foam, and of a layer by finite elements, which are not shifted.
 pub(crate) fn shear_force(state: &Deformation<'_>, pose: &Pose) -> [Option<f64>; 2] {
     match state {
         Deformation::ClosedForm(state) if pose.tilt == [0.0; 2] => state.shear_force(pose.shift),
-        Deformation::ClosedForm(_) | Deformation::FiniteElement(_) => [None; 2],
+        Deformation::ClosedForm(_) | Deformation::Foam(_) | Deformation::FiniteElement(_) => [None; 2],
     }
 }
 
 /// What the user should know of these forces of a closed-form layer, of whose steps the states and the poses are given.
-pub(crate) fn shear_warning(steps: impl Iterator<Item = (LayerState, Pose)>) -> Option<String> {
+pub(crate) fn shear_warning(steps: impl Iterator<Item = (Deformation<'static>, Pose)>) -> Option<String> {
     let is_shifted = |pose: &Pose| pose.shift != [0.0; 2] && pose.tilt == [0.0; 2];
     let shifted = steps.filter(|(_, pose)| is_shifted(pose)).map(|(state, _)| state.compression());
     let most = shifted.fold(0.0, f64::max);

@@ -56,7 +56,7 @@ pub(crate) fn forecast(
     else {
         return Ok(None);
     };
-    if shear_length != ShearLength::FiniteElement {
+    if shear_length != ShearLength::FiniteElement || layer.has_foam_law() {
         return Ok(None);
     }
     let contact = Contact::Punch(contact_half_length / layer.thickness);

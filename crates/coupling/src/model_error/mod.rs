@@ -11,6 +11,7 @@ mod shares;
 use elastocap_case::{Case, Mechanics};
 use elastocap_mechanics::punch_force::punch_force;
 
+use crate::deform::foam::Foam;
 use crate::load_steps::StepLoad;
 use crate::outcome::{Status, StepResult};
 pub(crate) use plane::{NotCompared, PlaneStrainCurve};
@@ -80,6 +81,13 @@ fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) 
     let (Some(_), Some(shares)) = (&case.load, Shares::of(case)) else {
         return vec![None; steps.len()];
     };
+    if let Some(foam) = Foam::of(case) {
+        let of_foam = |step: &StepResult| {
+            let error = foam.error_of_free_sides(case, step.load)? * step.row.capacitance_f?.abs();
+            Some((error, Known::Estimated))
+        };
+        return steps.iter().map(of_foam).collect();
+    }
     let at_rest = steps.iter().rev().find(|step| step.load.is_zero()).map(|step| &step.row);
     // Without a step at rest the capacitance is taken to have fallen as much as the layer is compressed, and half as much again.
     let change = |step: &StepResult| {
@@ -175,6 +183,13 @@ fn compression_under(case: &Case, force: f64) -> Option<f64> {
 }
 
 fn warning(case: &Case, error: f64, known: Known, why: Option<&NotCompared>) -> String {
+    if Foam::of(case).is_some() {
+        return format!(
+            "the foam is taken to get wider without resistance, and what holds it at its faces adds up to {error:.1e} to the relative error \
+             of the capacitance, by the limit of a wide foam that gets no wider (`model_error_estimate`, which `total_error_estimate` \
+             includes); [mechanics.plane_strain] or [mechanics.solid] solves for the bonded bottom"
+        );
+    }
     let advice = match &case.mechanics_chosen {
         Some(_) => "make what presses, and the pair, longer along x3, or name [mechanics.solid]",
         None => "`[mechanics.auto]` chooses a model that fits the scene",

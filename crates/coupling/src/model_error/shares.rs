@@ -69,6 +69,7 @@ impl Shares {
         let at = |[at_equal_sides, most]: [f64; 2]| (at_equal_sides / slenderness).min(most);
         let (is_closed_form, is_flat) = match case.mechanics? {
             Mechanics::ClosedForm { .. } => (true, true),
+            Mechanics::PlaneStrain(_) if layer.gets_no_wider() => return None,
             Mechanics::PlaneStrain(model) => (false, model.indenter == Indenter::WholeTop),
             Mechanics::Solid(_) => return None,
         };

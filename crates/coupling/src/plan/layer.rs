@@ -5,7 +5,7 @@ use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_byte
 use serde::Serialize;
 
 use super::{Decision, LeftOut, Plan, Planned, PlannedStep};
-use crate::deform::{self, closed_form_limit, force_warning, layer_state, shear_length, shear_warning};
+use crate::deform::{self, closed_form_limit, foam, force_warning, layer_state, shear_length, shear_warning};
 use crate::failure::StepFailure;
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
@@ -61,9 +61,17 @@ impl Plan {
             (Some(load), Some(Mechanics::ClosedForm { .. })) => {
                 let by = match load {
                     Load::Compression(_) => "by compression",
+                    Load::Force(_) if foam::has_law(case) => {
+                        "by force: the compression is found by inverting the law of the foam"
+                    }
                     Load::Force(_) => "by force: the compression is found by inverting the force formula",
                 };
-                let what = format!("closed form of the layer at {}, {by}", counted(count, "load step"));
+                let of = if foam::has_law(case) {
+                    "even compression of the foam"
+                } else {
+                    "closed form of the layer"
+                };
+                let what = format!("{of} at {}, {by}", counted(count, "load step"));
                 self.solved.push(Planned { part: "mechanics", what });
                 self.force_limit = closed_form_limit(case);
                 self.warn_beyond_limit(case, load);
@@ -205,7 +213,7 @@ impl Plan {
         let states = self.distinct_steps().filter_map(|step| layer_state(case, step.load, true).ok()?);
         let warning = force_warning(case, states, self.force_limit);
         self.warnings.extend(warning);
-        if case.is_foam() {
+        if case.lacks_force() {
             return;
         }
         let with_pose = |step: &PlannedStep| Some((layer_state(case, step.load, true).ok()??, step.pose));

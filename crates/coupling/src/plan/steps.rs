@@ -7,7 +7,7 @@ use elastocap_geometry::scene::Scene;
 use serde::{Serialize, Serializer};
 
 use super::{Options, Plan};
-use crate::deform::{Deformation, check_setup, layer_state};
+use crate::deform::{check_setup, layer_state};
 use crate::failure::StepFailure;
 use crate::load_steps::StepLoad;
 use crate::mapped::in_the_way;
@@ -162,5 +162,5 @@ fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, 
 /// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.
 pub(super) fn scene_at(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Scene, StepFailure> {
     let state = layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
-    Ok(scene_of(case, state.map(Deformation::ClosedForm).as_ref(), pose)?.scene)
+    Ok(scene_of(case, state.as_ref(), pose)?.scene)
 }

@@ -35,13 +35,13 @@ pub(super) fn check<'a>(
         return Ok(None);
     }
     let is_bent = state.is_some_and(|state| match state {
-        Deformation::ClosedForm(_) => false,
+        Deformation::ClosedForm(_) | Deformation::Foam(_) => false,
         Deformation::FiniteElement(step) => step.top_displacement != 0.0,
     });
     let is_known = |body: &&Body| !is_bent || !moves_with_material(body);
     let known: Vec<&Body> = conductors.iter().filter(is_known).collect();
     let places = Places::of(case, &known, tilt);
-    places.check_apart(matches!(state, Some(Deformation::ClosedForm(_))))?;
+    places.check_apart(matches!(state, Some(Deformation::ClosedForm(_) | Deformation::Foam(_))))?;
     check_surface(case, pose)?;
     places.check_indenter(lowest)
 }

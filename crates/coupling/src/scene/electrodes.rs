@@ -47,6 +47,7 @@ pub(super) fn electrodes(
             return Ok(Placed { regions: solved.mean, pair: solved.pair, bent });
         }
         Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
+        Some(Deformation::Foam(_)) => return Err(SceneError::WithinFoam),
         None => place(electrodes, layer, None)?,
     };
     Ok(Placed { regions, pair, bent: None })

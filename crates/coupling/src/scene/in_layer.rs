@@ -28,8 +28,9 @@ pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Res
     let moved = |region: &Box3| match state {
         None => Ok(*region),
         Some(own @ Deformation::ClosedForm(state)) => {
-            moved_box(region, state).map(|to| flush(to, region, own))
+            Ok(moved_box(region, state).map(|to| flush(to, region, own))?)
         }
+        Some(Deformation::Foam(_)) => Err(SceneError::WithinFoam),
         Some(own @ Deformation::FiniteElement(step)) => {
             let scale = scale_of_heights(case, step);
             let to = lowered(region, scale);
@@ -40,7 +41,7 @@ pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Res
     let with_material = |mut body: Body| {
         if body.purpose == Purpose::InLayer && is_moved {
             let regions = body.boxes().ok_or_else(|| SceneError::NoBoxInLayer { body: body.name.clone() })?;
-            let parts: Result<Vec<Shape>, MechanicsError> =
+            let parts: Result<Vec<Shape>, SceneError> =
                 regions.iter().map(|region| Ok(Shape::Box(moved(region)?))).collect();
             body.parts = parts?;
         }

@@ -116,6 +116,9 @@ pub enum SceneError {
         /// How far, m.
         by: f64,
     },
+    /// Something moves with the material of an evenly compressed foam; the case reader refuses such a file.
+    #[error("where conductors within an evenly compressed foam go is not known; put them on its faces")]
+    WithinFoam,
     /// A wall that moves with the layer reaches a body that stays in place.
     #[error(
         "the conductor `{conductor}` stays in place, and the wall {side} the layer, which moves with it, reaches it; make \

@@ -256,7 +256,9 @@ impl Solver<'_> {
                 Ok(outlined(deformed, &layer.curves, flat, self.settings.relative_tolerance, sides)?)
             }
             // Nothing but finite elements bends anything.
-            Some(Deformation::ClosedForm(_)) | None => Ok(LayerScene::of_boxes(deformed)),
+            Some(Deformation::ClosedForm(_) | Deformation::Foam(_)) | None => {
+                Ok(LayerScene::of_boxes(deformed))
+            }
         }
     }
 }
@@ -265,7 +267,7 @@ impl Solver<'_> {
 fn bent_between(state: Option<&Deformation<'_>>) -> Option<[f64; 2]> {
     match state {
         Some(Deformation::FiniteElement(layer)) => layer.curves.bent_between(),
-        Some(Deformation::ClosedForm(_)) | None => None,
+        Some(Deformation::ClosedForm(_) | Deformation::Foam(_)) | None => None,
     }
 }
 

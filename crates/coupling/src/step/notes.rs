@@ -80,7 +80,7 @@ impl Solver<'_> {
         if let Deformation::FiniteElement(step) = state {
             result.layer = Some((*step).clone());
         }
-        if self.case.is_foam() {
+        if self.case.lacks_force() {
             return None;
         }
         [row.force_x1_n, row.force_x3_n] = shear_force(state, pose);

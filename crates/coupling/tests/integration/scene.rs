@@ -20,6 +20,7 @@ fn pair(layout: Layout) -> Case {
             half_length: None,
             relative_permittivity: Some(2.8),
             foam: None,
+            stress_table: None,
             material: Some(HyperelasticLaw::MooneyRivlin { c10: 682.15, c01: 43931.9 }),
             bulk_modulus: None,
         }),

@@ -1,6 +1,6 @@
 //! The laws that all tests go through: a new one belongs here.
 
-use elastocap_materials::{HyperelasticLaw, Rubber, Volume};
+use elastocap_materials::{HyperelasticLaw, HyperfoamTerm, Rubber, Volume};
 
 /// One rubber of every law, with moduli around 1 Pa.
 pub(crate) fn laws() -> Vec<HyperelasticLaw> {
@@ -24,7 +24,19 @@ pub(crate) fn rubbers() -> Vec<Rubber> {
     laws()
         .iter()
         .flat_map(|d| volumes.map(|volume| Rubber { distortion: d.clone(), volume, volume_barrier: 0.7 }))
+        .chain(foams().into_iter().map(|terms| Rubber::of_law(HyperelasticLaw::Hyperfoam { terms }, None)))
         .collect()
+}
+
+/// Foams with and without a Poisson's ratio, one of which has terms of all kinds.
+pub(crate) fn foams() -> Vec<Vec<HyperfoamTerm>> {
+    let term =
+        |shear_modulus, exponent, poisson_ratio| HyperfoamTerm { shear_modulus, exponent, poisson_ratio };
+    vec![
+        vec![term(1.2, 2.0, 0.0)],
+        vec![term(0.8, 6.0, 0.3)],
+        vec![term(0.7, 3.1, 0.2), term(0.4, -2.0, 0.0), term(0.2, 1.0, 0.4)],
+    ]
 }
 
 /// The slope at 0 by central differences with a sixth-order stencil.

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
 
 mod every_law;
+mod hyperfoam;
 mod limits;
 mod plane;
 mod space;
+mod stress_table;
 mod third_stress;

@@ -3,6 +3,7 @@
 use elastocap_materials::{HyperelasticLaw, Rubber, Volume};
 
 use crate::every_law::{rubbers, slope};
+use crate::hyperfoam::foam_energy;
 
 /// The energy in three dimensions, by principal stretches, without what holds the volume of an incompressible rubber.
 fn energy(rubber: &Rubber, l: [f64; 3]) -> f64 {
@@ -21,10 +22,11 @@ fn energy(rubber: &Rubber, l: [f64; 3]) -> f64 {
         HyperelasticLaw::Gent { shear_modulus, limiting_invariant } => {
             -0.5 * shear_modulus * limiting_invariant * (1.0 - i1 / limiting_invariant).ln()
         }
+        HyperelasticLaw::Hyperfoam { terms } => foam_energy(terms, m),
     };
     let mu = rubber.shear_modulus();
     match rubber.volume {
-        Volume::Incompressible | Volume::BulkModulus(_) => distortion,
+        Volume::Incompressible | Volume::BulkModulus(_) | Volume::OfLaw => distortion,
         Volume::LogLame(lambda) => 0.5 * mu * (i1 - 2.0 * j.ln()) + 0.5 * lambda * j.ln().powi(2),
         Volume::DisplacementOnly(kappa) => distortion + 0.25 * kappa * (j * j - 1.0 - 2.0 * j.ln()),
     }
@@ -35,7 +37,9 @@ fn normal_stresses_are_the_slopes_of_the_energy_in_three_dimensions() {
     for rubber in rubbers() {
         let l: [f64; 3] = match rubber.volume {
             Volume::Incompressible => [1.7, 1.0 / 1.7, 1.0],
-            Volume::BulkModulus(_) | Volume::LogLame(_) | Volume::DisplacementOnly(_) => [1.7, 0.8, 1.0],
+            Volume::BulkModulus(_) | Volume::LogLame(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
+                [1.7, 0.8, 1.0]
+            }
         };
         let (f, j) = ([l[0], 0.0, 0.0, l[1]], l[0] * l[1]);
         let field = if rubber.pressure_compliance().is_some() { 0.6 } else { 0.0 };
@@ -55,7 +59,7 @@ fn normal_stresses_are_the_slopes_of_the_energy_in_three_dimensions() {
         let open = match rubber.volume {
             Volume::Incompressible => s11 - of_energy(0),
             Volume::BulkModulus(_) => field,
-            Volume::LogLame(_) | Volume::DisplacementOnly(_) => 0.0,
+            Volume::LogLame(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => 0.0,
         };
         for (k, stress) in [s11, s22, s33].into_iter().enumerate() {
             let right = of_energy(k) + open;

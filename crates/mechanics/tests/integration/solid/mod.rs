@@ -3,6 +3,7 @@
 mod contact;
 mod cook;
 mod extreme;
+mod foam;
 mod gent;
 mod layer;
 mod off_the_middle;

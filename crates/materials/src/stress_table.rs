@@ -1,0 +1,73 @@
+//! Measured stress of a foam over its compression, straight between the points.
+
+/// A measured curve: nominal stress over compression `U/H`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StressTable {
+    /// Compressions `U/H`, strictly rising from 0 and below 1; at least two.
+    pub compression: Vec<f64>,
+    /// Nominal stress in Pa at each compression while the load grows: it starts at 0 and never falls.
+    pub loading: Vec<f64>,
+    /// Nominal stress in Pa at each compression while the load is taken off, if that was measured.
+    pub unloading: Option<Vec<f64>>,
+}
+
+/// The compressions at which a table has a stress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Found {
+    /// One compression `U/H`.
+    At(f64),
+    /// The table has the same stress between these two compressions.
+    Between([f64; 2]),
+    /// The stress is larger than the last one of the table.
+    Beyond,
+}
+
+impl StressTable {
+    /// The last compression `U/H` of the table.
+    pub fn last_compression(&self) -> f64 {
+        self.compression.last().copied().unwrap_or(0.0)
+    }
+
+    /// The last stress in Pa of the loading branch.
+    pub fn last_stress(&self) -> f64 {
+        self.loading.last().copied().unwrap_or(0.0)
+    }
+
+    /// Nominal stress in Pa of the loading branch at a compression `U/H`; `None` beyond the table.
+    pub fn loading_at(&self, compression: f64) -> Option<f64> {
+        self.value(&self.loading, compression)
+    }
+
+    /// Nominal stress in Pa of the unloading branch at a compression `U/H`; `None` beyond the table, and without that branch.
+    pub fn unloading_at(&self, compression: f64) -> Option<f64> {
+        self.value(self.unloading.as_deref()?, compression)
+    }
+
+    /// The compression `U/H` at which the loading branch has a nominal stress in Pa.
+    pub fn compression_under(&self, stress: f64) -> Found {
+        if stress > self.last_stress() {
+            return Found::Beyond;
+        }
+        // The first point that has at least the stress, and the first that has more.
+        let from = self.loading.partition_point(|own| *own < stress);
+        let to = self.loading.partition_point(|own| *own <= stress);
+        if to > from {
+            let (first, last) = (self.compression[from], self.compression[to - 1]);
+            return if last > first { Found::Between([first, last]) } else { Found::At(first) };
+        }
+        // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which is 0.
+        let [low, high] = [from - 1, from];
+        let share = (stress - self.loading[low]) / (self.loading[high] - self.loading[low]);
+        Found::At(self.compression[low] + share * (self.compression[high] - self.compression[low]))
+    }
+
+    fn value(&self, stresses: &[f64], compression: f64) -> Option<f64> {
+        let high = self.compression.partition_point(|own| *own < compression);
+        let (last, upper) = (*self.compression.get(high)?, *stresses.get(high)?);
+        if high == 0 {
+            return Some(upper);
+        }
+        let (first, lower) = (self.compression[high - 1], stresses[high - 1]);
+        Some(lower + (compression - first) / (last - first) * (upper - lower))
+    }
+}
