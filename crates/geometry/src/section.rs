@@ -60,6 +60,7 @@ impl SectionPlane {
         let mut ends: Vec<f64> =
             parts.iter().flat_map(|(_, own)| [own.min[usual.axis], own.max[usual.axis]]).collect();
         ends.sort_by(f64::total_cmp);
+        ends.dedup();
         let between = ends.windows(2).map(|pair| Self { middle: 0.5 * (pair[0] + pair[1]), ..usual });
         let away = |plane: &Self| (plane.middle - at_load.middle).abs();
         let best = between

@@ -161,7 +161,7 @@ fn a_sensitivity_whose_error_is_larger_than_itself_is_a_range_without_a_sign() {
 fn the_bodies_of_the_view_that_go_on_are_named() {
     let (case, outcome) = pressed_matrix();
     let drawn = data(&page(&case, &outcome, "", "", &[]));
-    assert_eq!(drawn["scene"]["notes"][0], "Shown in part: layer, which goes on.");
+    assert_eq!(drawn["scene"]["notes"][0], "Shown in part: layer, substrate, cover, which go on.");
 }
 
 #[test]
