@@ -277,7 +277,7 @@ impl Command<'_> {
         let progress = Progress::new(&plan, common.quiet);
         let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);
         if options.fields {
-            writer = writer.drawing_sections(&plan, &case.title);
+            writer = writer.drawing_sections(&plan, case);
         }
         let run = Run::new(case, &plan, &options, stop.cancel());
         let save_found = || -> Result<(Outcome, Saved), RunError> {

@@ -6,6 +6,7 @@ use elastocap_coupling::plan::{Kind, MEASURED};
 use elastocap_coupling::terminals::named;
 use elastocap_results::Saved;
 use elastocap_results::measured::{Comparison, compare};
+use elastocap_results::pairs::{first_and_most_loaded, largest_certain, pair_changes};
 
 use crate::units::{grouped, prefixed, seconds};
 
@@ -25,6 +26,9 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     if outcome.plan.kind == Kind::Curve && !case.electrodes_are_measured() {
         let told = outcome.plan.solved.iter().filter(|planned| planned.part == MEASURED);
         told.for_each(|planned| out.push_str(&format!("\n  measures: {}\n", planned.what)));
+    }
+    if outcome.plan.kind == Kind::Curve {
+        out.push_str(&pairs(case, outcome));
     }
     if let Some(mesh) = outcome.layer_meshes.last() {
         let (count, unknowns) = (outcome.layer_meshes.len(), grouped(mesh.unknowns));
@@ -51,6 +55,22 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     }
     out.push_str(&format!("\n{}: {}\n", saved.folder.display(), list.join(", ")));
     out
+}
+
+/// The pair of a whole matrix with the largest change that is certain; empty where no matrix is measured, and without two loads.
+fn pairs(case: &Case, outcome: &Outcome) -> String {
+    let ends = first_and_most_loaded(outcome).filter(|[first, last]| first.index != last.index);
+    let changes = ends.map_or_else(Vec::new, |ends| pair_changes(case, outcome, ends));
+    if changes.is_empty() {
+        return String::new();
+    }
+    let Some(pair) = largest_certain(&changes) else {
+        return "\n  of no pair of terminals is it known whether the mutual capacitance falls or rises\n"
+            .to_owned();
+    };
+    let [one, other] = pair.terminals.map(|k| outcome.conductors.get(k).map_or("?", String::as_str));
+    let [lower, upper] = pair.limits.map(|limit| prefixed(limit, 4, "F"));
+    format!("\n  largest certain change: mutual {one} / {other}, by {lower} to {upper}\n")
 }
 
 /// What the measured points say of the curve.

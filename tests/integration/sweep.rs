@@ -88,7 +88,14 @@ fn a_grid_has_a_row_for_each_case_and_step_with_the_digits_of_a_run() {
     assert_eq!(starts[..3], ["0 4e-5 0.00044 0", "0 4e-5 0.00044 1", "1 4e-5 0.00045 0"]);
     assert_eq!(starts[11], "5 6e-5 0.00045 1");
     // Case 3 has the values of the file. What the model of the layer adds is computed in a run, and estimated in a sweep.
-    let of_model = ["model_error_estimate", "total_error_estimate", "change_total_error_f", "status"];
+    let of_model = [
+        "model_error_estimate",
+        "total_error_estimate",
+        "change_total_error_f",
+        "sensitivity_f_per_n",
+        "sensitivity_error_f_per_n",
+        "status",
+    ];
     done(&sandbox.elastocap(&["run", "case.toml", "-o", "run", "--quiet", "--no-fields", "--no-scene"]));
     let curve = sandbox.read("run/curve.csv");
     let names: Vec<&str> = curve.lines().next().unwrap().split(',').collect();

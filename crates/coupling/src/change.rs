@@ -18,7 +18,6 @@ use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::route_change::{NoBase, RouteChange};
-use crate::sensitivity::note_sensitivities;
 use crate::side_by_side::side_by_side;
 use crate::step::{Sharper, Solver};
 
@@ -123,7 +122,7 @@ fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<Option<f64>>
     (most, goals.iter().map(of).collect())
 }
 
-/// Notes change and sensitivity in the rows of a curve, in place of what they had before.
+/// Notes the change in the rows of a curve, in place of what they had before.
 pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
     let first = steps.first().map(|step| (step.index, step.load, State::of(step)));
     for step in &mut *steps {
@@ -143,7 +142,6 @@ pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
         row.change_upper_f = Some(change.upper);
         row.change_relative = Some(change.value / first.measured.value).filter(|share| share.is_finite());
     }
-    note_sensitivities(case, steps);
 }
 
 /// The steps of a run that asks for the change to a tolerance.

@@ -185,9 +185,11 @@ pub struct Row {
     pub change_relative: Option<f64>,
     /// How far the change may be from the true one, F: to the farther of its bounds, and by the estimated errors of both capacitances.
     pub change_total_error_f: Option<f64>,
-    /// dC/dF by differences between the steps, F/N; `None` where forces are not known.
+    /// dC/dF by differences between the steps, F/N; `None` where forces are not known, and where it has no error that would say that its sign is
+    /// not known.
     pub sensitivity_f_per_n: Option<f64>,
-    /// Of the sensitivity: what the bounds leave open and an estimate of the rest, F/N; `None` with two steps.
+    /// The error of the sensitivity, F/N: what the bounds and all estimated errors of the capacitances leave open, and an estimate of the rest;
+    /// `None` with two steps.
     pub sensitivity_error_f_per_n: Option<f64>,
     /// Of the largest problem solved, primal plus dual.
     pub unknowns: Option<usize>,
@@ -288,6 +290,12 @@ impl Row {
         // What is the same scene is wrong by the same.
         let besides = if change == 0.0 && lower == upper { 0.0 } else { error(self)? + error(first)? };
         Some([lower - besides, upper + besides])
+    }
+
+    /// The limits of the capacitance, F: its bounds, moved apart by its estimated errors.
+    pub fn capacitance_limits(&self) -> Option<[f64; 2]> {
+        let besides = self.estimated_errors() * self.capacitance_f?.abs();
+        Some([self.capacitance_lower_f? - besides, self.capacitance_upper_f? + besides])
     }
 
     /// Whether the indenter does not touch the layer yet.

@@ -20,6 +20,7 @@ use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
 use crate::scene::{DeformedScene, scene_of};
+use crate::sensitivity::note_sensitivities;
 use crate::settings::FieldSettings;
 use crate::shared_fields::SharedFields;
 use crate::side_by_side::side_by_side;
@@ -297,6 +298,7 @@ impl<'a> Run<'a> {
         let mut steps = in_order(plan, solved, &not_run);
         note_changes(case, &mut steps);
         let of_model = note_model_errors(case, self.better.get(), &mut steps);
+        note_sensitivities(case, &mut steps);
         let conductors = case.driven_terminals();
         let measurement = case.has_conductors().then(|| case.measurement());
         let (layer_meshes, layer_seconds) = match layer {

@@ -5,10 +5,16 @@
 //! have both signs. At the first and at the last step they do not: all of them lie to one side of the derivative there. A force that grows faster than
 //! the compression makes the curve steep at rest, while the capacitance and the force are both smooth in the compression, so that the
 //! derivatives by the compression count too: dC/dF = (dC/dU) / (dF/dU).
+//!
+//! The errors of the capacitances come in besides. What the bounds, the layer's mesh and flat faces leave open may differ from step to step.
+//! What the model of the layer leaves open grows with the load as the change does, and has the same sign at all steps: the derivative is
+//! off by the derivative of that error, and by at least the share of itself that the change up to the step is off by. A change whose sign is not known
+//! so has no slope with a sign either.
 
 use elastocap_case::Case;
 use elastocap_electrostatics::Bounded;
 
+use crate::load_steps::StepLoad;
 use crate::outcome::StepResult;
 
 /// A step with a force.
@@ -19,17 +25,24 @@ struct Point {
     force_error: f64,
     compression: f64,
     capacitance: Bounded,
+    /// The estimated errors of the capacitance for the layer's mesh and flat faces, F.
+    mesh_error: f64,
+    /// The error of the capacitance for the model of the layer, F.
+    model_error: f64,
 }
 
-/// An estimate of dC/dF, and what the bounds of the capacitances leave open of it, F/N.
+/// An estimate of dC/dF, and what the errors of the capacitances leave open of it, F/N.
 #[derive(Debug, Clone, Copy)]
 struct Estimate {
     value: f64,
+    /// The part from bounds, the layer's mesh and flat faces.
     field: f64,
+    /// The part from the model of the layer.
+    model: f64,
 }
 
-/// Notes dC/dF and its error in the rows of a curve, in place of what they had before. Left empty where steps differ by more than
-/// the force.
+/// Notes dC/dF and its error in the rows of a curve, whose errors are known, in place of what they had before. Left empty where steps differ
+/// by more than the force.
 pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
     // Before contact there is no force.
     let mut pressed = case.poses.iter().filter(|pose| pose.distance == 0.0);
@@ -51,25 +64,40 @@ fn point(step: &StepResult) -> Option<Point> {
     if step.row.is_before_contact() {
         return None;
     }
-    let layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
+    let row = &step.row;
+    let of_layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
+    // Where the force is given, its error is in that of the model.
+    let of_formula = step.force_check.filter(|_| matches!(step.load, StepLoad::Compression(_)));
+    let force_errors = [of_layer, of_formula.map(|check| check.relative_difference.abs())];
+    let capacitance = step.measured?;
+    let absolute = |errors: &[Option<f64>]| errors.iter().flatten().sum::<f64>() * capacitance.value.abs();
     Some(Point {
-        force: step.row.force_n.filter(|force| force.is_finite())?,
-        force_error: layer.filter(|error| error.is_finite()).unwrap_or(0.0),
-        compression: step.row.compression.filter(|compression| compression.is_finite())?,
-        capacitance: step.measured?,
+        force: row.force_n.filter(|force| force.is_finite())?,
+        force_error: force_errors.into_iter().flatten().filter(|error| error.is_finite()).sum(),
+        compression: row.compression.filter(|compression| compression.is_finite())?,
+        capacitance,
+        mesh_error: absolute(&[row.mechanics_error_estimate, row.geometry_error_estimate]),
+        model_error: absolute(&[row.model_error_estimate]),
     })
 }
 
 /// The derivative at one of the points, which ascend, by the parabola through it and the two nearest, F/N, and its error: how far other
-/// estimates are from it, with what the bounds leave open of each, and the error of the force. With two points it is that of a line,
-/// without an error; there is no error either at an end where the force as a function of the compression is not known well enough.
+/// estimates are from it, with what the errors of the capacitances leave open of each, and the error of the force. With two points it is that
+/// of a line, without an error; there is no error either at an end where the force as a function of the compression is not known well enough.
+/// A derivative without an error whose sign the errors of the capacitances leave open is none.
 fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
     let own = points.get(at)?.force;
     let by_force = |window: &[Point]| estimate(window, own, |point| point.force);
-    let Some(nearest) = nearest(points, at, 3) else {
-        return Some((by_force(nearest(points, at, 2)?)?.value, None));
-    };
+    let three = nearest(points, at, 3);
+    let nearest = three.or_else(|| nearest(points, at, 2))?;
     let found = by_force(nearest)?;
+    let share = model_share(points, at);
+    let open = |estimate: &Estimate| estimate.field + estimate.model.max(share * found.value.abs());
+    let has_sign = found.value == 0.0 || open(&found) < found.value.abs();
+    let without_error = || has_sign.then_some((found.value, None));
+    if three.is_none() {
+        return without_error();
+    }
     let is_end = at == 0 || at + 1 == points.len();
     // Of three points, one parabola has nothing to be compared with but the secants.
     let fewest = if is_end || points.len() == 3 { 2 } else { 3 };
@@ -77,13 +105,30 @@ fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
     let by_compression: Vec<Option<Estimate>> =
         windows().map(|window| over_compression(window, own)).collect();
     if is_end && by_compression.iter().any(Option::is_none) {
-        return Some((found.value, None));
+        return without_error();
     }
     let others = windows().filter_map(by_force).chain(by_compression.into_iter().flatten());
-    let off = others.map(|other| (other.value - found.value).abs() + other.field).fold(found.field, f64::max);
+    let off =
+        others.map(|other| (other.value - found.value).abs() + open(&other)).fold(open(&found), f64::max);
     let force = nearest.iter().map(|point| point.force_error).fold(0.0, f64::max);
     let error = off + force * found.value.abs();
     error.is_finite().then_some((found.value, Some(error)))
+}
+
+/// Gives the share of itself that the change from the first point to one of them, or to its neighbour, is off by for the model of the
+/// layer. A capacitance that turns has changed by all it went through.
+fn model_share(points: &[Point], at: usize) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    let mut change = 0.0;
+    let shares = points.windows(2).map(|pair| {
+        let [before, own] = pair else { return 0.0 };
+        change += (own.capacitance.value - before.capacitance.value).abs();
+        (own.model_error + first.model_error) / change
+    });
+    // The share at `place` is that of the point after it.
+    let near =
+        shares.enumerate().filter(|(place, share)| share.is_finite() && (*place..*place + 3).contains(&at));
+    near.map(|(_, share)| share).fold(0.0, f64::max)
 }
 
 /// The windows of `count` neighbouring points that hold one of them.
@@ -106,11 +151,12 @@ fn nearest(points: &[Point], at: usize, count: usize) -> Option<&[Point]> {
 /// points are too near to one another.
 fn estimate(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Estimate> {
     let weights = weights(points, force, x)?;
-    let half = |point: &Point| 0.5 * (point.capacitance.upper - point.capacitance.lower);
+    let half = |point: &Point| 0.5 * (point.capacitance.upper - point.capacitance.lower) + point.mesh_error;
     let pairs = || points.iter().zip(&weights);
     let value = pairs().map(|(point, weight)| weight * point.capacitance.value).sum::<f64>();
     let field = pairs().map(|(point, weight)| weight.abs() * half(point)).sum::<f64>();
-    (value.is_finite() && field.is_finite()).then_some(Estimate { value, field })
+    let model = pairs().map(|(point, weight)| weight * point.model_error).sum::<f64>().abs();
+    (value.is_finite() && field.is_finite() && model.is_finite()).then_some(Estimate { value, field, model })
 }
 
 /// dC/dF at the point with a force, by polynomials of the compression; `None` where that of the force does not ascend.
@@ -118,8 +164,13 @@ fn over_compression(points: &[Point], force: f64) -> Option<Estimate> {
     let compression: fn(&Point) -> f64 = |point| point.compression;
     let weights = weights(points, force, compression)?;
     let stiffness = points.iter().zip(&weights).map(|(point, weight)| weight * point.force).sum::<f64>();
-    let Estimate { value, field } = estimate(points, force, compression)?;
-    (stiffness > 0.0).then(|| Estimate { value: value / stiffness, field: field / stiffness })
+    let Estimate { value, field, model } = estimate(points, force, compression)?;
+    let by_force = |slope: f64| slope / stiffness;
+    (stiffness > 0.0).then(|| Estimate {
+        value: by_force(value),
+        field: by_force(field),
+        model: by_force(model),
+    })
 }
 
 /// The weights of the values at points in the derivative, at the point with a force, of the polynomial through all over `x`.
@@ -150,7 +201,14 @@ mod tests {
         let point = |compression: &f64| {
             let value = capacitance(*compression);
             let capacitance = Bounded { value, lower: value - half, upper: value + half };
-            Point { force: force(*compression), force_error: 0.0, compression: *compression, capacitance }
+            Point {
+                force: force(*compression),
+                force_error: 0.0,
+                compression: *compression,
+                capacitance,
+                mesh_error: 0.0,
+                model_error: 0.0,
+            }
         };
         compressions.iter().map(point).collect()
     }
@@ -228,6 +286,42 @@ mod tests {
     fn the_bounds_of_steps_leave_a_slope_open() {
         // Two states 1 N apart, each known to 0.1 F, with another in the middle: the secants are known to 0.4 F/N.
         let rough = points(&[0.0, 0.5, 1.0], 0.1, |x| 5.0 - x, |x| x);
+        assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.4).abs() < 1e-12);
+    }
+
+    /// Points whose capacitance the model of the layer leaves open by this share of its change.
+    fn in_model(compressions: &[f64], share: f64) -> Vec<Point> {
+        let mut points = points(compressions, 0.0, |u| 40.0 - 20.0 * u, |u| u + u * u);
+        points.iter_mut().for_each(|point| point.model_error = share * (40.0 - point.capacitance.value));
+        points
+    }
+
+    #[test]
+    fn a_slope_is_off_by_the_share_that_the_model_leaves_open_of_the_change_and_has_no_sign_where_that_has_none()
+     {
+        let steps = [0.0, 0.05, 0.1, 0.15, 0.2];
+        for (share, is_signed) in [(0.3, true), (1.2, false)] {
+            let (points, exact) = (in_model(&steps, share), in_model(&steps, 0.0));
+            for at in 0..steps.len() {
+                let ((slope, error), (_, alone)) =
+                    (sensitivity(&points, at).unwrap(), sensitivity(&exact, at).unwrap());
+                let (error, alone) = (error.unwrap(), alone.unwrap());
+                assert!(error >= alone + 0.999 * share * slope.abs(), "{at}: {slope} +- {error}, {alone}");
+                assert!(
+                    error <= (1.0 + share) * alone + 1.001 * share * slope.abs(),
+                    "{at}: {error}, {alone}"
+                );
+                assert!(is_signed == (error < slope.abs()) || at == 0, "{at}: {slope} +- {error}");
+            }
+            // Two steps have no error that could take the sign back.
+            assert_eq!(sensitivity(&in_model(&[0.0, 0.2], share), 1).is_some(), is_signed);
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_mesh_counts_as_the_bounds_do() {
+        let mut rough = points(&[0.0, 0.5, 1.0], 0.0, |x| 5.0 - x, |x| x);
+        rough.iter_mut().for_each(|point| point.mesh_error = 0.1);
         assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.4).abs() < 1e-12);
     }
 

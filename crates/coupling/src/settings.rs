@@ -27,6 +27,8 @@ pub struct FieldSettings {
     pub symmetry: bool,
     /// Whether the potential is kept for export.
     pub field: bool,
+    /// Where the load acts, [x1, x3] in m: see [`Settings::loaded_at`].
+    pub loaded_at: Option<[f64; 2]>,
     /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses its own.
     pub tetrahedra_order: usize,
     /// What a solve to another tolerance has found.
@@ -50,6 +52,7 @@ impl Default for FieldSettings {
             bounds,
             symmetry,
             field,
+            loaded_at,
             foresight,
             memory_limit,
             cancel,
@@ -65,6 +68,7 @@ impl Default for FieldSettings {
             bounds,
             symmetry,
             field,
+            loaded_at,
             foresight,
             tetrahedra_order,
             memory_limit,
@@ -87,6 +91,7 @@ impl FieldSettings {
             symmetry: self.symmetry,
             resolution: None,
             field: self.field,
+            loaded_at: self.loaded_at,
             foresight: self.foresight,
             memory_limit: self.memory_limit,
             cancel: self.cancel.clone(),

@@ -1,11 +1,33 @@
 //! How much of a scene is shown to a viewer.
 
+use elastocap_case::{Case, Mechanics};
 use elastocap_geometry::scene::{Box3, Wall};
 
 use crate::scene::DeformedScene;
 
-/// How much open space around the conductors is shown, as a share of their extent.
-const SHOWN: f64 = 0.5;
+/// How much around the conductors is shown of open space and of bodies that go on, as a share of the extent of the conductors.
+const SHOWN: f64 = 0.25;
+
+/// The names of the bodies of a scene that are cut off for a viewer: they go on without end where the scene does.
+pub fn cut_off(scene: &DeformedScene) -> Vec<String> {
+    let scene = &scene.scene;
+    let is_open = |a: usize, side: usize| scene.walls[a][side] == Wall::Open;
+    let goes_on = |own: &Box3| {
+        (0..3).any(|a| {
+            (is_open(a, 0) && own.min[a] == f64::NEG_INFINITY)
+                || (is_open(a, 1) && own.max[a] == f64::INFINITY)
+        })
+    };
+    let endless = scene.dielectrics().filter(|own| own.body.bounds().is_some_and(|bounds| goes_on(&bounds)));
+    endless.map(|own| own.body.name.clone()).collect()
+}
+
+/// Where the load of a layer in three dimensions acts, [x1, x3] in m: the middle of the layer, above which its indenter stands. `None` for other
+/// cases, whose scenes are alike along x3 or loaded all over.
+pub fn loaded_at(case: &Case) -> Option<[f64; 2]> {
+    case.load.as_ref()?;
+    matches!(case.mechanics, Some(Mechanics::Solid(_))).then_some([0.0, 0.0])
+}
 
 /// The window to which infinite bodies are cropped: it holds all boxes and some open space around them, and is the same at all
 /// steps. Bodies of other shapes are finite.

@@ -2,6 +2,7 @@
 
 use crate::shortfall::Shortfall;
 use crate::target::Target;
+use elastocap_geometry::section::SectionPlane;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -29,6 +30,8 @@ pub struct Settings {
     pub resolution: Option<ResolutionLevel>,
     /// Whether the potential is kept for export.
     pub field: bool,
+    /// Where the scene is loaded, [x1, x3] in m: the section of the field goes through that place.
+    pub loaded_at: Option<[f64; 2]>,
     /// What a solve of nearly the same scene to another tolerance has found, for the first guess of how fine a grid must be.
     pub foresight: Option<Foresight>,
     /// Largest memory the solve may take, bytes.
@@ -79,6 +82,7 @@ impl Default for Settings {
             symmetry: true,
             resolution: None,
             field: false,
+            loaded_at: None,
             foresight: None,
             memory_limit: 16 << 30,
             cancel: None,
@@ -226,15 +230,15 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
-    /// The same in a section; `None` in a section itself, and where there is none ([`SectionPlane::through`](elastocap_geometry::section::SectionPlane::through)).
-    pub section: Option<Box<FieldSection>>,
+    /// The same in sections; none in a section itself, and as many as [`SectionPlane::of_scene`] gives.
+    pub sections: Vec<FieldSection>,
 }
 
-/// The potential on a thin slab through the middle of the conductors, on a finer grid than that of the whole.
+/// The potential on a thin slab around a plane, on a finer grid than that of the whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldSection {
-    /// The axis along which the slab is thin, 0 to 2.
-    pub axis: usize,
+    /// The plane; the slab is thin along its axis.
+    pub plane: SectionPlane,
     /// The field on it. Where a mirror plane lies in the middle there is a cell on either side, else one.
     pub field: Field,
 }

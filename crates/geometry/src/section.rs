@@ -34,6 +34,47 @@ impl SectionPlane {
         (extent > 0.0 && extent.is_finite()).then_some(Self { axis, middle, extent })
     }
 
+    /// The planes that show a scene which is loaded around a place, [x1, x3] in m: one through that place, at right angles to the same axis as
+    /// [`SectionPlane::through`], and where this one misses more than half of the conductors a second one that cuts as many as possible.
+    /// Without a load the usual plane alone.
+    pub fn of_scene<K: PartialEq>(parts: &[(K, Box3)], load: Option<[f64; 2]>) -> Vec<Self> {
+        let Some(usual) = Self::through(parts) else { return Vec::new() };
+        let Some([x1, x3]) = load else { return vec![usual] };
+        let at_load = Self { middle: if usual.axis == 0 { x1 } else { x3 }, ..usual };
+        // A conductor goes by the number of its first part.
+        let first = |own: &K| parts.iter().position(|(other, _)| other == own);
+        let numbered: Vec<(usize, &Box3)> =
+            parts.iter().filter_map(|(own, bounds)| Some((first(own)?, bounds))).collect();
+        let count = |plane: &Self| {
+            let mut is_cut = vec![false; parts.len()];
+            for (conductor, _) in numbered.iter().filter(|(_, bounds)| plane.cuts(bounds)) {
+                is_cut[*conductor] = true;
+            }
+            is_cut.into_iter().filter(|is_cut| *is_cut).count()
+        };
+        let all = numbered.iter().enumerate().filter(|(k, (conductor, _))| k == conductor).count();
+        let of_load = count(&at_load);
+        if 2 * of_load >= all {
+            return vec![at_load];
+        }
+        let mut ends: Vec<f64> =
+            parts.iter().flat_map(|(_, own)| [own.min[usual.axis], own.max[usual.axis]]).collect();
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        let between = ends.windows(2).map(|pair| Self { middle: 0.5 * (pair[0] + pair[1]), ..usual });
+        let away = |plane: &Self| (plane.middle - at_load.middle).abs();
+        let best = between
+            .map(|plane| (count(&plane), plane))
+            .max_by(|a, b| a.0.cmp(&b.0).then(away(&b.1).total_cmp(&away(&a.1))));
+        let more = best.filter(|(found, _)| *found > of_load).map(|(_, plane)| plane);
+        std::iter::once(at_load).chain(more).collect()
+    }
+
+    /// Whether it cuts a body with these bounds.
+    pub fn cuts(&self, bounds: &Box3) -> bool {
+        bounds.min[self.axis] <= self.at() && self.at() <= bounds.max[self.axis]
+    }
+
     /// Where it cuts, m.
     pub fn at(&self) -> f64 {
         self.middle + BESIDE * self.extent
@@ -64,6 +105,23 @@ mod tests {
         // Parts of one conductor do not stand beside each other.
         let parts = [("a", cube([0.0; 3])), ("a", cube([0.0, 0.0, 2.0]))];
         assert_eq!(SectionPlane::through(&parts).map(|found| (found.axis, found.middle)), Some((2, 1.5)));
+    }
+
+    #[test]
+    fn a_section_of_a_loaded_scene_goes_through_the_load_and_a_second_one_where_the_electrodes_are() {
+        // Four cubes beside each other along x1, two of them farther along x3.
+        let rows = [[0.0; 3], [2.0, 0.0, 0.0], [4.0, 0.0, 3.0], [6.0, 0.0, 3.0]].map(cube);
+        let parts: Vec<(usize, Box3)> = rows.into_iter().enumerate().collect();
+        let middles = |load| -> Vec<f64> {
+            SectionPlane::of_scene(&parts, load).iter().map(|plane| plane.middle).collect()
+        };
+        assert_eq!(middles(None), [2.0]);
+        assert_eq!(middles(Some([9.0, 0.25])), [0.25]);
+        // Between them, and far away, the nearest two are shown besides.
+        assert_eq!(middles(Some([0.0, 1.5])), [1.5, 0.5]);
+        assert_eq!(middles(Some([0.0, 9.0])), [9.0, 3.5]);
+        // One that cuts one of two is enough.
+        assert_eq!(SectionPlane::of_scene(&parts[1..3], Some([0.0, 0.5])).len(), 1);
     }
 
     #[test]

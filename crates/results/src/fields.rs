@@ -5,18 +5,22 @@ use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Instant;
 
+use elastocap_case::Case;
 use elastocap_coupling::deform::Solution;
 use elastocap_coupling::finished::FinishedStep;
 use elastocap_coupling::outcome::{Outcome, StepResult};
 use elastocap_coupling::plan::Plan;
 use elastocap_coupling::run::Observer;
 use elastocap_coupling::step::StepField;
+use elastocap_coupling::view::loaded_at;
+use elastocap_electrostatics::FieldSection;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
 use crate::layer_files::LayerFiles;
 use crate::own_files::read_own;
-use crate::section::{of_slab, of_tetrahedra, section_file};
+use crate::plot::Section;
+use crate::section::{MOST_SECTIONS, of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
 
 /// The name of a step's field file.
@@ -29,7 +33,7 @@ pub fn field_file(index: usize) -> String {
 pub struct FieldFiles {
     steps: BTreeMap<usize, FieldFile>,
     /// Pictures of the field, for the report.
-    sections: BTreeMap<usize, String>,
+    sections: BTreeMap<usize, Vec<String>>,
     layer_warnings: Vec<String>,
 }
 
@@ -56,9 +60,9 @@ impl FieldFiles {
         self.steps.get(&step).map_or(0.0, |file| file.seconds)
     }
 
-    /// The section through the field of a step as SVG, if one was drawn.
-    pub fn section(&self, step: usize) -> Option<&str> {
-        self.sections.get(&step).map(String::as_str)
+    /// The sections through the field of a step as SVG, none if none was drawn.
+    pub fn sections(&self, step: usize) -> &[String] {
+        self.sections.get(&step).map_or(&[], Vec::as_slice)
     }
 
     /// What the files of the layer could not hold.
@@ -78,8 +82,10 @@ pub struct FieldWriter<'a> {
     resume: Option<Resume>,
     /// Which files are written.
     wanted: Wanted,
-    /// Steps whose field is drawn in a section, and the title of the drawings.
+    /// Steps whose field is drawn in sections, and the title of the drawings.
     sections: (Vec<usize>, String),
+    /// Where the load acts, if the sections go through that place.
+    loaded_at: Option<[f64; 2]>,
     files: Mutex<FieldFiles>,
     broken: Mutex<Option<OutputError>>,
     /// Whether files are still taken: a run that was left behind goes on after its results are written.
@@ -95,6 +101,7 @@ impl<'a> FieldWriter<'a> {
             resume: None,
             wanted: Wanted::default(),
             sections: Default::default(),
+            loaded_at: None,
             files: Mutex::default(),
             broken: Mutex::default(),
             is_open: RwLock::new(true),
@@ -107,12 +114,12 @@ impl<'a> FieldWriter<'a> {
         Self { wanted, ..self }
     }
 
-    /// Draws a section through the field of the first and of the last step, with this title.
+    /// Draws sections through the field of the first and of the last step of a case.
     #[must_use]
-    pub fn drawing_sections(self, plan: &Plan, title: &str) -> Self {
+    pub fn drawing_sections(self, plan: &Plan, case: &Case) -> Self {
         let ends = [plan.steps.first(), plan.steps.last()].into_iter().flatten();
         let own = ends.map(|step| step.same_as.unwrap_or(step.index)).collect();
-        Self { sections: (own, title.to_owned()), ..self }
+        Self { sections: (own, case.title.clone()), loaded_at: loaded_at(case), ..self }
     }
 
     /// Takes the steps that a stopped run has finished, and their fields, from there.
@@ -170,13 +177,15 @@ impl<'a> FieldWriter<'a> {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Stages a picture where it is wanted as a file, and keeps it for the report.
-    fn keep_section(&self, index: usize, svg: String) -> ControlFlow<()> {
+    /// Stages the pictures of a step where they are wanted as files, and keeps them for the report.
+    fn keep_sections(&self, index: usize, all: Vec<String>) -> ControlFlow<()> {
         if self.wanted.has(FileGroup::Sections) {
-            self.stage(&section_file(index), svg.as_bytes())?;
+            for (number, svg) in all.iter().enumerate() {
+                self.stage(&section_file(index, number), svg.as_bytes())?;
+            }
         }
         if self.wanted.has(FileGroup::Report) {
-            self.files().sections.insert(index, svg);
+            self.files().sections.insert(index, all);
         }
         ControlFlow::Continue(())
     }
@@ -209,9 +218,12 @@ impl Observer for FieldWriter<'_> {
     /// A step whose field or whose picture is not there any more is solved again.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
         let (step, folder, field) = self.resume.as_ref()?.step(index)?;
-        let mut section = None;
+        let mut sections = Vec::new();
         if self.is_drawn(index) {
-            section = Some(String::from_utf8(read_own(&folder.join(section_file(index))).ok()?).ok()?);
+            let read =
+                |number| String::from_utf8(read_own(&folder.join(section_file(index, number))).ok()?).ok();
+            sections.push(read(0)?);
+            sections.extend((1..MOST_SECTIONS).map_while(read));
         }
         if let Some(field) = field {
             let name = field_file(index);
@@ -220,8 +232,8 @@ impl Observer for FieldWriter<'_> {
             self.folder.stage_from(&field, &name).ok()?;
             self.files().set_name(index, name);
         }
-        if let Some(section) = section {
-            self.keep_section(index, section).continue_value()?;
+        if !sections.is_empty() {
+            self.keep_sections(index, sections).continue_value()?;
         }
         Some(step)
     }
@@ -236,23 +248,26 @@ impl Observer for FieldWriter<'_> {
         let drawn = self.is_drawn(step.index);
         let written = self.wanted.has(FileGroup::Fields);
         let title = || format!("{}: {}", self.sections.1, scene_files::label(step));
-        let (bytes, section) = match (field, &step.scene) {
+        let (bytes, sections) = match (field, &step.scene) {
             (StepField::Grid(mut field), Some(scene)) => {
                 let first = 1 + scene.scene.dielectrics().count() as i32;
                 let metal = first..first + scene.scene.conductors().count() as i32;
-                let section = field.section.take().filter(|_| drawn).map(|section| {
-                    let slab = scene_files::field_grid(&scene.scene, section.field);
-                    of_slab(step, &title(), (section.axis, &slab), metal)
-                });
-                (written.then(|| vtu(&scene_files::field_grid(&scene.scene, field))), section)
+                let planes = std::mem::take(&mut field.sections).into_iter().filter(|_| drawn);
+                let section = |own: FieldSection| {
+                    let slab = scene_files::field_grid(&scene.scene, own.field);
+                    of_slab(step, &title(), (own.plane, &slab), metal.clone())
+                };
+                let sections: Vec<Section> = planes.filter_map(section).collect();
+                (written.then(|| vtu(&scene_files::field_grid(&scene.scene, field))), sections)
             }
             (StepField::Grid(_), None) => return ControlFlow::Continue(()),
             (StepField::Tetrahedra(mesh), _) => {
-                (written.then(|| body_vtu(&mesh)), drawn.then(|| of_tetrahedra(step, &title(), &mesh)))
+                let sections = || of_tetrahedra(step, &title(), &mesh, self.loaded_at);
+                (written.then(|| body_vtu(&mesh)), if drawn { sections() } else { Vec::new() })
             }
         };
-        if let Some(section) = section.flatten() {
-            self.keep_section(step.index, section.to_svg())?;
+        if !sections.is_empty() {
+            self.keep_sections(step.index, sections.iter().map(Section::to_svg).collect())?;
         }
         let mut file = FieldFile::default();
         match bytes {

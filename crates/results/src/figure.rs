@@ -1,4 +1,4 @@
-//! `curve.svg`: by how much the capacitance changes under load, with its bounds, above the capacitance itself beside that of
+//! `curve.svg`: by how much the capacitance changes under load, with its error, above the capacitance itself beside that of
 //! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
 use crate::measured::{self, Comparison, load_axis};
@@ -116,21 +116,36 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
     }
 }
 
+/// Names the limits of the bands: the bounds, and the estimated errors where there are any.
+fn limits(outcome: &Outcome) -> &'static str {
+    match outcome.steps.iter().any(|step| step.row.estimated_errors() > 0.0) {
+        true => "its bounds with all estimated errors",
+        false => "its bounds",
+    }
+}
+
+/// The ends of a band, which the plot leaves out where they are not known.
+fn ends(limits: Option<[f64; 2]>) -> (f64, f64) {
+    limits.map_or((f64::NAN, f64::NAN), |[lower, upper]| (lower, upper))
+}
+
 /// The change since the first step, %; `None` where there are no two steps to compare.
 fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
-    let first = outcome.steps.first()?.row.capacitance_f?;
+    let rest = &outcome.steps.first()?.row;
+    let first = rest.capacitance_f?;
     let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
     if rows().filter(|row| row.change_f.is_some()).count() < 2 {
         return None;
     }
-    let percent = |change: Option<f64>| 100.0 * known(change) / first;
-    let value = |row: &Row| percent(row.change_f);
-    let bounds = |row: &Row| (percent(row.change_lower_f), percent(row.change_upper_f));
+    let percent = |change: f64| 100.0 * change / first;
+    let value = |row: &Row| percent(known(row.change_f));
+    let bounds = |row: &Row| ends(row.change_limits(rest).map(|limits| limits.map(percent)));
+    let name = format!("change since the first step, and {}", limits(outcome));
     Some(Chart {
         title: String::new(),
         x: x.clone(),
         y: axis("change of the capacitance", "%"),
-        series: series("change since the first step, and its bounds", outcome, places, value, bounds),
+        series: series(&name, outcome, places, value, bounds),
     })
 }
 
@@ -160,11 +175,11 @@ fn series(
 
 fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
     let value = |row: &Row| known(row.capacitance_f);
-    let bounds = |row: &Row| (known(row.capacitance_lower_f), known(row.capacitance_upper_f));
+    let bounds = |row: &Row| ends(row.capacitance_limits());
     let words = outcome.measurement.map(|own| in_words(own, &outcome.conductors));
     let (label, of) = words.unwrap_or_default();
     let of = of.map_or_else(String::new, |names| format!("{names}, "));
-    let name = format!("{of}with the fringing field, and its bounds");
+    let name = format!("{of}with the fringing field, and {}", limits(outcome));
     let mut series = series(&name, outcome, places, value, bounds);
     let curve = by_pose(outcome, places).curve;
     let plates: Vec<(f64, f64)> =
@@ -229,6 +244,28 @@ mod tests {
         outcome.steps.truncate(1);
         let panels = figure("a pair", &outcome).unwrap();
         assert!(panels.second.is_none() && panels.main.y.unit == "F");
+    }
+
+    #[test]
+    fn the_bands_include_the_estimated_errors_of_the_model() {
+        let outcome = pressed();
+        let panels = figure("a pair", &outcome).unwrap();
+        let whole = &panels.second.as_ref().unwrap().series[0];
+        let change = &panels.main.series[0];
+        assert!(change.name.ends_with("its bounds with all estimated errors"), "{}", change.name);
+        let first = outcome.steps[0].row.capacitance_f.unwrap();
+        for (k, step) in outcome.steps.iter().enumerate().skip(1) {
+            let row = &step.row;
+            let model = row.model_error_estimate.unwrap() * row.capacitance_f.unwrap();
+            assert!(model > 0.0);
+            let (lower, upper) = whole.band.as_ref().unwrap()[k];
+            assert!(upper >= row.capacitance_upper_f.unwrap() + 0.999 * model, "{k}: {upper:e}");
+            assert!(lower <= row.capacitance_lower_f.unwrap() - 0.999 * model, "{k}: {lower:e}");
+            let (lower, upper) = change.band.as_ref().unwrap()[k];
+            let stated = 100.0 * row.change_total_error_f.unwrap() / first;
+            let farthest = (upper - change.points[k].1).max(change.points[k].1 - lower);
+            assert!((farthest / stated - 1.0).abs() < 1e-9, "{k}: {farthest} {stated}");
+        }
     }
 
     #[test]

@@ -13,12 +13,12 @@ const PIECES: usize = 32;
 
 /// The indenter with its lowest point at this height above the substrate, m; `None` where nothing presses.
 pub(crate) fn indenter(case: &Case, height: f64) -> Option<Vec<Corners>> {
-    let thickness = case.layer.as_ref()?.thickness;
+    let layer = case.layer.as_ref()?;
     if let Some(plate) = plate(case, height) {
         return Some(of_box(&plate));
     }
     let ends = |width: f64| [-0.5 * width, 0.5 * width];
-    let most = SHOWN * thickness;
+    let most = SHOWN * layer.thickness;
     let round = |radius: f64, position: f64, width: f64| {
         prism(2, ends(width), &profile(0.0, radius, most, [position, height]))
     };
@@ -41,7 +41,9 @@ pub(crate) fn indenter(case: &Case, height: f64) -> Option<Vec<Corners>> {
                 flat(half_width, corner_radius, 0.0, model.width)
             }
             SolidIndenter::Cylinder { radius } => round(radius, 0.0, model.width),
-            SolidIndenter::Sphere { radius } => turned(radius, most, height),
+            SolidIndenter::Sphere { radius } => {
+                ball(radius, most.max(layer.half_length.unwrap_or(most)), height)
+            }
             SolidIndenter::Block { half_widths, corner_radius } => {
                 block(half_widths, corner_radius, most, height)
             }
@@ -101,14 +103,18 @@ fn profile(flat: f64, radius: f64, most: f64, at: [f64; 2]) -> Vec<[f64; 2]> {
     right.iter().copied().chain(left).map(|p| [at[0] + p[0], at[1] + p[1]]).collect()
 }
 
-/// The lower part of a ball, closed on top.
-fn turned(radius: f64, most: f64, height: f64) -> Vec<Corners> {
+/// A ball, up to the height `most` above its lowest point and closed on top there if it is higher.
+fn ball(radius: f64, most: f64, height: f64) -> Vec<Corners> {
     let angle = |k: usize| std::f64::consts::PI * k as f64 / PIECES as f64;
-    let ring = |[out, up]: [f64; 2]| -> Vec<[f64; 3]> {
-        (0..2 * PIECES).map(|k| [out * angle(k).cos(), height + up, -out * angle(k).sin()]).collect()
+    let up_to = (1.0 - most / radius).max(-1.0).acos();
+    let ring = |k: usize| -> Vec<[f64; 3]> {
+        let t = up_to * k as f64 / PIECES as f64;
+        // The poles are points.
+        let out = if k == 0 || (k == PIECES && most >= 2.0 * radius) { 0.0 } else { radius * t.sin() };
+        let up = height + radius * (1.0 - t.cos());
+        (0..2 * PIECES).map(|k| [out * angle(k).cos(), up, -out * angle(k).sin()]).collect()
     };
-    // A ball has no wall above its middle.
-    lofted(&side(0.0, radius, most.min(radius)).into_iter().map(ring).collect::<Vec<_>>())
+    lofted(&(0..=PIECES).map(ring).collect::<Vec<_>>())
 }
 
 /// A block with rounded edges, closed on top.
@@ -174,8 +180,15 @@ mod tests {
 
     #[test]
     fn every_indenter_is_closed_outside_out_and_begins_where_the_load_puts_it() {
-        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is 0.8 of 0.45.
-        let ball = std::f64::consts::PI * 0.36 * 0.36 * (0.6 - 0.12);
+        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is the half length of the layer at most.
+        let part = |h: f64| std::f64::consts::PI * h * h * (0.6 - h / 3.0);
+        let half_length =
+            case("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"").layer.unwrap().half_length;
+        let whole = part(half_length.map_or(0.36, |half| 1e3 * half).min(1.2));
+        for h in [0.36, 0.9, 1.2, 5.0] {
+            let share = volume(&ball(0.6, h, 0.0)) / part(h.min(1.2));
+            assert!((0.99..1.0 + 1e-9).contains(&share), "{h}: {share}");
+        }
         let rounded = |half: f64, r: f64| {
             // Over the width: a rectangle without two corners.
             1.4 * (2.0 * half * 0.36 - 2.0 * (1.0 - 0.25 * std::f64::consts::PI) * r * r)
@@ -186,7 +199,7 @@ mod tests {
             1.4 * (r * r * ((r - h) / r).acos() - (r - h) * (2.0 * r * h - h * h).sqrt())
         };
         let cases = [
-            ("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"", ball),
+            ("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"", whole),
             ("[mechanics.solid.indenter.cylinder]\nradius = \"600 um\"", segment),
             (
                 "[mechanics.solid.indenter.flat_punch]\nhalf_width = \"300 um\"\ncorner_radius = \"100 um\"\ncontact = \"smooth\"",

@@ -106,7 +106,7 @@ pub fn save_kept(
     folder.holds_nothing_foreign()?;
     let request = Request { case_text, ..Request::of(options) };
     let writer = FieldWriter::new(&folder, &()).writing(request.wanted);
-    let writer = writer.drawing_sections(&outcome.plan, &case.title);
+    let writer = writer.drawing_sections(&outcome.plan, case);
     // Where staging breaks off, `finish` has the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;

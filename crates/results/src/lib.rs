@@ -14,6 +14,7 @@ pub mod load_curve;
 pub mod measured;
 mod output_folder;
 mod own_files;
+pub mod pairs;
 pub mod plot;
 mod pose;
 pub mod report;

@@ -90,19 +90,45 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
             poses: layers.iter().map(|pose| slab(pose, layer.thickness)).collect(),
         });
     }
-    // No farther than the layer is shown.
-    let over = |(step, layer): (&&StepResult, &Box3)| {
+    // No farther than the layer is shown, and above what lies on the layer.
+    let over = |(k, (step, layer)): (usize, (&&StepResult, &Box3))| {
         let mut plate = plate(case, height(case, step)?)?;
+        let lift = on_layer(bodies, k, &plate) - plate.min[1];
+        [plate.min[1], plate.max[1]] = [plate.min[1], plate.max[1]].map(|at| at + lift.max(0.0));
         for a in [0, 2] {
             plate.min[a] = plate.min[a].max(layer.min[a]);
             plate.max[a] = plate.max[a].min(layer.max[a]);
         }
         solid(plate)
     };
-    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).map(over).collect();
+    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).enumerate().map(over).collect();
     if let Some(poses) = plates.filter(|poses| !poses.is_empty() && !is_there) {
         bodies.push(SceneBody { name: "indenter".into(), role: BodyRole::Indenter, poses });
     }
+}
+
+/// The highest end, m, of the bodies under a plate at a step; minus infinity without any.
+fn on_layer(bodies: &[SceneBody], step: usize, plate: &Box3) -> f64 {
+    let solid = bodies.iter().filter(|body| match body.role {
+        BodyRole::Conductor
+        | BodyRole::FloatingConductor
+        | BodyRole::GroundedConductor
+        | BodyRole::Dielectric => true,
+        BodyRole::Layer
+        | BodyRole::Substrate
+        | BodyRole::Cover
+        | BodyRole::Wall
+        | BodyRole::GroundedWall
+        | BodyRole::Surroundings
+        | BodyRole::Indenter
+        | BodyRole::ScaleBar => false,
+    });
+    let under = |own: &&Box3| [0, 2].iter().all(|&a| own.min[a] < plate.max[a] && plate.min[a] < own.max[a]);
+    solid
+        .filter_map(|body| body.poses.get(step))
+        .filter(under)
+        .map(|own| own.max[1])
+        .fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// A part of the substrate under a layer with these bounds and of this thickness.

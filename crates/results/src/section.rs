@@ -1,8 +1,10 @@
-//! `section_NNN.svg`: the potential in a plane through the gap.
+//! `section_NNN.svg`: the potential in a plane through the gap, or through the place where the load acts.
+//! `section_NNN_electrodes.svg`: the same where the electrodes are, if the load acts elsewhere.
 
 use std::collections::HashMap;
 
 use elastocap_coupling::outcome::StepResult;
+use elastocap_coupling::words::prefixed;
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::export::gltf::BodyRole;
 use elastocap_geometry::export::vtk::FieldGrid;
@@ -14,17 +16,16 @@ use crate::plot::{Axis, Scale, Section, SectionCell};
 /// How much around the conductors is shown, as a share of their largest extent in the plane.
 const AROUND: f64 = 0.3;
 
-/// A plane at right angles to an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Plane {
-    axis: usize,
-    at: f64,
+/// The name of a section of a step by its number: the first one, or the one through the electrodes.
+pub(crate) fn section_file(index: usize, number: usize) -> String {
+    match number {
+        0 => format!("section_{index:03}.svg"),
+        _ => format!("section_{index:03}_electrodes.svg"),
+    }
 }
 
-/// The name of a step's section.
-pub(crate) fn section_file(index: usize) -> String {
-    format!("section_{index:03}.svg")
-}
+/// The most sections of a step.
+pub(crate) const MOST_SECTIONS: usize = 2;
 
 /// A conductor or one of its parts: its name and its bounds.
 type Metal = (String, Box3);
@@ -50,20 +51,20 @@ fn metal(step: &StepResult) -> Vec<Metal> {
     parts.collect()
 }
 
-/// A section through a field in a slab that is thin along `axis`; `metal_ids` are the bodies that are metal.
+/// A section through a field in a thin slab around a plane; `metal_ids` are the bodies that are metal.
 pub(crate) fn of_slab(
     step: &StepResult,
     title: &str,
-    (axis, grid): (usize, &FieldGrid),
+    (plane, grid): (SectionPlane, &FieldGrid),
     metal_ids: std::ops::Range<i32>,
 ) -> Option<Section> {
     let metal = metal(step);
+    let axis = plane.axis;
     let [p, q] = across(axis);
     // In the middle of its last cell: below it may be the mirror image.
     let nodes = &grid.axes[axis];
     let layer = nodes.len().checked_sub(2)?;
     let t = 0.5;
-    let plane = Plane { axis, at: nodes[layer] + t * (nodes[layer + 1] - nodes[layer]) };
     let counts = grid.axes.each_ref().map(Vec::len);
     let place = |i: usize, j: usize, k: usize| {
         let mut at = [0; 3];
@@ -195,14 +196,27 @@ impl Patch {
     }
 }
 
-/// A section through a field on tetrahedra.
-pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> Option<Section> {
+/// The sections through a field on tetrahedra, in a scene that is loaded around this place if around any.
+pub(crate) fn of_tetrahedra(
+    step: &StepResult,
+    title: &str,
+    mesh: &BodyMesh,
+    loaded_at: Option<[f64; 2]>,
+) -> Vec<Section> {
     let metal = metal(step);
-    let middle = SectionPlane::through(&metal)?;
-    let plane = Plane { axis: middle.axis, at: middle.at() };
+    let planes = SectionPlane::of_scene(&metal, loaded_at);
+    planes.into_iter().filter_map(|plane| through_tetrahedra(step, title, mesh, (plane, &metal))).collect()
+}
+
+fn through_tetrahedra(
+    step: &StepResult,
+    title: &str,
+    mesh: &BodyMesh,
+    (plane, metal): (SectionPlane, &[Metal]),
+) -> Option<Section> {
     let [p, q] = across(plane.axis);
     let values = &mesh.arrays.iter().find(|array| array.name == "potential")?.values;
-    let above: Vec<f64> = mesh.points.iter().map(|x| x[plane.axis] - plane.at).collect();
+    let above: Vec<f64> = mesh.points.iter().map(|x| x[plane.axis] - plane.at()).collect();
     let corner = |from: u32, to: u32| {
         let (a, b) = (from.min(to) as usize, from.max(to) as usize);
         let t = above[a] / (above[a] - above[b]);
@@ -221,7 +235,7 @@ pub(crate) fn of_tetrahedra(step: &StepResult, title: &str, mesh: &BodyMesh) -> 
         };
         cells.push(SectionCell { corners });
     }
-    section(step, title, &metal, plane, cells)
+    section(step, title, metal, plane, cells)
 }
 
 /// The ends of the layer along x2, where it has any.
@@ -235,15 +249,15 @@ fn section(
     step: &StepResult,
     title: &str,
     metal: &[Metal],
-    plane: Plane,
+    plane: SectionPlane,
     cells: Vec<SectionCell>,
 ) -> Option<Section> {
     let [p, q] = across(plane.axis);
     let corners = || cells.iter().flat_map(|cell| cell.corners.iter().map(|(_, at)| [at[0], at[1]]));
-    let cut: Vec<&Metal> = (metal.iter())
-        .filter(|(_, b)| b.min[plane.axis] <= plane.at && plane.at <= b.max[plane.axis])
-        .collect();
-    let all = cut.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
+    let cut: Vec<&Metal> = metal.iter().filter(|(_, bounds)| plane.cuts(bounds)).collect();
+    let whole = |parts: &[&Metal]| parts.iter().map(|(_, own)| *own).reduce(|all, own| all.union(&own));
+    // A plane that cuts no conductor shows what lies beside all of them.
+    let all = whole(&cut).or_else(|| whole(&metal.iter().collect::<Vec<_>>()))?;
     let margin = AROUND * all.extent(p).max(all.extent(q));
     // No farther than the field is known.
     let ends = |k: usize, a: usize| {
@@ -266,7 +280,9 @@ fn section(
     let mut names: Vec<_> = bounds.iter().map(|(name, b)| ((*name).to_owned(), middle(b))).collect();
     names.sort_by(|a, b| a.0.cmp(&b.0));
     let axis = |a: usize| Axis { label: format!("x{}", a + 1), unit: "m".into(), scale: Scale::Linear };
-    Some(Section { title: title.to_owned(), x: axis(p), y: axis(q), window, cells, sheets, names })
+    let place = prefixed(plane.middle + 0.0, 3, "m");
+    let plane = format!("plane x{} = {place}", plane.axis + 1);
+    Some(Section { title: title.to_owned(), plane, x: axis(p), y: axis(q), window, cells, sheets, names })
 }
 
 #[cfg(test)]
@@ -282,25 +298,27 @@ mod tests {
     use elastocap_coupling::step::StepField;
     use std::ops::ControlFlow;
 
-    /// Keeps the section through the field of the first step.
+    /// Keeps the sections through the field of the first step.
     #[derive(Default)]
-    struct First(Mutex<Option<Section>>);
+    struct First(Mutex<Vec<Section>>);
 
     impl Observer for First {
         fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
-            let section = match (field, &step.scene) {
+            let sections = match (field, &step.scene) {
                 (StepField::Grid(field), Some(scene)) => {
                     let first = 1 + scene.scene.dielectrics().count() as i32;
                     let metal = first..first + scene.scene.conductors().count() as i32;
-                    let section = field.section.unwrap();
-                    let slab = crate::scene_files::field_grid(&scene.scene, section.field);
-                    of_slab(step, "a section", (section.axis, &slab), metal)
+                    let drawn = |own: elastocap_electrostatics::FieldSection| {
+                        let slab = crate::scene_files::field_grid(&scene.scene, own.field);
+                        of_slab(step, "a section", (own.plane, &slab), metal.clone())
+                    };
+                    field.sections.into_iter().filter_map(drawn).collect()
                 }
-                (StepField::Grid(_), None) => None,
-                (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh),
+                (StepField::Grid(_), None) => Vec::new(),
+                (StepField::Tetrahedra(mesh), _) => of_tetrahedra(step, "a section", &mesh, None),
             };
             if step.index == 0 {
-                *self.0.lock().unwrap() = section;
+                *self.0.lock().unwrap() = sections;
             }
             ControlFlow::Continue(())
         }
@@ -312,11 +330,15 @@ mod tests {
     }
 
     fn first_section_of(case: &Case) -> Section {
+        sections_of(case).remove(0)
+    }
+
+    fn sections_of(case: &Case) -> Vec<Section> {
         let options = Options { prune: true, fields: true, scene: false, model_error: false };
         let plan = Plan::new(case, &options);
         let found = First::default();
         run(case, &plan, &options, &Arc::new(AtomicBool::new(false)), &found);
-        found.0.into_inner().unwrap().unwrap()
+        found.0.into_inner().unwrap()
     }
 
     fn corners(section: &Section) -> impl Iterator<Item = [f64; 3]> {
@@ -363,6 +385,47 @@ mod tests {
         let between = corners(section).filter(|p| p[0].abs() < 3e-6 && 1.2e-6 < p[1] && p[1] < 2e-6);
         let expected = |p: [f64; 3]| 0.5 - (p[1] - 1.2e-6) / 0.8e-6;
         assert!(between.map(|p| (p[2] - expected(p)).abs()).fold(0.0, f64::max) < 1e-2);
+    }
+
+    #[test]
+    fn a_layer_in_three_dimensions_is_cut_where_it_is_loaded_and_again_where_its_electrodes_are() {
+        let text = r#"
+            format = 1
+            [layer]
+            thickness = "1 mm"
+            half_length = "6 mm"
+            relative_permittivity = 3.0
+            material.neo_hookean = { shear_modulus = "50 kPa" }
+            [[conductor]]
+            name = "lower"
+            sheet = { normal = "x2", at = "0 mm", min = ["-2 mm", "0.5 mm"], max = ["2 mm", "2 mm"] }
+            [[conductor]]
+            name = "upper"
+            attached = "layer"
+            sheet = { normal = "x2", at = "1 mm", min = ["-2 mm", "0.5 mm"], max = ["2 mm", "2 mm"] }
+            [mechanics.solid]
+            width = "12 mm"
+            end = "far"
+            side = "symmetric"
+            indenter = { sphere = { radius = "2 mm" } }
+            [load]
+            compression = [0.0]
+            [surroundings]
+            boundary = "open"
+            [electrostatics]
+            relative_tolerance = 5e-2
+        "#;
+        let found = sections_of(&elastocap_case::parse(text, Path::new("beside.toml")).unwrap());
+        let planes: Vec<(&str, usize)> = found.iter().map(|own| (&*own.plane, own.names.len())).collect();
+        assert_eq!(planes, [("plane x3 = 0 m", 0), ("plane x3 = 1.25 mm", 2)]);
+        // Between the electrodes the potential goes from the one to the other; beside them it does not come near.
+        let largest = |own: &Section| corners(own).map(|p| p[2].abs()).fold(0.0, f64::max);
+        assert!(
+            largest(&found[1]) > 0.499 && largest(&found[0]) < 0.45,
+            "{} {}",
+            largest(&found[1]),
+            largest(&found[0])
+        );
     }
 
     #[test]

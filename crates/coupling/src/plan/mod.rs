@@ -19,6 +19,7 @@ pub use steps::PlannedStep;
 use crate::memory::max_memory;
 use crate::settings::FieldSettings;
 use crate::terminals::target;
+use crate::view::loaded_at;
 use steps::planned_steps;
 
 /// What a run should produce besides the numbers.
@@ -157,6 +158,7 @@ impl Plan {
             symmetry: options.prune,
             // Without pruning the fields are computed even if nobody wants the files.
             field: options.fields || !options.prune,
+            loaded_at: loaded_at(case),
             foresight: None,
             target_alone: false,
             accepted: usual.accepted,

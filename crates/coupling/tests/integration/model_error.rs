@@ -129,3 +129,26 @@ fn three_dimensions_have_no_better_model() {
     }
     assert!(outcome.warnings.iter().all(|warning| !warning.contains("as a model of the layer")));
 }
+
+#[test]
+fn a_sensitivity_has_no_sign_where_the_change_has_none_for_the_model() {
+    for model_error in [true, false] {
+        let load = "[load]\ncompression = [0.0, 0.05, 0.1, 0.15, 0.2]";
+        let outcome = solved(&pair(&format!("{CLOSED_FORM}\n{load}")), model_error);
+        let first = &outcome.steps[0].row;
+        let mut without_sign = 0;
+        for row in outcome.steps.iter().skip(1).map(|step| &step.row) {
+            let [lower, upper] = row.change_limits(first).unwrap();
+            if lower <= 0.0 && upper >= 0.0 {
+                without_sign += 1;
+                let (slope, error) =
+                    (row.sensitivity_f_per_n.unwrap(), row.sensitivity_error_f_per_n.unwrap());
+                assert!(error >= slope.abs(), "{slope:e} +- {error:e}");
+            }
+        }
+        assert!(without_sign > 0, "the case shows nothing");
+        // With two steps there is no error that would say so.
+        let two = solved(&pair(&format!("{CLOSED_FORM}\n[load]\ncompression = [0.0, 0.1]")), model_error);
+        assert!(two.steps.iter().all(|step| step.row.sensitivity_f_per_n.is_none()));
+    }
+}

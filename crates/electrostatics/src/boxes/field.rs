@@ -66,10 +66,30 @@ struct Samples {
     slopes: [SparseRows<f64>; 2],
 }
 
-/// How the cells of the part that is solved are repeated in the whole scene: mirrored halves lie below the solved ones.
+/// Which images of the part that is solved are shown along an axis. Mirrored halves lie below the solved ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Images {
+    /// The part itself.
+    Part,
+    /// The part and its mirror image.
+    Both,
+    /// The mirror image alone.
+    Mirrored,
+}
+
+impl Images {
+    /// How many times the cells of the part are shown.
+    fn count(self) -> usize {
+        match self {
+            Self::Part | Self::Mirrored => 1,
+            Self::Both => 2,
+        }
+    }
+}
+
+/// How the cells of the part that is solved are repeated in the whole scene.
 struct Reflection {
-    /// Axes across which the scene is mirrored.
-    mirrored: [bool; 3],
+    images: [Images; 3],
     /// Cells of the part along each axis.
     part: [usize; 3],
     /// Cells of the whole scene along each axis.
@@ -77,18 +97,18 @@ struct Reflection {
 }
 
 impl Reflection {
-    fn new(mirrored: [bool; 3], part: [usize; 3]) -> Self {
-        Self { mirrored, part, whole: [0, 1, 2].map(|a| part[a] << usize::from(mirrored[a])) }
+    fn new(images: [Images; 3], part: [usize; 3]) -> Self {
+        Self { images, part, whole: [0, 1, 2].map(|a| part[a] * images[a].count()) }
     }
 
     /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror plane that the image
     /// lies on: -1 below it, else 1. The node on the plane belongs to both halves; it counts as above.
     fn node(&self, a: usize, i: usize) -> (usize, f64) {
         let n = self.part[a];
-        match (self.mirrored[a], i < n) {
-            (false, _) => (i, 1.0),
-            (true, true) => (n - i, -1.0),
-            (true, false) => (i - n, 1.0),
+        match (self.images[a], i < n) {
+            (Images::Part, _) => (i, 1.0),
+            (Images::Mirrored, _) | (Images::Both, true) => (n - i, -1.0),
+            (Images::Both, false) => (i - n, 1.0),
         }
     }
 
@@ -96,7 +116,12 @@ impl Reflection {
     /// node, and the side of the mirror plane.
     fn slope(&self, a: usize, i: usize, above: bool) -> (usize, bool, f64) {
         let n = self.part[a];
-        if self.mirrored[a] && (i < n || (i == n && !above)) {
+        let is_image = match self.images[a] {
+            Images::Part => false,
+            Images::Mirrored => true,
+            Images::Both => i < n || (i == n && !above),
+        };
+        if is_image {
             (n - i, !above, -1.0)
         } else {
             let (node, side) = self.node(a, i);
@@ -106,32 +131,53 @@ impl Reflection {
 
     /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the layout.
     fn coordinates(&self, a: usize, own: &[f64], layout: &Layout) -> Vec<f64> {
-        let mirror = own.iter().skip(1).rev().map(|x| -x).filter(|_| self.mirrored[a]);
-        mirror.chain(own.iter().copied()).map(|x| layout.origin[a] + layout.unit * x).collect()
+        let image = |from: usize| own.iter().skip(from).rev().map(|x| -x);
+        let places: Vec<f64> = match self.images[a] {
+            Images::Part => own.to_vec(),
+            Images::Both => image(1).chain(own.iter().copied()).collect(),
+            Images::Mirrored => image(0).collect(),
+        };
+        places.into_iter().map(|x| layout.origin[a] + layout.unit * x).collect()
     }
 }
 
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
 /// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The samples fill
-/// [`Scene::sensor`], and are closer together in a section through it. With no shares, all lists of the result are empty.
+/// [`Scene::sensor`], and are closer together in sections through it, one of them where the scene is loaded. With no shares, all lists of the
+/// result are empty.
 pub(crate) fn sample(
-    scene: &Scene,
+    (scene, loaded_at): (&Scene, Option<[f64; 2]>),
     layout: &Layout,
     shares: &[Share<'_>],
     mirrored: [bool; 3],
     potentials: Vec<f64>,
 ) -> Field {
     let shown = scene.sensor();
-    let of = |shown: &Box3, flat: Option<usize>| {
-        sample_in(scene, layout, shares, (shown, flat), mirrored, potentials.clone())
+    let of = |shown: &Box3, flat: Option<usize>, images: [Images; 3]| {
+        sample_in(scene, layout, shares, (shown, flat), images, potentials.clone())
     };
-    let section = SectionPlane::through(&scene.conductor_bounds().collect::<Vec<_>>()).map(|plane| {
-        let (axis, mut slab) = (plane.axis, shown);
-        [slab.min[axis], slab.max[axis]] = plane.slab();
-        Box::new(FieldSection { axis, field: of(&slab, Some(axis)) })
-    });
-    Field { section, ..of(&shown, None) }
+    let images = mirrored.map(|mirrored| if mirrored { Images::Both } else { Images::Part });
+    let planes = SectionPlane::of_scene(&scene.conductor_bounds().collect::<Vec<_>>(), loaded_at);
+    let section = |plane: SectionPlane| {
+        let (a, mut slab, mut images) = (plane.axis, shown, images);
+        let [low, high] = plane.slab();
+        [slab.min[a], slab.max[a]] = [low, high];
+        let of_mirror = layout.origin[a];
+        if mirrored[a] && high <= of_mirror {
+            // What is solved lies on the other side.
+            [slab.min[a], slab.max[a]] = [2.0 * of_mirror - high, 2.0 * of_mirror - low];
+            images[a] = Images::Mirrored;
+        } else if mirrored[a] && low > of_mirror {
+            images[a] = Images::Part;
+        }
+        let ends = [slab.min[a], slab.max[a]].map(|x| (x - of_mirror) / layout.unit);
+        // No farther than there are finite elements.
+        let is_within = |share: &Share<'_>| !cuts(share.axes[a], layout.reach, ends, 0.0).is_empty();
+        let is_known = shares.first().is_some_and(is_within);
+        is_known.then(|| FieldSection { plane, field: of(&slab, Some(a), images) })
+    };
+    Field { sections: planes.into_iter().filter_map(section).collect(), ..of(&shown, None, images) }
 }
 
 /// Samples what is `shown`, a box that is flat along one axis or along none: one cell is enough there.
@@ -140,7 +186,7 @@ fn sample_in(
     layout: &Layout,
     shares: &[Share<'_>],
     (shown, flat): (&Box3, Option<usize>),
-    mirrored: [bool; 3],
+    images: [Images; 3],
     potentials: Vec<f64>,
 ) -> Field {
     let Some(first) = shares.first() else {
@@ -152,11 +198,11 @@ fn sample_in(
             relative_permittivity: Vec::new(),
             body: Vec::new(),
             potentials,
-            section: None,
+            sections: Vec::new(),
         };
     };
-    let pieces = pieces(first.axes, (shown, flat), layout, mirrored);
-    let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
+    let pieces = pieces(first.axes, (shown, flat), layout, images);
+    let reflection = Reflection::new(images, [0, 1, 2].map(|a| pieces[a].len()));
     let mut nodes: [Vec<f64>; 3] = Default::default();
     let mut potential = vec![0.0; reflection.whole.iter().map(|n| n + 1).product()];
     let mut electric_field = vec![[[0.0; 3]; 2]; potential.len()];
@@ -188,7 +234,7 @@ fn sample_in(
         relative_permittivity,
         body,
         potentials,
-        section: None,
+        sections: Vec::new(),
     }
 }
 
@@ -198,7 +244,7 @@ fn pieces(
     axes: [&Axis; 3],
     (shown, flat): (&Box3, Option<usize>),
     layout: &Layout,
-    mirrored: [bool; 3],
+    images: [Images; 3],
 ) -> [Vec<(usize, f64, f64)>; 3] {
     let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
@@ -207,7 +253,7 @@ fn pieces(
         })
     };
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
-        (0..3).map(|a| pieces[a].len() << usize::from(mirrored[a])).product()
+        (0..3).map(|a| pieces[a].len() * images[a].count()).product()
     };
     let most = match (flat, &layout.map) {
         (None, _) => MAX_CELLS,
@@ -218,7 +264,7 @@ fn pieces(
     let chosen = all().find(|pieces| cells(pieces) <= most).unwrap_or_else(|| plan(0.0));
     let Some(placed) = &layout.map else { return chosen };
     let stands = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
-        let reflection = Reflection::new(mirrored, [0, 1, 2].map(|a| pieces[a].len()));
+        let reflection = Reflection::new(images, [0, 1, 2].map(|a| pieces[a].len()));
         let nodes = [0, 1, 2].map(|a| reflection.coordinates(a, &places(axes[a], &pieces[a]), layout));
         has_volume_everywhere(&placed.map, &nodes)
     };

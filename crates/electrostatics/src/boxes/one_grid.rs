@@ -255,7 +255,7 @@ impl Outcome {
             }
         }
         let mirrored = layout.mirror.map(|m| m.is_some() && settings.symmetry);
-        let mut field = sample(scene, layout, &shares, mirrored, potentials);
+        let mut field = sample((scene, settings.loaded_at), layout, &shares, mirrored, potentials);
         field.potential.iter_mut().for_each(|p| *p += common);
         field
     }

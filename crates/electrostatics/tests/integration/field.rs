@@ -99,8 +99,8 @@ fn a_section_is_the_field_in_the_middle_on_more_cells() {
     for symmetry in [true, false] {
         let settings = Settings { relative_tolerance: 1e-2, field: true, symmetry, ..Settings::default() };
         let field = solve(&two_sheets(), &settings).unwrap().field.unwrap();
-        let section = field.section.as_ref().unwrap();
-        assert_eq!((section.axis, &section.field.section), (2, &None));
+        let [section] = field.sections.as_slice() else { panic!("{}", field.sections.len()) };
+        assert!(section.plane.axis == 2 && section.field.sections.is_empty());
         assert!(section.field.nodes[2].iter().all(|x| x.abs() < 3e-4), "{:?}", section.field.nodes[2]);
         let cells = |field: &Field| (field.nodes[0].len() - 1) * (field.nodes[1].len() - 1);
         assert!(cells(&section.field) > 2 * cells(&field));
@@ -116,6 +116,41 @@ fn a_section_is_the_field_in_the_middle_on_more_cells() {
         let common: Vec<(f64, f64)> = common.collect();
         assert!(common.len() > 20, "{}", common.len());
         assert!(common.iter().all(|(own, other)| (own - other).abs() < 1e-9), "{common:?}");
+    }
+}
+
+#[test]
+fn a_section_through_a_load_on_either_side_of_a_mirror_plane_is_that_of_the_whole_scene() {
+    // Conductors that are their mirror image across x3, at opposite potentials along x1.
+    for x3 in [-0.2, 0.2] {
+        let sampled = |symmetry: bool| {
+            let loaded_at = Some([0.0, x3]);
+            let settings = Settings {
+                relative_tolerance: 1e-2,
+                field: true,
+                symmetry,
+                loaded_at,
+                ..Settings::default()
+            };
+            solve(&two_sheets(), &settings).unwrap().field.unwrap().sections.remove(0)
+        };
+        let (part, whole) = (sampled(true), sampled(false));
+        assert_eq!((part.plane.middle, part.field.nodes[2].len()), (x3, 2));
+        assert!(
+            (part.field.nodes[2][0] - x3).abs() < 1e-9 && part.field.nodes[2][0] < part.field.nodes[2][1]
+        );
+        assert_eq!(part.field.body, whole.field.body);
+        let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert_eq!(part.field.potential.len(), whole.field.potential.len());
+        let off = largest(&part.field.potential, &whole.field.potential);
+        assert!(off < 1e-6, "{off}");
+        // The component across the mirror plane has the sign of the side.
+        let across = |own: &elastocap_electrostatics::FieldSection| -> Vec<f64> {
+            own.field.electric_field.iter().map(|limits| limits[1][2]).collect()
+        };
+        let (a, b) = (across(&part), across(&whole));
+        let scale = b.iter().map(|e| e.abs()).fold(0.0, f64::max);
+        assert!(largest(&a, &b) < 1e-3 * scale, "{} of {scale}", largest(&a, &b));
     }
 }
 

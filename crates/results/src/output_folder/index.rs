@@ -99,8 +99,13 @@ pub(crate) fn is_result_name(name: &str) -> bool {
         MESH_INDEX,
         RESUME,
     ];
-    const NUMBERED: [(&str, &str); 4] =
-        [("step_", ".vtu"), ("section_", ".svg"), ("layer_", ".vtu"), ("profile_", ".csv")];
+    const NUMBERED: [(&str, &str); 5] = [
+        ("step_", ".vtu"),
+        ("section_", ".svg"),
+        ("section_", "_electrodes.svg"),
+        ("layer_", ".vtu"),
+        ("profile_", ".csv"),
+    ];
     let numbered = |(before, after): &(&str, &str)| {
         let number = name.strip_prefix(before).and_then(|rest| rest.strip_suffix(after));
         number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))

@@ -16,6 +16,8 @@ use super::text::{coordinate, escape, text_width, wrapped};
 pub struct Section {
     /// Above the picture; wrapped where it is long.
     pub title: String,
+    /// Where the plane lies, in words; below the picture on the right.
+    pub plane: String,
     /// Across.
     pub x: Axis,
     /// Upward.
@@ -96,6 +98,13 @@ impl Section {
         self.draw_names(&mut out, &frame);
         let _ = writeln!(out, "<rect {place} fill=\"none\" stroke=\"#555\" stroke-width=\"1\"/>");
         draw_bar(&mut out, &frame, &levels, "potential (V)");
+        let _ = writeln!(
+            out,
+            "<text x=\"{}\" y=\"{}\" font-size=\"{TICK_SIZE}\" text-anchor=\"end\">{}</text>",
+            coordinate(WIDTH - EDGE),
+            coordinate(frame.bottom + BELOW - EDGE),
+            escape(&self.plane)
+        );
         out.push_str("</svg>\n");
         out
     }
@@ -337,6 +346,7 @@ mod tests {
         let axis = || Axis { label: "x".into(), unit: "m".into(), scale: Scale::Linear };
         let section = Section {
             title: "a <field>".into(),
+            plane: "plane x3 = 2 mm".into(),
             x: axis(),
             y: axis(),
             window: [(0.0, 2.0), (0.0, 1.0)],
@@ -346,7 +356,10 @@ mod tests {
         };
         let svg = section.to_svg();
         assert!(
-            svg.contains("a &lt;field&gt;") && svg.contains("plate &amp; co") && !svg.contains("elsewhere")
+            svg.contains("plane x3 = 2 mm")
+                && svg.contains("a &lt;field&gt;")
+                && svg.contains("plate &amp; co")
+                && !svg.contains("elsewhere")
         );
         let path = |look: &str| -> Vec<Vec<f64>> {
             let line = svg.lines().find(|line| line.contains(look)).unwrap();

@@ -1,5 +1,6 @@
 //! The head of the page: what came out, in a sentence, and the figures that a reader looks for first.
 
+use elastocap_case::Measurement;
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::terminals::in_words;
@@ -7,6 +8,7 @@ use elastocap_coupling::words::seconds;
 
 use super::Report;
 use super::html::{escape, percent, quantity};
+use crate::pairs::{first_and_most_loaded, largest_certain, pair_changes};
 
 /// A figure with what it is, and a remark below it.
 struct Figure {
@@ -99,6 +101,12 @@ fn kind_of_bounds(report: &Report<'_>) -> &'static str {
     }
 }
 
+/// The terminals whose capacitance the rows have.
+fn of_rows(outcome: &Outcome) -> String {
+    let words = outcome.measurement.and_then(|own| in_words(own, &outcome.conductors).1);
+    words.unwrap_or_else(|| "what is measured".to_owned())
+}
+
 fn what_is_measured(outcome: &Outcome) -> String {
     let Some(measurement) = outcome.measurement else { return "capacitance".to_owned() };
     match in_words(measurement, &outcome.conductors) {
@@ -107,57 +115,116 @@ fn what_is_measured(outcome: &Outcome) -> String {
     }
 }
 
+/// A capacitance at the first step and under the largest load.
+struct Ends {
+    /// What it is, in words.
+    name: String,
+    /// F.
+    values: [f64; 2],
+    /// How well both are known, in words.
+    errors: [String; 2],
+    /// The limits of the change, F.
+    limits: Option<[f64; 2]>,
+    /// Whether the rows of the run are of this capacitance.
+    is_of_rows: bool,
+}
+
+/// The capacitance that the head of the page is about: what is measured, and of a whole matrix the pair with the largest change that is
+/// certain. The second value is what is to be said of the pairs, if anything.
+fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String>) {
+    let outcome = report.outcome;
+    let kind = kind_of_bounds(report);
+    let changes = pair_changes(report.case, outcome, steps);
+    if let Some(pair) = largest_certain(&changes) {
+        let (what, of) = in_words(Measurement::Mutual(pair.terminals), &outcome.conductors);
+        let estimated = steps.iter().any(|step| step.row.estimated_errors() > 0.0);
+        let kind = if estimated { "with estimated errors" } else { kind };
+        let ends = Ends {
+            name: format!("{what} of {}", of.unwrap_or_default()),
+            values: pair.values,
+            errors: pair.errors.map(|error| format!("\u{b1}\u{a0}{}, {kind}", percent(error))),
+            limits: Some(pair.limits),
+            is_of_rows: pair.terminals == [0, 1],
+        };
+        let among = (changes.len() > 1).then(|| {
+            format!(" Of all {} pairs of terminals, this one has the largest certain change.", changes.len())
+        });
+        return (ends, among);
+    }
+    let rows = steps.map(|step| &step.row);
+    let ends = Ends {
+        name: what_is_measured(outcome),
+        values: rows.map(|row| row.capacitance_f.unwrap_or(f64::NAN)),
+        errors: rows.map(|row| error_of(row, kind)),
+        limits: rows[1].change_limits(rows[0]),
+        is_of_rows: true,
+    };
+    let none = (changes.len() > 1 && steps[0].index != steps[1].index).then(|| {
+        format!(
+            " Of none of the {} pairs of terminals is it known whether the mutual capacitance falls or rises.",
+            changes.len()
+        )
+    });
+    (ends, none)
+}
+
+/// The change with its limits; where these leave the sign open, they alone.
+fn change_figure(change: f64, value: f64, limits: Option<[f64; 2]>) -> Figure {
+    let relative = |change: f64| signed(change / value.abs());
+    match limits {
+        Some([lower, upper]) if lower <= 0.0 && upper >= 0.0 && lower != upper => figure(
+            "Change",
+            format!("{} to +{}", quantity(lower, 3, "F"), quantity(upper, 3, "F")),
+            format!("{} to {}: its sign is not known", relative(lower), relative(upper)),
+        ),
+        Some([lower, upper]) => figure(
+            "Change",
+            quantity(change, 4, "F"),
+            format!("{}, from {} to {}", relative(change), relative(lower), relative(upper)),
+        ),
+        None => figure("Change", quantity(change, 4, "F"), relative(change)),
+    }
+}
+
 fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     let outcome = report.outcome;
     let kind = kind_of_bounds(report);
-    let what = what_is_measured(outcome);
     let solved: Vec<&StepResult> = outcome.steps.iter().filter(|s| s.row.capacitance_f.is_some()).collect();
-    // The first of the largest load: later ones may have been shifted or tilted besides.
-    let compression = |s: &StepResult| s.row.compression.unwrap_or(0.0);
-    let most = solved.iter().map(|s| compression(s)).fold(f64::NEG_INFINITY, f64::max);
-    let (Some(first), Some(last)) = (solved.first(), solved.iter().find(|s| compression(s) >= most)) else {
-        return (format!("No step has a {what}."), Vec::new());
+    let Some([first, last]) = first_and_most_loaded(outcome) else {
+        return (format!("No step has a {}.", what_is_measured(outcome)), Vec::new());
     };
-    let value = |row: &Row| row.capacitance_f.unwrap_or(f64::NAN);
-    let (c0, c1) = (value(&first.row), value(&last.row));
+    let (ends, of_pairs) = subject(report, [first, last]);
+    let [c0, c1] = ends.values;
+    let [error0, error1] = ends.errors;
     let start = match (first.row.is_before_contact(), first.row.compression) {
         (true, _) => format!("at a distance of {}", quantity(first.row.distance_m.unwrap_or(0.0), 3, "m")),
         (false, Some(0.0)) => "at rest".to_owned(),
         (false, _) => format!("under {}", load_of(&first.row)),
     };
-    let mut sentence = format!("The {what} is {} {start}", quantity(c0, 5, "F"));
-    let mut figures = vec![figure(
-        if start == "at rest" { "At rest" } else { "First step" },
-        quantity(c0, 5, "F"),
-        error_of(&first.row, kind),
-    )];
+    let mut sentence = format!("The {} is {} {start}", ends.name, quantity(c0, 5, "F"));
+    let mut figures =
+        vec![figure(if start == "at rest" { "At rest" } else { "First step" }, quantity(c0, 5, "F"), error0)];
     if first.index != last.index {
         let change = c1 - c0;
-        let limits = last.row.change_limits(&first.row).map(|limits| limits.map(|limit| limit / c0.abs()));
         sentence.push_str(&format!(
             " and {} under {}: {}.",
             quantity(c1, 5, "F"),
             load_of(&last.row),
-            change_in_words(change / c0.abs(), limits)
+            change_in_words(
+                change / c0.abs(),
+                ends.limits.map(|limits| limits.map(|limit| limit / c0.abs()))
+            )
         ));
-        figures.push(figure(
-            &format!("Under {}", load_of(&last.row)),
-            quantity(c1, 5, "F"),
-            error_of(&last.row, kind),
-        ));
-        let relative = last.row.change_relative.unwrap_or(change / c0);
-        figures.push(figure(
-            "Change",
-            quantity(last.row.change_f.unwrap_or(change), 4, "F"),
-            match limits {
-                Some([lower, upper]) => {
-                    format!("{}, from {} to {}", signed(relative), signed(lower), signed(upper))
-                }
-                None => signed(relative),
-            },
-        ));
+        figures.push(figure(&format!("Under {}", load_of(&last.row)), quantity(c1, 5, "F"), error1));
+        let change = last.row.change_f.filter(|_| ends.is_of_rows).unwrap_or(change);
+        figures.push(change_figure(change, c0, ends.limits));
     } else {
         sentence.push('.');
+    }
+    sentence.push_str(&of_pairs.unwrap_or_default());
+    if !ends.is_of_rows {
+        sentence.push_str(&format!(" The curve and its table are of {}.", of_rows(outcome)));
+        return (sentence, figures);
     }
     let worst = solved.iter().filter_map(|s| s.row.relative_error_estimate).fold(0.0, f64::max);
     sentence.push_str(&match kind {
@@ -189,16 +256,33 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
             format!("at the first step; C is {} times that", three(ratios[0])),
         ));
     }
-    if let Some((at, slope)) = outcome.steps.iter().find_map(|s| Some((s, s.row.sensitivity_f_per_n?))) {
-        let error = at.row.sensitivity_error_f_per_n;
-        let error = error.map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, ", quantity(e, 2, "F/N")));
-        figures.push(figure(
-            "Sensitivity",
-            quantity(slope, 3, "F/N"),
-            format!("{error}at {}", load_of(&at.row)),
-        ));
-    }
+    figures.extend(sensitivity(outcome));
     (sentence, figures)
+}
+
+/// The first sensitivity whose sign is certain, or the first one without saying a sign.
+fn sensitivity(outcome: &Outcome) -> Option<Figure> {
+    let known = || {
+        let of = |row: &Row| Some((row.sensitivity_f_per_n?, row.sensitivity_error_f_per_n));
+        outcome.steps.iter().filter_map(move |step| Some((&step.row, of(&step.row)?)))
+    };
+    let is_signed = |(slope, error): &(f64, Option<f64>)| error.is_none_or(|error| error < slope.abs());
+    let (row, (slope, error)) = known().find(|(_, found)| is_signed(found)).or_else(|| known().next())?;
+    let at = format!("at {}", load_of(row));
+    Some(match error {
+        Some(error) if error >= slope.abs() => {
+            let [least, most] = [slope - error, slope + error].map(|end| quantity(end, 2, "F/N"));
+            let remark = format!("{at}, so that its sign is not known");
+            figure("Sensitivity", format!("{least} to {most}"), remark)
+        }
+        Some(error) => {
+            let remark = format!("\u{b1}\u{a0}{}, {at}", quantity(error, 2, "F/N"));
+            figure("Sensitivity", quantity(slope, 3, "F/N"), remark)
+        }
+        None => {
+            figure("Sensitivity", quantity(slope, 3, "F/N"), format!("{at}, with an error that is not known"))
+        }
+    })
 }
 
 /// Three digits.

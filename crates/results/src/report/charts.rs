@@ -25,12 +25,12 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
             Some(mut whole) => {
                 add_measured(&mut whole, measured);
                 let caption = match whole.series.iter().any(|series| series.style == Style::DashedLine) {
-                    true => "Capacitance with its bounds as a band, beside the formula of parallel plates.",
-                    false => "Capacitance with its bounds as a band.",
+                    true => "Capacitance with its error as a band, beside the formula of parallel plates.",
+                    false => "Capacitance with its error as a band.",
                 };
                 all.push(PageChart { id: "curve-chart", caption, chart: whole });
                 let caption =
-                    "Change against the first step in percent of its capacitance; its bounds as a band.";
+                    "Change against the first step in percent of its capacitance; its error as a band.";
                 all.push(PageChart { id: "change-chart", caption, chart: panels.main });
             }
             None if outcome.plan.kind == Kind::Mechanics => {
@@ -40,7 +40,7 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
             None => {
                 let mut main = panels.main;
                 add_measured(&mut main, measured);
-                let caption = "Capacitance with its bounds.";
+                let caption = "Capacitance with its error.";
                 all.push(PageChart { id: "curve-chart", caption, chart: main });
             }
         }

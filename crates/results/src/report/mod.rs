@@ -30,7 +30,8 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::reason::Reason;
-use serde_json::json;
+use elastocap_coupling::view::cut_off;
+use serde_json::{Value, json};
 
 use crate::scene_files::Shown;
 use crate::{FieldFiles, RunSeconds};
@@ -83,6 +84,11 @@ impl Report<'_> {
             let own = self.outcome.steps.iter().map(|step| tables::step_label(self.outcome, step).into());
             *labels = own.collect();
         }
+        if let Some(scene) = &mut scene
+            && let Some(note) = self.cut_off(&scene.description["bodies"])
+        {
+            scene.description["notes"] = json!([note]);
+        }
         let mut page = Page::new(&self.case.title);
         page.lead(answer::answer(self));
         if let Some(warnings) = self.warning_list() {
@@ -113,6 +119,14 @@ impl Report<'_> {
             parts.push(Part::Scene(&scene.bytes));
         }
         page.finish(&data, &parts)
+    }
+
+    /// Says which of the bodies of the 3D view go on beyond what is shown of them.
+    fn cut_off(&self, bodies: &Value) -> Option<String> {
+        let mut names = cut_off(self.outcome.steps.iter().find_map(|step| step.scene.as_ref())?);
+        names.retain(|name| bodies.as_array().into_iter().flatten().any(|body| body["name"] == **name));
+        let go = if names.len() == 1 { "goes" } else { "go" };
+        (!names.is_empty()).then(|| format!("Shown in part: {}, which {go} on.", names.join(", ")))
     }
 
     fn warning_list(&self) -> Option<String> {

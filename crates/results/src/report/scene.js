@@ -36,10 +36,18 @@
   const counts = {}, given = new Map();
   function look(body) {
     const palette = { conductor: DRIVEN, floating: FLOATING, dielectric: DIELECTRIC }[body.role];
-    if (!palette) return LOOKS[body.role] ?? ["#888888", 1];
+    if (!palette) return LOOKS[body.role] && covered(body).length ? [LOOKS[body.role][0], 0.4] : (LOOKS[body.role] ?? ["#888888", 1]);
     const name = owner(body.name);
     if (!given.has(name)) given.set(name, palette[(counts[body.role] = (counts[body.role] ?? -1) + 1) % palette.length]);
     return [given.get(name), body.role === "dielectric" ? 0.35 : 1];
+  }
+  const metal = new Set(["conductor", "floating", "grounded"]);
+  /** The conductors that a grounded one would hide from above: those that lie below it, within its outline. */
+  function covered(body) {
+    if (body.role !== "grounded" || !body.poses) return [];
+    const [x, , z, toX, , toZ] = body.poses[0];
+    const isBelow = ({ poses: [[x0, , z0, x1, top, z1]] }) => top <= body.poses[0][1] && x <= x0 && x1 <= toX && z <= z0 && z1 <= toZ;
+    return scene.bodies.filter((own) => own !== body && own.poses && metal.has(own.role) && isBelow(own)).map((own) => owner(own.name));
   }
   const owner = (name) => name.split(", part ")[0].replace(/'+$/, "");
 
@@ -97,16 +105,59 @@
     for (const { p, q, paired } of sides.values()) if (!paired) found.push(p, q);
     return found;
   }
+  /** The corners of triangles anew, so that those are shared alone between which a surface turns by less than 25 degrees: round bodies are shaded
+      smoothly then, and edges stay sharp. `from` is the point that each new corner is at. */
+  function smoothed(points, indices) {
+    const at = (n) => new THREE.Vector3(points[3 * n], points[3 * n + 1], points[3 * n + 2]);
+    const parent = Uint32Array.from(indices, (_, k) => k), sides = new Map(), normals = [];
+    const root = (k) => {
+      while (parent[k] !== k) k = parent[k] = parent[parent[k]];
+      return k;
+    };
+    for (let k = 0; k < indices.length; k += 3) {
+      const [a, b, c] = [at(indices[k]), at(indices[k + 1]), at(indices[k + 2])];
+      normals.push(b.sub(a).cross(c.sub(a)).normalize());
+      for (let j = 0; j < 3; j++) {
+        const m = k + j, n = k + ((j + 1) % 3), p = indices[m], q = indices[n], key = p < q ? `${p} ${q}` : `${q} ${p}`;
+        const other = sides.get(key);
+        if (!other) sides.set(key, [m, n]);
+        else if (normals[k / 3].dot(normals[Math.floor(other[0] / 3)]) > 0.9) {
+          for (const mine of [m, n]) for (const its of other) if (indices[mine] === indices[its]) parent[root(mine)] = root(its);
+        }
+      }
+    }
+    const numbers = new Map(), from = [];
+    const corners = Uint32Array.from(indices, (point, k) => {
+      const own = root(k);
+      if (!numbers.has(own)) {
+        numbers.set(own, from.length);
+        from.push(point);
+      }
+      return numbers.get(own);
+    });
+    return { corners, from };
+  }
+  const around = new Set(["layer", "dielectric", "substrate"]);
+  const lowest = (body) => (body.poses ? body.poses[0][1] : body.meshes.find(Boolean).min[1]);
+  const upward = [...scene.bodies].sort((a, b) => lowest(a) - lowest(b));
+  /** When a body is drawn: what metal lies in first, from the lowest to the highest, then metal, then what presses and what is around all. Faces in one
+      plane would flicker if they took turns. */
+  function turn(body, clear) {
+    const stage = !clear ? 1 : faint.has(body.role) ? 3 : around.has(body.role) ? 0 : 2;
+    return stage + upward.indexOf(body) / (scene.bodies.length + 1);
+  }
   /** A body as an object of the view, with what puts it into the state between two steps. */
-  function built(body) {
+  function built(body, number) {
     const [colour, opacity] = look(body);
     const clear = opacity < 1;
+    // All are in the list of what can be seen through, whose order is that of the turns.
     const material = new THREE.MeshLambertMaterial({
-      color: colour, opacity, transparent: clear, depthWrite: !clear, side: 2, flatShading: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+      color: colour, opacity, transparent: true, depthWrite: !clear, side: 2, flatShading: !!body.poses, polygonOffset: true,
+      polygonOffsetFactor: clear ? 2 : 1, polygonOffsetUnits: 1 + 2 * number,
     });
     const mesh = new THREE.Mesh(new THREE.BufferGeometry(), material);
     mesh.frustumCulled = false;
-    mesh.renderOrder = clear ? (faint.has(body.role) ? 3 : 2) : 0;
+    mesh.renderOrder = turn(body, clear);
     const group = new THREE.Group();
     group.add(mesh);
     const positions = (array) => new THREE.BufferAttribute(array, 3);
@@ -116,7 +167,7 @@
       mesh.geometry.setAttribute("position", shared).setIndex(SIDES);
       const edges = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", shared).setIndex(EDGES), lineMaterial(colour, clear));
       edges.frustumCulled = false;
-      edges.renderOrder = mesh.renderOrder;
+      edges.renderOrder = 4;
       group.add(edges);
       return { group, body, put(step, t) {
         if (states.length === 1) return;
@@ -132,9 +183,9 @@
     });
     const edges = new THREE.LineSegments(new THREE.BufferGeometry(), lineMaterial(colour, clear));
     edges.frustumCulled = false;
-    edges.renderOrder = mesh.renderOrder;
+    edges.renderOrder = 4;
     group.add(edges);
-    let shown = null, shared = null;
+    let shown = null, shared = null, faces = null, smooth = null;
     return { group, body, put(step, t) {
       const from = states[step], to = states[Math.min(step + 1, states.length - 1)];
       const own = from ?? to;
@@ -145,13 +196,19 @@
       if (shown?.at !== state.at || shared?.count !== state.points.length / 3) {
         shared = positions(new Float32Array(state.points));
         state.creases ??= creases(state.points, state.indices);
-        mesh.geometry.setAttribute("position", shared).setIndex(new THREE.BufferAttribute(state.indices, 1));
+        smooth = smoothed(state.points, state.indices);
+        faces = positions(new Float32Array(3 * smooth.from.length));
+        mesh.geometry.deleteAttribute("normal");
+        mesh.geometry.setAttribute("position", faces).setIndex(new THREE.BufferAttribute(smooth.corners, 1));
         edges.geometry.setAttribute("position", shared).setIndex(state.creases);
       }
       shown = state;
       if (same) mixed(from.points, to.points, t, shared.array);
       else shared.array.set(state.points);
       shared.needsUpdate = true;
+      smooth.from.forEach((n, k) => faces.array.set(shared.array.subarray(3 * n, 3 * n + 3), 3 * k));
+      faces.needsUpdate = true;
+      mesh.geometry.computeVertexNormals();
     } };
   }
   const bodies = scene.bodies.map(built);
@@ -160,8 +217,9 @@
   // What is shown: one entry for each body, or for each kind where there are many.
   const box = document.getElementById("bodies");
   const names = new Set(bodies.map((own) => owner(own.body.name)));
-  const key = (own) => (names.size <= 10 ? owner(own.body.name) : own.body.role);
-  const hidden = new Set();
+  const listed = names.size <= 40;
+  const key = (own) => (listed ? owner(own.body.name) : own.body.role);
+  const hidden = new Set(), seeThrough = [];
   for (const name of new Set(bodies.map(key))) {
     const own = bodies.filter((b) => key(b) === name);
     const label = document.createElement("label"), check = document.createElement("input"), chip = document.createElement("i");
@@ -169,7 +227,9 @@
     check.checked = !faint.has(own[0].body.role);
     if (!check.checked) hidden.add(name);
     chip.style.background = look(own[0].body)[0];
-    label.append(check, chip, name + (names.size <= 10 ? "" : ` (${own.length})`));
+    const below = new Set(own.flatMap((one) => covered(one.body)));
+    if (below.size) seeThrough.push(`${name} is drawn see-through, since it lies over ${[...below].join(", ")}.`);
+    label.append(check, chip, name + (listed ? "" : ` (${own.length})`));
     check.addEventListener("change", () => {
       if (check.checked) hidden.delete(name);
       else hidden.add(name);
@@ -177,6 +237,10 @@
     });
     box.append(label);
   }
+  const told = [...(hidden.size ? [`Hidden at first: ${[...hidden].join(", ")}.`] : []), ...seeThrough, ...(scene.notes ?? [])];
+  const remark = document.getElementById("view-notes");
+  remark.textContent = told.join(" ");
+  remark.hidden = !told.length;
 
   const camera = new THREE.PerspectiveCamera(32, 1, 0.01, 50);
   const controls = new THREE.OrbitControls(camera, canvas);

@@ -90,7 +90,9 @@ fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
                 names.len() - 1
             });
             let most = (share as f64 * body.triangles.len() as f64 / all as f64) as usize;
-            let mesh = lightened(&body.triangles, most.max(FEW));
+            // What presses is a body of few triangles, whose roundness is looked at.
+            let most = if body.role == BodyRole::Indenter { usize::MAX } else { most.max(FEW) };
+            let mesh = lightened(&body.triangles, most);
             let indices = match last.get(&own) {
                 Some((triangles, at)) if *triangles == mesh.triangles => *at,
                 _ => {
@@ -217,6 +219,16 @@ mod tests {
         for mesh in [whole, light] {
             assert!((area(&mesh) / 3600.0 - 1.0).abs() < 1e-3, "{}", area(&mesh));
         }
+    }
+
+    #[test]
+    fn what_presses_keeps_all_its_triangles_beside_a_layer_that_has_too_many() {
+        let body = |name: &str, role, n| SurfaceBody { name: name.into(), role, triangles: plate(n) };
+        let bodies = vec![body("layer", BodyRole::Layer, 200), body("ball", BodyRole::Indenter, 40)];
+        let data = of_surfaces(&[("a".to_owned(), bodies)]);
+        let count = |k: usize| data.description["bodies"][k]["meshes"][0]["triangles"][1].as_u64();
+        assert!(count(0).is_some_and(|count| count <= MOST_TRIANGLES as u64));
+        assert_eq!(count(1), Some(3200));
     }
 
     #[test]

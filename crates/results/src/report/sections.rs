@@ -7,6 +7,7 @@ use super::html::escape;
 use super::scene::SceneData;
 use super::shell::packed;
 use super::tables::step_label;
+use crate::section::section_file;
 
 /// Pictures that are longer together are compressed, and unpacked by the page's script.
 const PLAIN: usize = 900_000;
@@ -14,16 +15,16 @@ const PLAIN: usize = 900_000;
 /// The sections of the first and the last step; `None` where the run drew none.
 pub(super) fn sections(report: &Report<'_>) -> Option<String> {
     let own: Vec<_> = (report.outcome.steps.iter())
-        .filter_map(|step| Some((step, report.fields.section(step.index)?)))
+        .flat_map(|step| report.fields.sections(step.index).iter().enumerate().map(move |svg| (step, svg)))
         .collect();
     if own.is_empty() {
         return None;
     }
-    let plain = own.iter().map(|(_, svg)| svg.len()).sum::<usize>() <= PLAIN;
-    let mut out = "<p>Potential in a plane through the conductors, in V, in the deformed state. Lines join places of equal \
+    let plain = own.iter().map(|(_, (_, svg))| svg.len()).sum::<usize>() <= PLAIN;
+    let mut out = "<p>Potential in a plane, in V, in the deformed state; which plane it is stands below each picture. Lines join places of equal \
                    potential, arrows point along the field.</p>\n<div class=\"sections\">\n"
         .to_owned();
-    for (step, svg) in own {
+    for (step, (number, svg)) in own {
         let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
         let _ = match plain {
@@ -33,10 +34,10 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
             ),
             false => writeln!(
                 out,
-                "<figure class=\"section\"><div class=\"packed\" data-svg=\"{}\">This picture is in section_{:03}.svg, too.</div>\
+                "<figure class=\"section\"><div class=\"packed\" data-svg=\"{}\">This picture is in {}, too.</div>\
                  <figcaption>{caption}</figcaption></figure>",
                 packed(picture.as_bytes()),
-                step.index
+                section_file(step.index, number)
             ),
         };
     }
@@ -87,7 +88,7 @@ pub(super) fn view(scene: &SceneData) -> String {
          drawn to scale.</p>\n\
          <div class=\"view\" hidden>\n<canvas id=\"scene\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<img id=\"scene-print\" alt=\"\" hidden>\n\
          <div class=\"controls\">\n{steps}<button type=\"button\" id=\"home\">First view</button>\n</div>\n\
-         <fieldset id=\"bodies\"><legend>Shown</legend></fieldset>\n</div>\n\
+         <fieldset id=\"bodies\"><legend>Shown</legend></fieldset>\n<p class=\"note\" id=\"view-notes\" hidden></p>\n</div>\n\
          <p class=\"note\" id=\"no-view\">The 3D view needs JavaScript with WebGL. scene.glb holds the same for any glTF viewer.</p>\n",
         escape(&text)
     )

@@ -51,10 +51,12 @@ pub(super) fn steps(outcome: &Outcome) -> String {
     table.shares("\u{b1}", &all(Row::total_error));
     if outcome.steps.len() > 1 {
         table.quantities("change", &all(|r| r.change_f), 4, "F");
+        table.quantities("\u{b1}", &all(|r| r.change_total_error_f), 2, "F");
     }
     table.quantities("parallel plates", &all(|r| r.parallel_plate_f), 4, "F");
     table.quantities("ratio", &all(|r| r.fringe_ratio), 4, "");
     table.quantities("sensitivity", &all(|r| r.sensitivity_f_per_n), 3, "F/N");
+    table.quantities("\u{b1}", &all(|r| r.sensitivity_error_f_per_n), 2, "F/N");
     table.words("status", outcome.steps.iter().map(|step| step.row.status.to_string()).collect());
     table.html()
 }

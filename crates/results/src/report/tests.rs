@@ -73,6 +73,97 @@ fn hostile_texts_stay_texts_wherever_they_stand() {
     assert!(data(&attacked).to_string().contains("onerror"));
 }
 
+/// Two pads on the substrate, and a wider one on the layer, which is pressed all over.
+fn pressed_matrix() -> (Case, Outcome) {
+    let text = r#"
+        format = 1
+        title = "matrix"
+        [layer]
+        thickness = "1 mm"
+        relative_permittivity = 3.0
+        material.neo_hookean = { shear_modulus = "50 kPa" }
+        [[conductor]]
+        name = "left"
+        sheet = { normal = "x2", at = "0 mm", min = ["-3 mm", "-1 mm"], max = ["-1 mm", "1 mm"] }
+        [[conductor]]
+        name = "right"
+        sheet = { normal = "x2", at = "0 mm", min = ["1 mm", "-1 mm"], max = ["2 mm", "1 mm"] }
+        [[conductor]]
+        name = "top"
+        attached = "layer-top"
+        sheet = { normal = "x2", at = "1 mm", min = ["-3 mm", "-1 mm"], max = ["2 mm", "1 mm"] }
+        [mechanics.closed_form]
+        contact_half_length = "4 mm"
+        contact_width = "8 mm"
+        shear_length = "4 mm"
+        [load]
+        compression = [0.0, 0.2]
+        [surroundings]
+        boundary = "open"
+        [electrostatics]
+        relative_tolerance = 2e-2
+    "#;
+    let case = elastocap_case::parse(text, Path::new("matrix.toml")).unwrap();
+    let options = Options { prune: true, fields: false, scene: true, model_error: false };
+    let plan = Plan::new(&case, &options);
+    let outcome = run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &());
+    (case, outcome)
+}
+
+/// The sentence at the head of a page, and its figures.
+fn lead(page: &str) -> &str {
+    let (_, rest) = page.split_once("<p class=\"lead\">").unwrap();
+    rest.split_once("</dl>").unwrap().0
+}
+
+#[test]
+fn the_headline_of_a_matrix_is_about_the_pair_with_the_largest_certain_change_or_names_no_direction() {
+    let (case, mut outcome) = pressed_matrix();
+    let page_of = |outcome: &Outcome| page(&case, outcome, "", "", &[]);
+    let found = page_of(&outcome);
+    let head = lead(&found);
+    // The larger pad is nearer to the top by the thinner layer; the curve is of the two pads.
+    assert!(head.starts_with("The mutual capacitance of left and top is "), "{head}");
+    assert!(head.contains(": it rises by ") && head.contains("Of all 3 pairs of terminals"), "{head}");
+    assert!(head.contains("The curve and its table are of left and right."), "{head}");
+    for step in &mut outcome.steps {
+        let row = &mut step.row;
+        [row.change_lower_f, row.change_upper_f] = [Some(-1e-12), Some(1e-12)];
+        for entry in step.maxwell.iter_mut().flatten().flatten() {
+            let wide = 0.5 * entry.value.abs();
+            (entry.lower, entry.upper) = (entry.value - wide, entry.value + wide);
+        }
+    }
+    let found = page_of(&outcome);
+    let head = lead(&found);
+    assert!(head.contains("Of none of the 3 pairs of terminals is it known"), "{head}");
+    assert!(!head.contains("it rises by") && !head.contains("it falls by"), "{head}");
+    assert!(head.contains("its sign is not known"), "{head}");
+}
+
+#[test]
+fn a_sensitivity_whose_error_is_larger_than_itself_is_a_range_without_a_sign() {
+    let (case, mut outcome) = pressed();
+    let with_error = |outcome: &mut Outcome, share: f64| {
+        for row in outcome.steps.iter_mut().map(|step| &mut step.row) {
+            row.sensitivity_error_f_per_n = row.sensitivity_f_per_n.map(|slope| share * slope.abs());
+        }
+        let page = page(&case, outcome, "", "", &[]);
+        lead(&page).split_once("<dt>Sensitivity</dt>").unwrap().1.to_owned()
+    };
+    let signed = with_error(&mut outcome, 0.5);
+    assert!(signed.contains('\u{b1}') && !signed.contains("not known"), "{signed}");
+    let open = with_error(&mut outcome, 1.5);
+    assert!(open.contains("so that its sign is not known") && open.contains(" to "), "{open}");
+}
+
+#[test]
+fn the_bodies_of_the_view_that_go_on_are_named() {
+    let (case, outcome) = pressed_matrix();
+    let drawn = data(&page(&case, &outcome, "", "", &[]));
+    assert_eq!(drawn["scene"]["notes"][0], "Shown in part: layer, substrate, cover, which go on.");
+}
+
 #[test]
 fn measured_points_are_drawn_over_the_curve_with_what_they_may_be_wrong_by() {
     let (case, outcome) = pressed();

@@ -257,8 +257,8 @@ impl SceneMap {
             }
         }
         field.points = Some(self.images(&field.nodes));
-        let bent = |own: Box<FieldSection>| FieldSection { axis: own.axis, field: self.bend(own.field) };
-        field.section = field.section.map(bent).map(Box::new);
+        let bent = |own: FieldSection| FieldSection { field: self.bend(own.field), ..own };
+        field.sections = field.sections.into_iter().map(bent).collect();
         field
     }
 

@@ -1,0 +1,131 @@
+//! Changes of the mutual capacitances of a whole matrix: which pair of terminals has the largest one that is certain.
+
+use elastocap_case::{Case, Measurement, Mechanics};
+use elastocap_coupling::outcome::{Outcome, Row, StepResult};
+use elastocap_electrostatics::Bounded;
+
+/// The change of a mutual capacitance between two steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairChange {
+    /// The places of its terminals in [`Outcome::conductors`].
+    pub terminals: [usize; 2],
+    /// The capacitance at both steps, F.
+    pub values: [f64; 2],
+    /// The relative errors of both by all that is known.
+    pub errors: [f64; 2],
+    /// The limits of the change, F: its bounds, moved apart by the estimated errors of both capacitances.
+    pub limits: [f64; 2],
+}
+
+impl PairChange {
+    /// The change, F.
+    pub fn change(&self) -> f64 {
+        self.values[1] - self.values[0]
+    }
+
+    /// Whether the limits leave one sign alone.
+    pub fn is_certain(&self) -> bool {
+        self.limits[0] > 0.0 || self.limits[1] < 0.0
+    }
+}
+
+/// The first step with a capacitance and the first one under the largest load: later ones may have been shifted or tilted besides.
+pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
+    let solved = || outcome.steps.iter().filter(|step| step.row.capacitance_f.is_some());
+    let compression = |step: &StepResult| step.row.compression.unwrap_or(0.0);
+    let most = solved().map(compression).fold(f64::NEG_INFINITY, f64::max);
+    Some([solved().next()?, solved().find(|step| compression(step) >= most)?])
+}
+
+/// The changes of all pairs of terminals between two steps. Empty unless a whole matrix is measured, and is known at both steps.
+///
+/// The errors of a row are those of the pair that the curve shows. Those of the layer's mesh and of flat faces are taken to be the same share
+/// of every capacitance, that of the model of the layer the same share of every change.
+pub fn pair_changes(case: &Case, outcome: &Outcome, [first, last]: [&StepResult; 2]) -> Vec<PairChange> {
+    let (Some(Measurement::Matrix(count)), Some(before), Some(after)) =
+        (outcome.measurement, &first.maxwell, &last.maxwell)
+    else {
+        return Vec::new();
+    };
+    let share = model_share(case, [&first.row, &last.row]);
+    let change = |i: usize, j: usize| {
+        let entry = |maxwell: &[Vec<Bounded>]| Some(maxwell.get(i)?.get(j)?.negative());
+        Some(pair_change([i, j], [entry(before)?, entry(after)?], [&first.row, &last.row], share))
+    };
+    (0..count).flat_map(|i| (i + 1..count).filter_map(move |j| change(i, j))).collect()
+}
+
+/// The certain change that is largest in F.
+pub fn largest_certain(changes: &[PairChange]) -> Option<&PairChange> {
+    let certain = changes.iter().filter(|own| own.is_certain());
+    certain.max_by(|a, b| a.change().abs().total_cmp(&b.change().abs()))
+}
+
+/// The error of the model over the change of the capacitance that rows are of. Finite elements in space have none.
+fn model_share(case: &Case, [first, last]: [&Row; 2]) -> f64 {
+    if let None | Some(Mechanics::Solid(_)) = case.mechanics {
+        return 0.0;
+    }
+    let absolute = |row: &Row| Some(row.model_error_estimate? * row.capacitance_f?.abs());
+    let errors = absolute(first).zip(absolute(last)).map_or(f64::INFINITY, |(a, b)| a + b);
+    let change = first.capacitance_f.zip(last.capacitance_f).map_or(0.0, |(a, b)| (b - a).abs());
+    // Where nothing changes, no share is known.
+    Some(errors / change).filter(|share| !share.is_nan()).unwrap_or(f64::INFINITY)
+}
+
+fn pair_change(
+    terminals: [usize; 2],
+    [before, after]: [Bounded; 2],
+    [first, last]: [&Row; 2],
+    share: f64,
+) -> PairChange {
+    let values = [before.value, after.value];
+    let change = after.value - before.value;
+    let of_model = if change == 0.0 { 0.0 } else { share * change.abs() };
+    let on_mesh = |row: &Row, value: f64| {
+        let estimated = [row.mechanics_error_estimate, row.geometry_error_estimate];
+        estimated.into_iter().flatten().sum::<f64>() * value.abs()
+    };
+    let on_mesh = [on_mesh(first, before.value), on_mesh(last, after.value)];
+    let besides = on_mesh[0] + on_mesh[1] + of_model;
+    let relative = |own: &Bounded, estimated: f64| own.relative_error() + estimated / own.value.abs();
+    PairChange {
+        terminals,
+        values,
+        errors: [relative(&before, on_mesh[0]), relative(&after, on_mesh[1] + of_model)],
+        limits: [after.lower - before.upper - besides, after.upper - before.lower + besides],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounded(value: f64, half: f64) -> Bounded {
+        Bounded { value, lower: value - half, upper: value + half }
+    }
+
+    #[test]
+    fn the_largest_change_of_a_pair_counts_only_if_its_limits_leave_one_sign() {
+        let exact = Row::default();
+        let change = |terminals, values, row: &Row, share| pair_change(terminals, values, [row, row], share);
+        // The larger change is hidden in its bounds.
+        let hidden = change([0, 1], [bounded(10.0, 1.0), bounded(9.0, 1.0)], &exact, 0.0);
+        let small = change([0, 2], [bounded(5.0, 0.01), bounded(5.1, 0.01)], &exact, 0.0);
+        let larger = change([1, 2], [bounded(5.0, 0.01), bounded(4.5, 0.01)], &exact, 0.0);
+        assert_eq!((hidden.limits, hidden.is_certain()), ([-3.0, 1.0], false));
+        assert_eq!(largest_certain(&[hidden, small, larger]).map(|own| own.terminals), Some([1, 2]));
+        assert!(largest_certain(&[hidden]).is_none());
+        // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the change hides every change.
+        let rough = Row { mechanics_error_estimate: Some(0.06), ..Row::default() };
+        let pair = [bounded(5.0, 0.0), bounded(4.5, 0.0)];
+        assert!(!change([1, 2], pair, &rough, 0.0).is_certain());
+        let own = change([1, 2], pair, &exact, 0.9);
+        assert!(
+            own.is_certain() && (own.limits[1] + 0.05).abs() < 1e-12 && (own.errors[1] - 0.1).abs() < 1e-12
+        );
+        for share in [1.1, f64::INFINITY] {
+            assert!(!change([1, 2], pair, &exact, share).is_certain());
+        }
+    }
+}
