@@ -3,7 +3,7 @@
 use elastocap_case::{Case, Measurement, Pose};
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::{Kind, MEASURED};
-use elastocap_coupling::terminals::named;
+use elastocap_coupling::terminals::{in_words, named};
 use elastocap_results::Saved;
 use elastocap_results::measured::{Comparison, compare};
 use elastocap_results::pairs::{first_and_most_loaded, largest_certain, pair_changes};
@@ -57,7 +57,7 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     out
 }
 
-/// The pair of a whole matrix with the largest change that is certain; empty where no matrix is measured, and without two loads.
+/// The entry of a matrix with the largest change that is certain; empty where no matrix is measured, and without two loads.
 fn pairs(case: &Case, outcome: &Outcome) -> String {
     let ends = first_and_most_loaded(outcome).filter(|[first, last]| first.index != last.index);
     let changes = ends.map_or_else(Vec::new, |ends| pair_changes(case, outcome, ends));
@@ -65,12 +65,11 @@ fn pairs(case: &Case, outcome: &Outcome) -> String {
         return String::new();
     }
     let Some(pair) = largest_certain(&changes) else {
-        return "\n  of no pair of terminals is it known whether the mutual capacitance falls or rises\n"
-            .to_owned();
+        return "\n  of no capacitance is it known whether it falls or rises\n".to_owned();
     };
-    let [one, other] = pair.terminals.map(|k| outcome.conductors.get(k).map_or("?", String::as_str));
+    let (what, of) = in_words(pair.measurement(), &outcome.conductors);
     let [lower, upper] = pair.limits.map(|limit| prefixed(limit, 4, "F"));
-    format!("\n  largest certain change: mutual {one} / {other}, by {lower} to {upper}\n")
+    format!("\n  largest certain change: {what} of {}, by {lower} to {upper}\n", of.unwrap_or_default())
 }
 
 /// What the measured points say of the curve.

@@ -1,9 +1,11 @@
 //! `curve.csv` and `capacitance.csv`: plain numbers in SI units that read back as they were.
 
-use elastocap_case::Measurement;
+use elastocap_case::{Case, Measurement};
 use elastocap_electrostatics::Bounded;
 
 use elastocap_coupling::outcome::{Missed, Outcome, Row, Status, StepResult};
+
+use crate::pairs::{PairChange, matrix_of_changes};
 
 /// A number in the shortest form that reads back as the same one.
 pub fn number(value: f64) -> String {
@@ -54,39 +56,55 @@ pub fn curve(outcome: &Outcome) -> String {
 /// where it is measured. The status of an entry is its own; where the step has another defect it is the step's.
 ///
 /// `row` and `column` name terminals; a two-terminal capacitance of one terminal is against `ground`.
-pub fn capacitance(terminals: &[String], measurement: Option<Measurement>, steps: &[StepResult]) -> String {
+///
+/// Of a matrix each capacitance has the limits of its change against the first step that has one, F, by all errors that are known.
+pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
     let mut out =
-        "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,unknowns,status\n"
+        "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\
+        change_f,change_lower_f,change_upper_f,unknowns,status\n"
             .to_owned();
-    for step in steps {
-        out.push_str(&capacitances_of(terminals, measurement, step));
+    let first = outcome.steps.iter().find(|step| step.maxwell.is_some());
+    for step in &outcome.steps {
+        let changes = first.map_or_else(Vec::new, |first| matrix_of_changes(case, outcome, [first, step]));
+        out.push_str(&capacitances_of(&outcome.conductors, outcome.measurement, step, &changes));
     }
     out
 }
 
 /// The lines of one step.
-fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step: &StepResult) -> String {
+fn capacitances_of(
+    terminals: &[String],
+    measurement: Option<Measurement>,
+    step: &StepResult,
+    changes: &[Vec<Option<PairChange>>],
+) -> String {
     let mut out = String::new();
     let unknowns = step.row.unknowns.map_or_else(String::new, |n| n.to_string());
     let geometry = optional(step.row.geometry_error_estimate);
-    let mut line = |quantity: &str, names: [&str; 2], c: Option<Bounded>, status: &str| {
-        let fields = [
-            step.index.to_string(),
-            quantity.to_owned(),
-            quoted(names[0]),
-            quoted(names[1]),
-            optional(c.map(|c| c.value)),
-            optional(c.map(|c| c.lower)),
-            optional(c.map(|c| c.upper)),
-            optional(c.map(|c| c.relative_error()).filter(|error| error.is_finite())),
-            geometry.clone(),
-            unknowns.clone(),
-            quoted(status),
-        ];
-        out.push_str(&fields.join(","));
-        out.push('\n');
-    };
+    let mut line =
+        |quantity: &str, names: [&str; 2], c: Option<Bounded>, change: Option<PairChange>, status: &str| {
+            let of_change = |own: fn(&PairChange) -> f64| optional(change.as_ref().map(own));
+            let fields = [
+                step.index.to_string(),
+                quantity.to_owned(),
+                quoted(names[0]),
+                quoted(names[1]),
+                optional(c.map(|c| c.value)),
+                optional(c.map(|c| c.lower)),
+                optional(c.map(|c| c.upper)),
+                optional(c.map(|c| c.relative_error()).filter(|error| error.is_finite())),
+                geometry.clone(),
+                of_change(PairChange::change),
+                of_change(|own| own.limits[0]),
+                of_change(|own| own.limits[1]),
+                unknowns.clone(),
+                quoted(status),
+            ];
+            out.push_str(&fields.join(","));
+            out.push('\n');
+        };
     let entry = |i: usize, j: usize| step.maxwell.as_ref()?.get(i)?.get(j).copied();
+    let change = |i: usize, j: usize| *changes.get(i)?.get(j)?;
     let step_status = step.row.status.to_string();
     let status_of = |i: usize, j: usize| {
         let own = step.entry_status.as_ref().and_then(|all| all.get(i)?.get(j).copied());
@@ -109,12 +127,13 @@ fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step:
     };
     for (i, row) in terminals.iter().enumerate() {
         for (j, column) in terminals.iter().enumerate() {
-            line("maxwell", [row, column], entry(i, j), &status_of(i, j));
+            let change = if i == j { change(i, j) } else { None };
+            line("maxwell", [row, column], entry(i, j), change, &status_of(i, j));
         }
     }
     for (i, row) in terminals.iter().enumerate() {
         for (j, column) in terminals.iter().enumerate().skip(i + 1) {
-            line("mutual", [row, column], entry(i, j).map(|c| c.negative()), &status_of(i, j));
+            line("mutual", [row, column], entry(i, j).map(|c| c.negative()), change(i, j), &status_of(i, j));
         }
     }
     let name = |k: usize| terminals.get(k).map_or("ground", String::as_str);
@@ -131,10 +150,10 @@ fn capacitances_of(terminals: &[String], measurement: Option<Measurement>, step:
         | None => None,
     };
     if let Some(names) = pair {
-        line("two_terminal", names, step.two_terminal, &two_terminal);
+        line("two_terminal", names, step.two_terminal, None, &two_terminal);
     }
     if let Some(Measurement::Guarded([own, guard])) = measurement {
-        line("guarded", [name(own), name(guard)], step.measured, &two_terminal);
+        line("guarded", [name(own), name(guard)], step.measured, None, &two_terminal);
     }
     out
 }
@@ -215,7 +234,7 @@ mod tests {
             (2, _) | (_, Some(_)) => Measurement::TwoTerminal([0, 1]),
             (count, None) => Measurement::Matrix { terminals: count, shown: [0, 1] },
         };
-        let table = capacitance(&names, Some(measurement), std::slice::from_ref(step));
+        let table = format!("\n{}", capacitances_of(&names, Some(measurement), step, &[]));
         let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         let lines: Vec<_> = table.lines().map(fields).collect();
         assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{table}");

@@ -138,7 +138,7 @@ pub fn save(
         folder.stage("curve.csv", csv::curve(outcome).as_bytes())?;
     }
     if outcome.plan.kind != Kind::Mechanics && wanted.has(FileGroup::Capacitance) {
-        let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
+        let table = csv::capacitance(case, outcome);
         folder.stage("capacitance.csv", table.as_bytes())?;
     }
     if !outcome.layer_meshes.is_empty() && wanted.has(FileGroup::Mechanics) {

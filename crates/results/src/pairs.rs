@@ -1,13 +1,13 @@
-//! Changes of the mutual capacitances of a whole matrix: which pair of terminals has the largest one that is certain.
+//! Changes of the entries of a matrix: which capacitance has the largest one that is certain.
 
 use elastocap_case::{Case, Measurement, Mechanics};
 use elastocap_coupling::outcome::{Outcome, Row, StepResult};
 use elastocap_electrostatics::Bounded;
 
-/// The change of a mutual capacitance between two steps.
+/// The change between two steps of a mutual capacitance, or of one against ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairChange {
-    /// The places of its terminals in [`Outcome::conductors`].
+    /// The places of its terminals in [`Outcome::conductors`]; the same place twice for a capacitance against ground.
     pub terminals: [usize; 2],
     /// The capacitance at both steps, F.
     pub values: [f64; 2],
@@ -21,6 +21,14 @@ impl PairChange {
     /// The change, F.
     pub fn change(&self) -> f64 {
         self.values[1] - self.values[0]
+    }
+
+    /// Which capacitance it is of, as a measurement.
+    pub fn measurement(&self) -> Measurement {
+        match self.terminals {
+            [i, j] if i == j => Measurement::Own(i),
+            pair => Measurement::Mutual(pair),
+        }
     }
 
     /// Whether the limits leave one sign alone.
@@ -37,22 +45,41 @@ pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
     Some([solved().next()?, solved().find(|step| compression(step) >= most)?])
 }
 
-/// The changes of all pairs of terminals between two steps. Empty unless a whole matrix is measured, and is known at both steps.
+/// The changes between two steps of the capacitances that a case names in its `[measure]`, or of the mutual capacitances of all pairs of
+/// terminals. Empty unless a matrix is measured, and is known at both steps.
+pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> Vec<PairChange> {
+    let Some(Measurement::Matrix { terminals: count, .. }) = outcome.measurement else { return Vec::new() };
+    let asked = case.measured_entries();
+    let pairs = match asked.as_slice() {
+        [] => (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect(),
+        _ => asked,
+    };
+    let share = model_share(case, steps.map(|step| &step.row));
+    pairs.into_iter().filter_map(|pair| change_of(pair, steps, share)).collect()
+}
+
+/// The changes of every capacitance of a matrix between two steps: a row and a column of `None` where it is not known.
+pub(crate) fn matrix_of_changes(
+    case: &Case,
+    outcome: &Outcome,
+    steps: [&StepResult; 2],
+) -> Vec<Vec<Option<PairChange>>> {
+    let Some(Measurement::Matrix { terminals: count, .. }) = outcome.measurement else { return Vec::new() };
+    let share = model_share(case, steps.map(|step| &step.row));
+    (0..count).map(|i| (0..count).map(|j| change_of([i, j], steps, share)).collect()).collect()
+}
+
+/// The change of one capacitance, where `share` is the error of the model over a change.
 ///
-/// The errors of a row are those of the pair that the curve shows. Those of the layer's mesh and of flat faces are taken to be the same share
-/// of every capacitance, that of the model of the layer the same share of every change.
-pub fn pair_changes(case: &Case, outcome: &Outcome, [first, last]: [&StepResult; 2]) -> Vec<PairChange> {
-    let (Some(Measurement::Matrix(count)), Some(before), Some(after)) =
-        (outcome.measurement, &first.maxwell, &last.maxwell)
-    else {
-        return Vec::new();
+/// The errors of a row are those of the capacitance that the curve shows. Those of the layer's mesh and of flat faces are taken to be the
+/// same share of every capacitance, that of the model of the layer the same share of every change.
+fn change_of([i, j]: [usize; 2], steps: [&StepResult; 2], share: f64) -> Option<PairChange> {
+    let entry = |step: &StepResult| {
+        let entry = step.maxwell.as_ref()?.get(i)?.get(j)?;
+        Some(if i == j { *entry } else { entry.negative() })
     };
-    let share = model_share(case, [&first.row, &last.row]);
-    let change = |i: usize, j: usize| {
-        let entry = |maxwell: &[Vec<Bounded>]| Some(maxwell.get(i)?.get(j)?.negative());
-        Some(pair_change([i, j], [entry(before)?, entry(after)?], [&first.row, &last.row], share))
-    };
-    (0..count).flat_map(|i| (i + 1..count).filter_map(move |j| change(i, j))).collect()
+    let [before, after] = steps.map(entry);
+    Some(pair_change([i, j], [before?, after?], steps.map(|step| &step.row), share))
 }
 
 /// The certain change that is largest in F.

@@ -129,14 +129,14 @@ struct Ends {
     is_of_rows: bool,
 }
 
-/// The capacitance that the head of the page is about: what is measured, and of a whole matrix the pair with the largest change that is
-/// certain. The second value is what is to be said of the pairs, if anything.
+/// The capacitance that the head of the page is about: what is measured, and of a matrix the entry with the largest change that is
+/// certain. The second value is a remark about the other entries, if there is one.
 fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String>) {
     let outcome = report.outcome;
     let kind = kind_of_bounds(report);
     let changes = pair_changes(report.case, outcome, steps);
     if let Some(pair) = largest_certain(&changes) {
-        let (what, of) = in_words(Measurement::Mutual(pair.terminals), &outcome.conductors);
+        let (what, of) = in_words(pair.measurement(), &outcome.conductors);
         let estimated = steps.iter().any(|step| step.row.estimated_errors() > 0.0);
         let kind = if estimated { "with estimated errors" } else { kind };
         let ends = Ends {
@@ -144,10 +144,10 @@ fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String
             values: pair.values,
             errors: pair.errors.map(|error| format!("\u{b1}\u{a0}{}, {kind}", percent(error))),
             limits: Some(pair.limits),
-            is_of_rows: pair.terminals == [0, 1],
+            is_of_rows: matches!(outcome.measurement, Some(Measurement::Matrix { shown, .. }) if shown == pair.terminals),
         };
         let among = (changes.len() > 1).then(|| {
-            format!(" Of all {} pairs of terminals, this one has the largest certain change.", changes.len())
+            format!(" Of all {} capacitances, this one has the largest certain change.", changes.len())
         });
         return (ends, among);
     }
@@ -160,10 +160,7 @@ fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String
         is_of_rows: true,
     };
     let none = (changes.len() > 1 && steps[0].index != steps[1].index).then(|| {
-        format!(
-            " Of none of the {} pairs of terminals is it known whether the mutual capacitance falls or rises.",
-            changes.len()
-        )
+        format!(" Of none of the {} capacitances is it known whether it falls or rises.", changes.len())
     });
     (ends, none)
 }
