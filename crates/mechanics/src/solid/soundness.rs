@@ -239,6 +239,7 @@ mod tests {
     use super::super::press::{Goal, PressError, Refinement};
     use super::*;
     use elastocap_materials::Rubber;
+    use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
     #[test]
@@ -297,7 +298,8 @@ mod tests {
         let held = &found.levels.last().unwrap().model;
         assert_eq!(held.fault(1.0), None, "a patch is not a punch");
         // The same patch, told to be a punch half as wide again, which the surface beside it enters.
-        let mut punch = found.levels.into_iter().next_back().unwrap().model;
+        let last = found.levels.into_iter().next_back().and_then(Arc::into_inner);
+        let mut punch = last.unwrap().model;
         punch.indenter = Indenter::Bonded { half_width: 1.5 };
         assert!(matches!(punch.fault(1.0), Some(StateFault::Penetration { depth, .. }) if depth > 0.05));
     }

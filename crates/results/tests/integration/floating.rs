@@ -51,7 +51,7 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
             number("potential_per_volt_lower", 0) < below && below < number("potential_per_volt_upper", 0)
         );
     }
-    let table = csv::capacitance(&outcome.conductors, outcome.measurement, &outcome.steps);
+    let table = csv::capacitance(&case, &outcome);
     assert!(!table.contains("float"), "{table}");
     let numbers = |quantity: &str| -> [f64; 3] {
         let row = table.lines().find(|line| line.starts_with(&format!("0,{quantity},lower,upper,"))).unwrap();
