@@ -38,7 +38,10 @@ fn a_guarded_plate_has_the_mutual_capacitance_of_the_bodies_by_themselves() {
     sandbox.run(&sandbox.case("guarded.toml", &guarded("3e-2", "")), &["--no-fields"]).exits_with(0);
     let json = sandbox.json("out/result.json");
     assert_eq!(json["conductors"], serde_json::json!(["sense", "drive"]));
-    assert_eq!(json["measurement"], serde_json::json!({ "kind": "mutual", "terminals": ["drive", "sense"] }));
+    assert_eq!(
+        json["measurement"],
+        serde_json::json!({ "kind": "mutual", "terminals": ["drive", "sense"], "shown": ["drive", "sense"] })
+    );
     assert_eq!(json["terminals"][2]["potential"], "ground");
     let measured =
         ["capacitance_f", "capacitance_lower_f", "capacitance_upper_f"].map(|key| number(&json[key]));

@@ -166,7 +166,7 @@ pub(super) fn known(value: Option<f64>, what: &str) -> Result<f64, ClaimError> {
 
 /// The two-terminal capacitance of the first step.
 pub(super) fn terminals(outcomes: &[Outcome], case: usize) -> Result<Bounded, ClaimError> {
-    let found = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.measured);
+    let found = outcomes.get(case).and_then(|outcome| outcome.steps.first()?.two_terminal);
     found.ok_or(ClaimError::TwoTerminal { case })
 }
 
