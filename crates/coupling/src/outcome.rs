@@ -91,8 +91,8 @@ pub struct StepResult {
     pub floating: Vec<FloatingConductor>,
     /// What [`Row::capacitance_f`] is, F.
     pub measured: Option<Bounded>,
-    /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only one against ground, where the tolerance
-    /// is its tolerance too.
+    /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only one against ground, where it is within the
+    /// tolerance.
     pub two_terminal: Option<Bounded>,
     /// The same with what the error of a base adds to it, where the step was solved by what it adds to that: the same for all steps with the
     /// same number. Differences of these are those of the capacitances.

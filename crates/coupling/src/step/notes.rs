@@ -353,12 +353,15 @@ impl Solver<'_> {
         }
     }
 
-    /// The two-terminal capacitance where the tolerance is its tolerance too.
+    /// The two-terminal capacitance where the tolerance is its tolerance too, or is met besides and nothing else was named.
     fn two_terminal(&self, measured: &Bounded, solution: &Solution) -> Option<Bounded> {
         match self.case.measurement() {
             Measurement::TwoTerminal(_) => Some(*measured),
             Measurement::Own(_) => (solution.maxwell.len() == 1).then_some(*measured),
             Measurement::Mutual(_) if self.settings.target == Target::Matrix => solution.two_terminal,
+            Measurement::Mutual(_) if self.case.measured.is_none() => solution
+                .two_terminal
+                .filter(|own| own.spread_over_value() <= self.settings.relative_tolerance),
             Measurement::Mutual(_) | Measurement::Guarded(_) | Measurement::Matrix { .. } => None,
         }
     }
