@@ -6,6 +6,7 @@ mod capsule;
 mod change;
 mod common;
 mod contacts;
+mod draft;
 mod foam;
 mod imported_mesh;
 mod in_layer;

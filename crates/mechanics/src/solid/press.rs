@@ -276,19 +276,25 @@ pub(crate) fn press_on<S: Dimension>(
         if cancel.load(Ordering::Relaxed) || done || order.is_empty() {
             break;
         }
-        let mut draft = judged(levels.clone(), goals, refinement, layers.least_errors);
-        if let [only] = draft.levels.as_slice() {
-            for (found, estimate) in draft.goals.iter_mut().zip(&only.estimates) {
-                let (Ok(pressed), Some(estimate)) = (found, estimate) else { continue };
-                let error = estimate.force * pressed.refinement.last().map_or(0.0, |value| value.abs());
-                pressed.error = pressed.error.or(Some(error));
-                let numbers = estimate.numbers.iter().map(|number| number.error).reduce(f64::max);
-                pressed.places_error = pressed.places_error.or(numbers);
-            }
-        }
-        (layers.drafted)(draft);
+        (layers.drafted)(drafted(judged(levels.clone(), goals, refinement, layers.least_errors)));
     }
-    Ok(Pressing { too_large, ..judged(levels, goals, refinement, layers.least_errors) })
+    let pressing = Pressing { too_large, ..judged(levels, goals, refinement, layers.least_errors) };
+    // What is left by a run that was stopped is a draft.
+    Ok(if cancel.load(Ordering::Relaxed) { drafted(pressing) } else { pressing })
+}
+
+/// Gives the results of the only mesh the errors that this mesh estimates by itself, where no other error is known.
+fn drafted<S: Dimension>(mut pressing: Pressing<S>) -> Pressing<S> {
+    if let [only] = pressing.levels.as_slice() {
+        for (found, estimate) in pressing.goals.iter_mut().zip(&only.estimates) {
+            let (Ok(pressed), Some(estimate)) = (found, estimate) else { continue };
+            let error = estimate.force * pressed.refinement.last().map_or(0.0, |value| value.abs());
+            pressed.error = pressed.error.or(Some(error));
+            let numbers = estimate.numbers.iter().map(|number| number.error).reduce(f64::max);
+            pressed.places_error = pressed.places_error.or(numbers);
+        }
+    }
+    pressing
 }
 
 /// The result for each goal on the levels that there are.
