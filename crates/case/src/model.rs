@@ -207,7 +207,7 @@ pub struct Layer {
     pub relative_permittivity: Option<f64>,
     /// What makes eps_r grow with the compression; `None` where it is the same under every load.
     pub foam: Option<Foam>,
-    /// What it is made of; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
+    /// The material; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
     /// The measured stress of a foam, in place of a material.
     pub stress_table: Option<StressTable>,

@@ -111,7 +111,7 @@ pub struct Run<'a> {
     better: OnceLock<Result<PlaneStrainCurve, NotCompared>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
-    /// What coarse meshes and coarse fields say of them, where they take long.
+    /// Drafts of the distinct steps, where steps take long.
     drafts: Mutex<Vec<Option<StepResult>>>,
     is_over: AtomicBool,
 }

@@ -230,7 +230,7 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
-    /// The same in sections; none in a section itself, and as many as [`SectionPlane::of_scene`] gives.
+    /// The field in sections; a section itself has none, and the whole has as many as [`SectionPlane::of_scene`] gives.
     pub sections: Vec<FieldSection>,
 }
 

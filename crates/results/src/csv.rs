@@ -57,7 +57,7 @@ pub fn curve(outcome: &Outcome) -> String {
 ///
 /// `row` and `column` name terminals; a two-terminal capacitance of one terminal is against `ground`.
 ///
-/// Of a matrix each capacitance has the limits of its change against the first step that has one, F, by all errors that are known.
+/// Each capacitance of a matrix has its change against the first step that has one, F, with limits by all errors that are known.
 pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
     let mut out =
         "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\

@@ -23,7 +23,7 @@ impl PairChange {
         self.values[1] - self.values[0]
     }
 
-    /// Which capacitance it is of, as a measurement.
+    /// The capacitance that changes, as a measurement.
     pub fn measurement(&self) -> Measurement {
         match self.terminals {
             [i, j] if i == j => Measurement::Own(i),

@@ -131,14 +131,14 @@ table! {
         /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
         /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.
         capacitance: Read<Vec<Read<OneOrMore<Text>>>>,
-        /// What two terminals are measured for: "mutual" or "two-terminal" (equal and opposite charges, as a meter without ground
+        /// The capacitance of two terminals that is measured: "mutual" or "two-terminal" (equal and opposite charges, as a meter without ground
         /// measures). Default: mutual.
         kind: Option<Read<MeasureKind>>,
     }
 }
 
 words! {
-    /// What is measured of two terminals.
+    /// The capacitance of two terminals that is measured.
     enum MeasureKind { "mutual" => Mutual, "two-terminal" => TwoTerminal, }
 }
 

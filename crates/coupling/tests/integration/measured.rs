@@ -30,7 +30,7 @@ fn plates(guard: &str, end: &str) -> Outcome {
     run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
 }
 
-/// Of two of the plates, F.
+/// The capacitance of two neighbouring plates, F.
 fn between(distance_mm: f64) -> f64 {
     8.854_187_812_8e-12 * 1e-4 / (distance_mm * 1e-3)
 }

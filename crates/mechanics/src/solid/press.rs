@@ -145,7 +145,7 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) places: Option<&'a Places<'a, S>>,
     /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
     pub(crate) for_places: usize,
-    /// What is done with the results of each mesh that another one follows.
+    /// Takes the results of each mesh that another one follows.
     pub(crate) drafted: &'a Drafted<'a, S>,
 }
 

@@ -117,7 +117,7 @@ fn what_is_measured(outcome: &Outcome) -> String {
 
 /// A capacitance at the first step and under the largest load.
 struct Ends {
-    /// What it is, in words.
+    /// The name of the capacitance in words.
     name: String,
     /// F.
     values: [f64; 2],
