@@ -132,3 +132,77 @@ fn a_curve_of_three_terminals_shows_their_first_mutual_capacitance() {
         assert_eq!(shown, -number(&json["steps"][step]["maxwell_matrix_f"][0][1]));
     }
 }
+
+/// Two of three pads under a grounded plate that rides on the layer, each against ground.
+const TWO_PADS: &str = r#"format = 1
+[layer]
+thickness = "0.5 mm"
+relative_permittivity = 2.8
+[layer.material.neo_hookean]
+shear_modulus = "100 kPa"
+[electrodes.array]
+on = "substrate"
+pads = [1, 3]
+size = ["2 mm", "2 mm"]
+pitch = ["3 mm", "3 mm"]
+thickness = "35 um"
+[electrodes.array.common_plate]
+on = "layer-top"
+thickness = "50 um"
+[[terminal]]
+name = "plate"
+conductors = ["pad-plate"]
+potential = "ground"
+[measure]
+capacitance = [["pad-1-1"], ["pad-1-2"]]
+[mechanics.closed_form]
+contact_half_length = "3 mm"
+contact_width = "9 mm"
+shear_length = "3 mm"
+[load]
+compression = [0.0, 0.1]
+[surroundings]
+boundary = "open"
+[electrostatics]
+relative_tolerance = 5e-2
+"#;
+
+#[test]
+fn each_of_several_measured_capacitances_has_its_change_in_the_tables_and_the_report() {
+    let sandbox = Sandbox::new();
+    let case = sandbox.case("pads.toml", TWO_PADS);
+    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
+    let measured =
+        "the capacitance of `pad-1-1` against ground and the capacitance of `pad-1-2` against ground";
+    assert!(said.contains(measured), "{said}");
+    sandbox.run(&case, &["--no-fields"]).exits_with(0);
+    let json = sandbox.json("out/result.json");
+    // No field is solved for the third pad.
+    assert_eq!(json["conductors"], serde_json::json!(["pad-1-1", "pad-1-2"]));
+    assert_eq!(json["measurement"]["shown"], serde_json::json!(["pad-1-1"]));
+    let table = sandbox.table("out/capacitance.csv");
+    let curve = sandbox.table("out/curve.csv").numbers("capacitance_f");
+    let texts = ["step", "row", "column", "change_f", "change_lower_f", "change_upper_f"]
+        .map(|name| table.texts(name));
+    let number = |column: usize, line: usize| texts[column][line].parse::<f64>().expect("a number");
+    let mut own = 0;
+    for line in 0..texts[0].len() {
+        if texts[1][line] != texts[2][line] {
+            continue;
+        }
+        own += 1;
+        let [change, lower, upper] = [3, 4, 5].map(|column| number(column, line));
+        if texts[0][line] == "0" {
+            assert_eq!([change, lower, upper], [0.0; 3]);
+            continue;
+        }
+        // The plate comes nearer to both pads.
+        assert!(0.0 < lower && lower < change && change < upper, "{lower:e} {change:e} {upper:e}");
+        if texts[1][line] == "pad-1-1" {
+            assert_eq!(change, curve[1] - curve[0]);
+        }
+    }
+    assert_eq!(own, 4);
+    let report = sandbox.read("out/report.html");
+    assert!(report.contains("Each measured capacitance") && report.contains("each-chart"));
+}

@@ -2,10 +2,11 @@
 //! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
 
 use crate::measured::{self, Comparison, load_axis};
+use crate::pairs::{PairChange, measured_changes};
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
 use crate::pose::{ByPose, Place, by_pose};
-use elastocap_case::{MeasuredLoad, MeasuredPoints};
-use elastocap_coupling::outcome::{Outcome, Row};
+use elastocap_case::{Case, MeasuredLoad, MeasuredPoints};
+use elastocap_coupling::outcome::{Outcome, Row, StepResult};
 use elastocap_coupling::plan::{HELD_PATCH, Kind};
 use elastocap_coupling::terminals::in_words;
 
@@ -102,6 +103,35 @@ fn force(outcome: &Outcome) -> Chart {
             style: Style::LineAndMarkers,
         }],
     }
+}
+
+/// The change of each capacitance that `[measure]` names since the first step, %, against the load; `None` where it names one, and with fewer
+/// than two steps.
+pub(crate) fn measured_changes_chart(case: &Case, outcome: &Outcome) -> Option<Chart> {
+    let steps = measured_changes(case, outcome);
+    let (x, loads) = load(outcome);
+    // Steps that are shifted or tilted besides are in the table.
+    let curve = by_pose(outcome, &loads.into_iter().enumerate().collect::<Vec<_>>()).curve;
+    let place = |step: &StepResult| curve.iter().find(|(k, _)| *k == step.index).map(|(_, x)| *x);
+    let of_entry = |k: usize| {
+        let own = || steps.iter().filter_map(|(step, changes)| Some((place(step)?, changes.get(k)?)));
+        let percent = |own: &PairChange, change: f64| 100.0 * change / own.values[0].abs();
+        let (what, of) = own().next().map(|(_, own)| in_words(own.measurement(), &outcome.conductors))?;
+        Some(Series {
+            name: format!("{what} of {}", of.unwrap_or_default()),
+            points: own().map(|(x, own)| (x, percent(own, own.change()))).collect(),
+            band: Some(
+                own().map(|(_, own)| (percent(own, own.limits[0]), percent(own, own.limits[1]))).collect(),
+            ),
+            style: Style::LineAndMarkers,
+        })
+    };
+    (steps.len() > 1).then(|| Chart {
+        title: String::new(),
+        x,
+        y: axis("change of each capacitance", "%"),
+        series: (0..case.measured_entries().len()).filter_map(of_entry).collect(),
+    })
 }
 
 /// What the capacitance is drawn against: the force, or the compression where a step that is known has no force.

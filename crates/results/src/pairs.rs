@@ -58,6 +58,19 @@ pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> 
     pairs.into_iter().filter_map(|pair| change_of(pair, steps, share)).collect()
 }
 
+/// The capacitances that `[measure]` names, if it names several: for each step that has the matrix, the step with their changes since the
+/// first one, in the order of the case.
+pub(crate) fn measured_changes<'a>(
+    case: &Case,
+    outcome: &'a Outcome,
+) -> Vec<(&'a StepResult, Vec<PairChange>)> {
+    let known = || outcome.steps.iter().filter(|step| step.maxwell.is_some());
+    let Some(first) = known().next().filter(|_| !case.measured_entries().is_empty()) else {
+        return Vec::new();
+    };
+    known().map(|step| (step, pair_changes(case, outcome, [first, step]))).collect()
+}
+
 /// The changes of every capacitance of a matrix between two steps: a row and a column of `None` where it is not known.
 pub(crate) fn matrix_of_changes(
     case: &Case,
@@ -79,7 +92,9 @@ fn change_of([i, j]: [usize; 2], steps: [&StepResult; 2], share: f64) -> Option<
         Some(if i == j { *entry } else { entry.negative() })
     };
     let [before, after] = steps.map(entry);
-    Some(pair_change([i, j], [before?, after?], steps.map(|step| &step.row), share))
+    let change = pair_change([i, j], [before?, after?], steps.map(|step| &step.row), share);
+    let is_same = steps[0].index == steps[1].index || steps[1].same_as == Some(steps[0].index);
+    Some(if is_same { PairChange { limits: [0.0; 2], ..change } } else { change })
 }
 
 /// The certain change that is largest in F.

@@ -343,6 +343,15 @@ impl Plan {
                 quoted(i),
                 quoted(j)
             ),
+            Measurement::Matrix { .. } if !case.measured_entries().is_empty() => {
+                let entry = |[i, j]: [usize; 2]| match i == j {
+                    true => format!("the capacitance of {} against ground", quoted(i)),
+                    false => format!("the mutual capacitance of {} and {}", quoted(i), quoted(j)),
+                };
+                let all: Vec<String> = case.measured_entries().into_iter().map(entry).collect();
+                let curve = if case.load.is_some() { "; the curve shows the first" } else { "" };
+                format!("{}, everything else at potential zero{curve}", shortened(&all))
+            }
             Measurement::Matrix { terminals: count, shown: [i, j] } => {
                 let all: Vec<String> = (0..count).map(quoted).collect();
                 let curve = match (case.load.is_some(), i == j) {

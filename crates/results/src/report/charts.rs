@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::MeasuredPoint;
-use crate::figure::{approach, figure};
+use crate::figure::{approach, figure, measured_changes_chart};
 use crate::plot::{Axis, Chart, Scale, Series, Style};
+use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
 
@@ -18,7 +19,7 @@ pub(super) struct PageChart {
 }
 
 /// The curve under load, the change beside it, the sensitivity, and the approach; those of them that the run has.
-pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageChart> {
+pub(super) fn charts(case: &Case, outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageChart> {
     let mut all = Vec::new();
     if let Some(panels) = figure("", outcome) {
         match panels.second {
@@ -44,6 +45,10 @@ pub(super) fn charts(outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageC
                 all.push(PageChart { id: "curve-chart", caption, chart: main });
             }
         }
+    }
+    if let Some(chart) = measured_changes_chart(case, outcome) {
+        let caption = "Change of each measured capacitance against the first step in percent of it; its error as a band.";
+        all.push(PageChart { id: "each-chart", caption, chart });
     }
     if let Some(chart) = sensitivity(outcome) {
         let caption = "Slope of the curve by differences between the steps, with its error as a band.";

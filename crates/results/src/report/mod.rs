@@ -76,7 +76,7 @@ pub(crate) struct Report<'a> {
 impl Report<'_> {
     /// The page as HTML.
     pub(crate) fn html(&self) -> String {
-        let charts = charts::charts(self.outcome, self.measured);
+        let charts = charts::charts(self.case, self.outcome, self.measured);
         let mut scene = scene::scene(self.shown);
         if let Some(labels) = scene.as_mut().and_then(|scene| scene.description["labels"].as_array_mut())
             && labels.len() == self.outcome.steps.len()
@@ -166,9 +166,10 @@ impl Report<'_> {
             Kind::Curve | Kind::Capacitance => "Capacitance under load",
         };
         let body = format!(
-            "<div class=\"charts\">{}</div>\n{}{}",
-            figures(&["curve-chart", "change-chart"]),
+            "<div class=\"charts\">{}</div>\n{}{}{}",
+            figures(&["curve-chart", "change-chart", "each-chart"]),
             tables::steps(self.outcome),
+            tables::measured_entries(self),
             tables::whole_curve(self.outcome)
         );
         page.section("curve", heading, &body);

@@ -5,11 +5,13 @@ use std::fmt::Write as _;
 use elastocap_coupling::outcome::{Outcome, Row, StepResult};
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::route::Route;
+use elastocap_coupling::terminals::in_words;
 use elastocap_coupling::words::grouped;
 
 use super::Report;
 use super::html::{Table, column, escape, quantity};
 use crate::csv::{number, optional};
+use crate::pairs::{PairChange, measured_changes};
 use crate::pose;
 use crate::scene_files::label;
 
@@ -58,6 +60,33 @@ pub(super) fn steps(outcome: &Outcome) -> String {
     table.quantities("sensitivity", &all(|r| r.sensitivity_f_per_n), 3, "F/N");
     table.quantities("\u{b1}", &all(|r| r.sensitivity_error_f_per_n), 2, "F/N");
     table.words("status", outcome.steps.iter().map(|step| step.row.status.to_string()).collect());
+    table.html()
+}
+
+/// Each capacitance that `[measure]` names, at each step; nothing where it names one.
+pub(super) fn measured_entries(report: &Report<'_>) -> String {
+    let steps = measured_changes(report.case, report.outcome);
+    if steps.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<(&StepResult, &PairChange)> =
+        steps.iter().flat_map(|(step, changes)| changes.iter().map(move |own| (*step, own))).collect();
+    let of = |value: fn(&PairChange) -> f64| {
+        let finite = |own: &PairChange| Some(value(own)).filter(|value| value.is_finite());
+        rows.iter().map(|(_, own)| finite(own)).collect::<Vec<_>>()
+    };
+    let name = |own: &PairChange| {
+        let (what, of) = in_words(own.measurement(), &report.outcome.conductors);
+        format!("{what} of {}", of.unwrap_or_default())
+    };
+    let mut table = Table::new("Each measured capacitance");
+    table.words("capacitance", rows.iter().map(|(_, own)| name(own)).collect());
+    table.words("step", rows.iter().map(|(step, _)| step_label(report.outcome, step)).collect());
+    table.quantities("C", &of(|own| own.values[1]), 6, "F");
+    table.shares("\u{b1}", &of(|own| own.errors[1]));
+    table.quantities("change", &of(PairChange::change), 4, "F");
+    table.quantities("from", &of(|own| own.limits[0]), 4, "F");
+    table.quantities("to", &of(|own| own.limits[1]), 4, "F");
     table.html()
 }
 
