@@ -52,6 +52,10 @@ pub fn curve(outcome: &Outcome) -> String {
     out
 }
 
+/// The head of `capacitance.csv`.
+const CAPACITANCE_COLUMNS: &str = "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\
+    change_f,change_lower_f,change_upper_f,unknowns,status";
+
 /// For each step, one line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one
 /// where it is measured. The status of an entry is its own; where the step has another defect it is the step's.
 ///
@@ -59,10 +63,7 @@ pub fn curve(outcome: &Outcome) -> String {
 ///
 /// Each capacitance of a matrix has its change against the first step that has one, F, with limits by all errors that are known.
 pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
-    let mut out =
-        "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\
-        change_f,change_lower_f,change_upper_f,unknowns,status\n"
-            .to_owned();
+    let mut out = format!("{CAPACITANCE_COLUMNS}\n");
     let first = outcome.steps.iter().find(|step| step.maxwell.is_some());
     for step in &outcome.steps {
         let changes = first.map_or_else(Vec::new, |first| matrix_of_changes(case, outcome, [first, step]));
@@ -234,7 +235,8 @@ mod tests {
             (2, _) | (_, Some(_)) => Measurement::TwoTerminal([0, 1]),
             (count, None) => Measurement::Matrix { terminals: count, shown: [0, 1] },
         };
-        let table = format!("\n{}", capacitances_of(&names, Some(measurement), step, &[]));
+        let table =
+            format!("{CAPACITANCE_COLUMNS}\n{}", capacitances_of(&names, Some(measurement), step, &[]));
         let fields = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         let lines: Vec<_> = table.lines().map(fields).collect();
         assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{table}");
@@ -260,7 +262,7 @@ mod tests {
                 "the distance to the farther limit over the value"
             );
         }
-        assert!(lines.iter().all(|line| line[8] == "7" && line[9] == "not run"));
+        assert!(lines.iter().all(|line| line[11] == "7" && line[12] == "not run"));
     }
 
     #[test]
@@ -271,7 +273,7 @@ mod tests {
         step.entry_status = Some(own.chunks(2).map(<[_]>::to_vec).collect());
         let mut statuses = |status: Status| {
             step.row.status = status;
-            lines(&["a", "b"], &step).into_iter().map(|line| line[9].clone()).collect::<Vec<_>>()
+            lines(&["a", "b"], &step).into_iter().map(|line| line[12].clone()).collect::<Vec<_>>()
         };
         let [ok, small, missed] = ["ok", "ok: small and less closely known", "tolerance not reached"];
         assert_eq!(statuses(Status::OkToDiagonal), [ok, small, small, missed, small, ok]);

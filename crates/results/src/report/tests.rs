@@ -124,7 +124,7 @@ fn the_headline_of_a_matrix_is_about_the_pair_with_the_largest_certain_change_or
     let head = lead(&found);
     // The larger pad is nearer to the top by the thinner layer; the curve is of the two pads.
     assert!(head.starts_with("The mutual capacitance of left and top is "), "{head}");
-    assert!(head.contains(": it rises by ") && head.contains("Of all 3 pairs of terminals"), "{head}");
+    assert!(head.contains(": it rises by ") && head.contains("Of all 3 capacitances"), "{head}");
     assert!(head.contains("The curve and its table are of left and right."), "{head}");
     for step in &mut outcome.steps {
         let row = &mut step.row;
@@ -136,7 +136,7 @@ fn the_headline_of_a_matrix_is_about_the_pair_with_the_largest_certain_change_or
     }
     let found = page_of(&outcome);
     let head = lead(&found);
-    assert!(head.contains("Of none of the 3 pairs of terminals is it known"), "{head}");
+    assert!(head.contains("Of none of the 3 capacitances is it known"), "{head}");
     assert!(!head.contains("it rises by") && !head.contains("it falls by"), "{head}");
     assert!(head.contains("its sign is not known"), "{head}");
 }
