@@ -204,13 +204,6 @@ impl<'a> Run<'a> {
         {
             cancel.store(true, Ordering::Relaxed);
         }
-        if cancel.load(Ordering::Relaxed) {
-            // Loads that the last mesh has reached have no draft yet. Whoever stopped the run waits for it a moment, and takes what there is.
-            let rest: Vec<usize> = (loaded.iter().copied())
-                .filter(|&slot| self.drafts().get(slot).is_none_or(Option::is_none))
-                .collect();
-            self.draft(layer, &work, &rest, &Arc::new(AtomicBool::new(false)));
-        }
         solve_all(layer, &loaded);
         let solver = self.solver(layer, shared);
         if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
