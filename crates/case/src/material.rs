@@ -198,7 +198,7 @@ pub(super) fn without_closed_form(table: &MaterialTable) -> Option<&'static str>
     }
 }
 
-/// What a layer is made of.
+/// The material of a layer.
 pub(super) enum Material {
     /// A law of hyperelasticity.
     Law(HyperelasticLaw),
@@ -280,11 +280,11 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     for (name, read) in branches {
         let values = stresses(read)?;
         if values.len() != compression.len() {
-            let (own, other) = (values.len(), compression.len());
+            let (stresses, points) = (values.len(), compression.len());
             log.push(
                 Diagnostic::at(
                     &read.span,
-                    format!("`{name}` has {own} stresses, and `compression` has {other} entries"),
+                    format!("`{name}` has {stresses} stresses, and `compression` has {points} entries"),
                 )
                 .label("one stress for each compression is needed")
                 .related(&table.compression.span, "the compressions")

@@ -257,8 +257,9 @@ pub struct Foam {
 }
 
 impl Foam {
-    /// eps_r where the foam has this volume over that at rest: by Looyenga's rule (Physica 31, 401, 1965), the cube root of eps_r is the
-    /// mean of those of solid and air by volume. The solid's share is that at rest over the volume ratio, and 1 at most.
+    /// eps_r of the foam at a volume ratio, its volume over its volume at rest. By Looyenga's rule (Physica 31, 401, 1965) the cube root of eps_r
+    /// is the mean of the cube roots of the permittivities of solid and air, weighted by volume. The share of the solid is
+    /// [`Foam::solid_fraction`] over the volume ratio, and 1 at most.
     pub fn relative_permittivity(&self, volume_ratio: f64) -> f64 {
         let share = (self.solid_fraction / volume_ratio).min(1.0);
         (1.0 + share * (self.solid_permittivity.cbrt() - 1.0)).powi(3)

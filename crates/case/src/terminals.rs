@@ -124,13 +124,16 @@ impl Case {
     /// the guards that follow them.
     fn is_measured(&self, terminal: &str) -> bool {
         let Some(measured) = &self.measured else { return true };
-        let followed =
-            self.terminals.iter().find(|own| own.name == terminal).and_then(|own| own.follows.as_deref());
+        let followed = self
+            .terminals
+            .iter()
+            .find(|other| other.name == terminal)
+            .and_then(|found| found.follows.as_deref());
         measured.names().any(|name| name == terminal || followed == Some(name))
     }
 
-    /// Whether some potential of the scene is zero besides those of its driven terminals: of infinity, a wall, the indenter or a conductor.
-    /// Without any, what one terminal of a pair draws is what the other one gives, so that mutual and two-terminal capacitance are equal.
+    /// Whether infinity, a wall, the indenter or a conductor is at potential zero. Without such a ground all charge that one terminal of a pair
+    /// receives comes from the other, so that the mutual and the two-terminal capacitance are equal.
     pub fn has_ground(&self) -> bool {
         let walls = self.surroundings.as_ref().is_some_and(|around| around.has_ground());
         let is_grounded = |role: &Role| matches!(role, Role::Conductor { potential: Potential::Grounded });
@@ -193,9 +196,9 @@ impl Case {
         }
     }
 
-    /// What is measured: what the file says; otherwise the mutual capacitance of the electrodes, or of the only two terminals, or the
-    /// capacitance of the only one against ground; of more terminals, the matrix. Two terminals of a scene without ground have one
-    /// capacitance, which is found as the two-terminal one because that needs one field.
+    /// The capacitance that is measured. Without `[measure]` it is the mutual capacitance of the electrodes or of the only two terminals, the
+    /// capacitance of the only terminal against ground, or the matrix of more than two terminals. Two terminals of a scene without ground have
+    /// one capacitance, which is solved for as the two-terminal one because that needs one field.
     pub fn measurement(&self) -> Measurement {
         let names = self.driven_terminals();
         let row = |name: &str| names.iter().position(|known| known == name);
@@ -239,7 +242,7 @@ impl Case {
 
     /// The driven guard that follows this terminal, if there is one.
     fn guard_of(&self, terminal: &str) -> Option<&str> {
-        let guard = self.terminals.iter().find(|own| own.follows.as_deref() == Some(terminal))?;
+        let guard = self.terminals.iter().find(|guard| guard.follows.as_deref() == Some(terminal))?;
         Some(&guard.name)
     }
 

@@ -98,6 +98,10 @@ pub fn run_sharing(
     run.outcome()
 }
 
+/// Unknowns of a mesh of the layer from which on the next mesh is worth a draft. Below, a mesh takes about a second for each load, and so
+/// do the fields of the drafts: they made runs of four seconds a sixth slower (cases/comb-in-layer.toml).
+const UNKNOWNS_OF_DRAFT: usize = 5000;
+
 /// A run under way. What it has found so far can be taken from it while another thread still solves: a caller that cannot wait for a
 /// stopped run, because some part of a solve is long and cannot be interrupted, leaves that thread behind.
 pub struct Run<'a> {
@@ -194,7 +198,7 @@ impl<'a> Run<'a> {
         let loaded: Vec<usize> = (0..work.len()).filter(|slot| !at_rest.contains(slot)).collect();
         let layer = self.layer.get_or_init(|| {
             let report = |what: &str| observer.preparing(what);
-            let drafted = |layer: &Prepared| self.draft(layer, &work, &loaded, cancel);
+            let drafted = |layer: &Prepared| self.draft(layer, &work, &loaded);
             let watched = (&**cancel, &report as &(dyn Fn(&str) + Sync));
             prepare_with_drafts(case, &plan.loads(), plan.layer_memory_limit, watched, &drafted)
         });
@@ -232,15 +236,20 @@ impl<'a> Run<'a> {
     }
 
     /// Solves the fields of steps coarsely with the layer on the meshes so far, so that a run that is stopped has a capacitance for each step
-    /// whose load a mesh has reached.
-    fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize], cancel: &Arc<AtomicBool>) {
-        if !self.case.has_conductors() {
+    /// whose load a mesh has reached. The next mesh of a small one is there as soon as its drafts would be.
+    fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize]) {
+        let is_quick = match layer {
+            Prepared::FiniteElement(run) => {
+                run.meshes.last().is_none_or(|mesh| mesh.unknowns < UNKNOWNS_OF_DRAFT)
+            }
+            Prepared::StepByStep | Prepared::ClosedForm(_) => true,
+        };
+        if is_quick || !self.case.has_conductors() {
             return;
         }
         let solver = self.solver(layer, None);
-        let settings = FieldSettings { cancel: Some(Arc::clone(cancel)), ..solver.settings_of_draft() };
-        let solver = Solver { settings, ..solver };
-        side_by_side(self.plan.at_once, slots.len(), cancel, |k| {
+        let solver = Solver { settings: solver.settings_of_draft(), ..solver };
+        side_by_side(self.plan.at_once, slots.len(), self.cancel, |k| {
             let Some((&slot, step)) = slots.get(k).and_then(|slot| Some((slot, *work.get(*slot)?))) else {
                 return;
             };

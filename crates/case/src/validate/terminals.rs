@@ -309,87 +309,97 @@ fn measured(
     conductors: &[Named<'_>],
     log: &mut Log<'_>,
 ) -> Option<Measured> {
-    let given = read.capacitance.get()?;
-    let several = given.iter().any(|entry| matches!(entry.get(), Some(Either::First(_))));
-    let mut entries: Vec<MeasuredEntry> = Vec::new();
-    if several {
-        for entry in given {
-            let Either::First(names) = entry.get()? else {
-                log.push(
-                    Diagnostic::at(&entry.span, "names stand beside lists of names")
-                        .label("not a list")
-                        .help(
-                            "put the names of each capacitance in brackets: [[\"a\", \"b\"], [\"a\", \"c\"]]",
-                        ),
-                );
-                return None;
-            };
-            let names: Option<Vec<_>> = names.iter().map(|own| Some((&own.get()?.0, &own.span))).collect();
-            let found = measured_entry(&names?, &entry.span, terminals, conductors, log)?;
-            if entries.contains(&found) {
-                log.push(
-                    Diagnostic::at(&entry.span, "this capacitance is measured twice")
-                        .label("named again")
-                        .help("leave it out"),
-                );
-                return None;
-            }
-            entries.push(found);
-        }
-    } else {
-        let name = |own: &'_ Read<raw::OneOrMore<Text>>| match own.get() {
-            Some(Either::Second(text)) => Some((text.0.clone(), own.span.clone())),
-            Some(Either::First(_)) | None => None,
-        };
-        let names: Vec<_> = given.iter().map(name).collect::<Option<_>>()?;
-        let names: Vec<_> = names.iter().map(|(name, span)| (name, span)).collect();
-        entries.push(measured_entry(&names, &read.capacitance.span, terminals, conductors, log)?);
-    }
+    let entries = measured_entries(&read.capacitance, terminals, conductors, log)?;
     let kind = match &read.kind {
         Some(kind) => Some((kind.get()?, &kind.span)),
         None => None,
     };
-    let guard = terminals.iter().find(|terminal| terminal.follows.is_some());
-    let is_beside_guard =
-        |own: &str| guard.is_some_and(|guard| guard.name == own || guard.follows.as_deref() == Some(own));
-    let measured = match (kind, <[MeasuredEntry; 1]>::try_from(entries)) {
-        (Some((raw::MeasureKind::TwoTerminal, _)), Ok([MeasuredEntry::Mutual(pair)])) => {
-            Measured::TwoTerminal(pair)
+    let refused = match (kind, entries.as_slice()) {
+        (Some((raw::MeasureKind::TwoTerminal, _)), [MeasuredEntry::Mutual(pair)]) => {
+            let measured = Measured::TwoTerminal(pair.clone());
+            return check_guard(&measured, read, terminals, log).then_some(measured);
         }
         (Some((raw::MeasureKind::TwoTerminal, span)), _) => {
-            log.push(
-                Diagnostic::at(span, "a two-terminal capacitance is that of two terminals alone")
-                    .label("of two names")
-                    .help("name two terminals in `capacitance`, or leave `kind` out"),
-            );
-            return None;
+            (span, "a two-terminal capacitance is that of two terminals alone")
         }
-        (Some((raw::MeasureKind::Mutual, span)), Ok([MeasuredEntry::Own(_)])) => {
-            log.push(
-                Diagnostic::at(span, "a mutual capacitance is that of two terminals")
-                    .label("of two names")
-                    .help("name two terminals in `capacitance`, or leave `kind` out"),
-            );
-            return None;
+        (Some((raw::MeasureKind::Mutual, span)), [MeasuredEntry::Own(_)]) => {
+            (span, "a mutual capacitance is that of two terminals")
         }
-        (_, Ok([one])) => Measured::Entries(vec![one]),
-        (_, Err(entries)) => Measured::Entries(entries),
+        (Some((raw::MeasureKind::Mutual, _)) | None, _) => {
+            let measured = Measured::Entries(entries);
+            return check_guard(&measured, read, terminals, log).then_some(measured);
+        }
     };
-    let is_own =
-        matches!(&measured, Measured::Entries(entries) if matches!(entries[..], [MeasuredEntry::Own(_)]));
-    let is_guard_itself = guard.is_some_and(|guard| measured.names().any(|name| name == guard.name));
-    if (!is_own && measured.names().any(is_beside_guard)) || is_guard_itself {
-        log.push(
-            Diagnostic::at(
-                &read.capacitance.span,
-                "a driven guard goes with the capacitance of one terminal against ground, that which it follows",
-            )
-            .label("not the capacitance of a guarded terminal")
-            .help("measure the terminal that the guard follows, alone; or write `potential = \"ground\"` for the guard"),
-        );
-        return None;
+    let (span, message) = refused;
+    log.push(
+        Diagnostic::at(span, message)
+            .label("of two names")
+            .help("name two terminals in `capacitance`, or leave `kind` out"),
+    );
+    None
+}
+
+/// The capacitances that a list of names, or a list of such lists, asks for.
+fn measured_entries(
+    read: &Read<Vec<Read<raw::OneOrMore<Text>>>>,
+    terminals: &[Terminal],
+    conductors: &[Named<'_>],
+    log: &mut Log<'_>,
+) -> Option<Vec<MeasuredEntry>> {
+    let mut names: Vec<(&String, &Range<usize>)> = Vec::new();
+    let mut entries: Vec<MeasuredEntry> = Vec::new();
+    for item in read.get()? {
+        match item.get()? {
+            Either::Second(text) => names.push((&text.0, &item.span)),
+            Either::First(list) => {
+                let list: Option<Vec<_>> =
+                    list.iter().map(|name| Some((&name.get()?.0, &name.span))).collect();
+                let entry = measured_entry(&list?, &item.span, terminals, conductors, log)?;
+                if entries.contains(&entry) {
+                    log.push(
+                        Diagnostic::at(&item.span, "this capacitance is measured twice")
+                            .label("named again")
+                            .help("leave it out"),
+                    );
+                    return None;
+                }
+                entries.push(entry);
+            }
+        }
     }
-    Some(measured)
+    match (names.first(), entries.is_empty()) {
+        (None, false) => Some(entries),
+        (_, true) => Some(vec![measured_entry(&names, &read.span, terminals, conductors, log)?]),
+        (Some((_, span)), false) => {
+            log.push(
+                Diagnostic::at(span, "names stand beside lists of names")
+                    .label("not a list")
+                    .help("put the names of each capacitance in brackets: [[\"a\", \"b\"], [\"a\", \"c\"]]"),
+            );
+            None
+        }
+    }
+}
+
+/// Whether a driven guard, if there is one, goes with what is measured; the log says why not.
+fn check_guard(measured: &Measured, read: &raw::Measure, terminals: &[Terminal], log: &mut Log<'_>) -> bool {
+    let Some(guard) = terminals.iter().find(|terminal| terminal.follows.is_some()) else { return true };
+    let is_one_against_ground =
+        matches!(measured, Measured::Entries(entries) if matches!(entries[..], [MeasuredEntry::Own(_)]));
+    let names_guard = measured.names().any(|name| name == guard.name);
+    let names_followed = measured.names().any(|name| guard.follows.as_deref() == Some(name));
+    if !names_guard && (is_one_against_ground || !names_followed) {
+        return true;
+    }
+    log.push(
+        Diagnostic::at(
+            &read.capacitance.span,
+            "a driven guard goes with the capacitance of one terminal against ground, that which it follows",
+        )
+        .label("not the capacitance of a guarded terminal")
+        .help("measure the terminal that the guard follows, alone; or write `potential = \"ground\"` for the guard"),
+    );
+    false
 }
 
 /// One capacitance that is measured, from the names of its terminals and their places.
@@ -400,32 +410,30 @@ fn measured_entry(
     conductors: &[Named<'_>],
     log: &mut Log<'_>,
 ) -> Option<MeasuredEntry> {
-    if let [(first, _), (second, at)] = entries
-        && first == second
-    {
-        log.push(
-            Diagnostic::at(at, format!("\"{}\" is measured against itself", shown(second)))
-                .label("named again")
-                .help("name two terminals, or this one once for its capacitance against ground"),
-        );
-        return None;
-    }
-    if !(1..=2).contains(&entries.len()) {
-        log.push(
-            Diagnostic::at(span, "a capacitance is that between two terminals, or of one against ground")
-                .label(format!("{} names", entries.len()))
-                .help("name one terminal or two; write lists of them for several capacitances: [[\"a\", \"b\"], [\"a\", \"c\"]]"),
-        );
-        return None;
-    }
+    let entry = match entries {
+        [(name, _)] => MeasuredEntry::Own((*name).clone()),
+        [(first, _), (second, at)] if first == second => {
+            log.push(
+                Diagnostic::at(at, format!("\"{}\" is measured against itself", shown(second)))
+                    .label("named again")
+                    .help("name two terminals, or this one once for its capacitance against ground"),
+            );
+            return None;
+        }
+        [(first, _), (second, _)] => MeasuredEntry::Mutual([(*first).clone(), (*second).clone()]),
+        _ => {
+            log.push(
+                Diagnostic::at(span, "a capacitance is that between two terminals, or of one against ground")
+                    .label(format!("{} names", entries.len()))
+                    .help("name one terminal or two; write lists of them for several capacitances: [[\"a\", \"b\"], [\"a\", \"c\"]]"),
+            );
+            return None;
+        }
+    };
     for (name, at) in entries {
         terminal_named(name, at, terminals, conductors, log)?;
     }
-    match entries {
-        [(first, _), (second, _)] => Some(MeasuredEntry::Mutual([(*first).clone(), (*second).clone()])),
-        [(name, _), ..] => Some(MeasuredEntry::Own((*name).clone())),
-        [] => None,
-    }
+    Some(entry)
 }
 
 /// Checks that a terminal of this name can be measured or followed.
