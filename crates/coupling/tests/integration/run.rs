@@ -52,13 +52,24 @@ fn a_cancelled_run_keeps_what_was_done() {
     }
     let outcome = run(&case, &plan, &NUMBERS_ONLY, &cancel, &StopAfterOne(Arc::clone(&cancel)));
     assert!(outcome.stopped && !outcome.is_complete());
-    let of = |status: Status| outcome.steps.iter().filter(|step| step.row.status == status).count();
-    assert!(of(Status::Ok) >= 1);
-    assert!(of(Status::NotRun) >= 1);
-    // A step that was being solved keeps the bounds that it had, if any.
-    let halfway = outcome.steps.iter().filter(|step| step.interrupted).count();
-    assert_eq!(of(Status::ToleranceNotReached(Missed::Field)), halfway);
-    assert_eq!(of(Status::Ok) + of(Status::NotRun) + halfway, 6);
+    let rest_is_known = outcome.steps[0].row.status.is_ok();
+    let mut done = 0;
+    for step in &outcome.steps {
+        let row = &step.row;
+        match row.status {
+            Status::Ok | Status::OkInModel => done += 1,
+            Status::NotRun => assert_eq!(row.capacitance_f, None),
+            // A step that was being solved keeps the bounds that it had, if any.
+            Status::ToleranceNotReached(Missed::Field) => assert!(step.interrupted),
+            // The load may be done before the state at rest, which is then what was being solved.
+            Status::ToleranceNotReached(Missed::Change) => {
+                assert!(!rest_is_known && row.capacitance_f.is_some());
+                done += 1;
+            }
+            ref other => panic!("{other:?}"),
+        }
+    }
+    assert!((1..=2).contains(&done), "{done} steps were done");
     let last = &outcome.steps[5].row;
     assert_eq!((last.compression, &last.status), (Some(0.4), &Status::NotRun));
     assert_eq!((last.gap_m, last.two_terminal_capacitance_f), (None, None));
