@@ -4,9 +4,9 @@
     benches/models_side_by_side.py [--binary target/release/elastocap] [--seconds 300] [--into docs/trust.md]
 
 A closed form is compared with `[mechanics.auto]`: a block with rounded edges of the size of its contact on a layer that goes on, or, where
-bodies ride on the top, a plate over a layer as large as the contact. A case of finite elements is compared with the closed form of a contact
-of the same size, where it has a flat or a whole top and its material has one. The table has the last step: capacitance and change with
-what is stated, and the force. A closed form whose statement does not reach the other's capacitance is marked.
+bodies ride on the top, a plate over a layer as large as the contact, which both have then. A case of finite elements is compared with the closed form of a contact
+of the same size, where it has a flat or a whole top and its material has one. The table has the last step that both have: capacitance, change and force
+with what is stated of each. What is farther apart than the two statements together is marked.
 """
 
 import argparse
@@ -32,15 +32,20 @@ def without(text, table):
     return re.sub(rf"^\[{re.escape(table)}[.\]].*?(?=^\[(?!{re.escape(table)}\.)|\Z)", "", text, flags=re.M | re.S)
 
 
+def has_riders(text):
+    """Whether bodies ride on the top of the layer."""
+    return 'attached = "layer-top"' in text or "common_plate" in text
+
+
 def by_finite_elements(text):
     """The case of a closed form by finite elements."""
     half, width = length(text, "contact_half_length"), length(text, "contact_width")
     thickness = length(text, "thickness")
     rest = without(text, "mechanics")
     um = lambda x: f'"{1e6 * x:.6g} um"'
-    if 'attached = "layer-top"' in text or "common_plate" in text:
+    if has_riders(text):
         auto = f'[mechanics.auto]\nindenter = "whole-top"\nwidth = {um(width)}\nside = "free"\n'
-        rest = rest.replace("[layer]\n", f"[layer]\nhalf_length = {um(half)}\n", 1) if length(rest, "half_length") is None else rest
+        rest = rest if length(rest, "half_length") is not None else rest.replace("[layer]\n", f"[layer]\nhalf_length = {um(half)}\n", 1)
     else:
         corner = min(0.1 * thickness, 0.4 * half)
         auto = f"[mechanics.auto]\nindenter = {{ flat_punch = {{ half_width = {um(half)}, half_depth = {um(0.5 * width)}, corner_radius = {um(corner)} }} }}\n"
@@ -63,31 +68,62 @@ def by_closed_form(text):
     return without(text, "mechanics") + "\n" + closed
 
 
-def last_steps(binary, text, folder, seconds):
-    """First and last step of a run of this case, from result.json, or why there are none."""
+def as_large_as_the_contact(text):
+    """The text of a closed form whose layer ends where its contact does, as that of finite elements does."""
+    if length(text, "half_length") is not None:
+        return text
+    return text.replace("[layer]\n", f'[layer]\nhalf_length = "{1e6 * length(text, "contact_half_length"):.6g} um"\n', 1)
+
+
+def solved_steps(binary, text, folder, seconds):
+    """The steps of a run of this case, from result.json, and why there is no capacitance under load, if there is none."""
     case, out = folder / "case.toml", folder / "out"
+    partial = folder / "out.partial"
     case.write_text(text)
-    subprocess.run(["rm", "-rf", out], check=True)
+    subprocess.run(["rm", "-rf", out, partial], check=True)
     run = [binary, "run", case, "--output", out, "--no-fields", "--max-time", f"{seconds}s", "--quiet"]
     ended = subprocess.run(run, capture_output=True, text=True)
-    result = out / "result.json"
-    if not result.exists():
+    result = next((place / "result.json" for place in (out, partial) if (place / "result.json").exists()), None)
+    if result is None:
         said = [line for line in ended.stderr.splitlines() if line.startswith("error")]
-        return None, said[0][:110] if said else "no result"
+        return [], said[0].removeprefix("error: ")[:110] if said else "no result"
     steps = json.loads(result.read_text())["steps"]
-    if steps[-1].get("capacitance_f") is None:
-        return None, (steps[-1].get("reason") or "no capacitance")[:110]
+    if all(step.get("capacitance_f") is None for step in steps[1:]):
+        return steps, f"not reached in {seconds} s" if steps[-1]["status"] == "not run" else (steps[-1].get("reason") or "no capacitance")[:110]
     return steps, None
 
 
-def row(name, steps, other):
-    first, last = steps[0], steps[-1]
-    value, total = last["capacitance_f"], last["total_error_estimate"]
-    change, of_change = last.get("change_f"), last.get("change_total_error_f")
-    covered = other is None or abs(value - other[-1]["capacitance_f"]) <= value * total + other[-1]["capacitance_f"] * other[-1]["total_error_estimate"]
-    share = f"{100 * change / first['capacitance_f']:+.2f} ± {100 * of_change / first['capacitance_f']:.2g} %" if change is not None and of_change is not None else "-"
-    force = f"{last['force_n']:.4g} N" if last.get("force_n") is not None else "-"
-    return f"| {name} | {1e12 * value:.5g} pF | {100 * total:.2g} % | {share} | {force} | {'yes' if covered else '**no**'} |", covered
+def quantities(steps, k):
+    """Value and stated error of a step, in SI units, of the capacitance, its change and the force; `None` where one is not known."""
+    step = steps[k]
+    value = step["capacitance_f"]
+    force, of_force = step.get("force_n"), step.get("force_error_estimate")
+    change, of_change = step.get("change_f"), step.get("change_total_error_f")
+    return [
+        (value, value * step["total_error_estimate"]),
+        (change, of_change) if change is not None and of_change is not None else None,
+        (force, force * of_force) if force is not None and of_force is not None else None,
+    ]
+
+
+def row(name, steps, k, other):
+    """The line of the table of a step, and how many of its quantities lie outside of what both state; `other` has the same step, or is empty."""
+    own = quantities(steps, k)
+    against = quantities(other, k) if other else [None] * 3
+    outside = [
+        what
+        for what, one, two in zip(["C", "change", "force"], own, against)
+        if one and two and abs(one[0] - two[0]) > one[1] + two[1]
+    ]
+    rest = steps[0]["capacitance_f"]
+    share = f"{100 * own[1][0] / rest:+.2f} ± {100 * own[1][1] / rest:.2g} %" if own[1] else "-"
+    force = steps[k].get("force_n")
+    of_force = f" ± {100 * own[2][1] / own[2][0]:.2g} %" if own[2] and own[2][0] else ""
+    force = f"{force:.4g} N{of_force}" if force is not None else "-"
+    at = f"{steps[k]['compression']:.3f}" if steps[k].get("compression") is not None else "-"
+    capacitance = f"{1e12 * own[0][0]:.5g} pF ± {100 * own[0][1] / own[0][0]:.2g} %"
+    verdict = "-" if not other else "**no**: " + ", ".join(outside) if outside else "yes"
+    return f"| {name} | {at} | {capacitance} | {share} | {force} | {verdict} |", len(outside)
 
 
 def main():
@@ -104,7 +140,7 @@ def main():
             path = folder / f"{template}.toml"
             subprocess.run([asked.binary, "new", template, path], check=True, capture_output=True)
             cases[f"new {template}"] = path.read_text()
-        lines = ["| case, last step | C | stated | change | force | covers the other |", "|---|---|---|---|---|---|"]
+        lines = ["| case and model | U/H | C | change | force | agree within what they state |", "|---|---|---|---|---|---|"]
         outside = 0
         for name, text in cases.items():
             if "[mechanics" not in text or "[load]" not in text or "[surroundings]" not in text:
@@ -112,14 +148,18 @@ def main():
             closed = "[mechanics.closed_form]" in text
             other = by_finite_elements(text) if closed else by_closed_form(text)
             names = ["closed form", "finite elements"] if closed else ["finite elements", "closed form"]
-            own, why = last_steps(asked.binary, text, folder, asked.seconds)
-            found, why_other = last_steps(asked.binary, other, folder, asked.seconds) if other else (None, "no closed form of this scene")
-            for label, steps, against, reason in [(names[0], own, found, why), (names[1], found, own, why_other)]:
-                if steps is None:
-                    lines.append(f"| {name}, {label} | - | | {reason} | | |")
+            own = as_large_as_the_contact(text) if closed and has_riders(text) else text
+            pairs = [solved_steps(asked.binary, own, folder, asked.seconds)]
+            pairs.append(solved_steps(asked.binary, other, folder, asked.seconds) if other else ([], "no closed form of this scene"))
+            (one, _), (two, _) = pairs
+            known = [k for k in range(1, max(len(one), len(two))) if all(k < len(steps) and steps[k].get("capacitance_f") is not None for steps in (one, two))]
+            for label, (steps, why), against in zip(names, pairs, [two, one]):
+                last = known[-1] if known else next((k for k in reversed(range(1, len(steps))) if steps[k].get("capacitance_f") is not None), None)
+                if last is None:
+                    lines.append(f"| {name}, {label} | - | {why} | | | |")
                 else:
-                    line, covered = row(f"{name}, {label}", steps, against)
-                    outside += not covered
+                    line, missed = row(f"{name}, {label}", steps, last, against if known else [])
+                    outside += missed
                     lines.append(line)
                 print(lines[-1], flush=True)
     print(f"{outside} outside of what is stated")

@@ -7,7 +7,8 @@ A case is drawn by lot in one of four kinds. Three are layers under load with a 
 closed form, in plane strain and in three dimensions. The sharp solution of all of them is in three dimensions, so that it is sharper in
 the model of the layer too. The fourth kind is two or three boxes in open space or within grounded walls, without a layer. The difference of
 the capacitances and of their changes is compared with what the first solution states: `total_error_estimate` and
-`change_total_error_f`. Cases whose sharp solution is not reached within `--seconds` say nothing and are counted.
+`change_total_error_f`. Cases whose sharp solution is not reached within `--seconds`, or states more than a fraction (1.5 over `--sharper`) of the
+error of the first one, say nothing and are counted.
 """
 
 import argparse
@@ -89,18 +90,19 @@ def boxes_case(lot):
 
 
 def last_step(binary, case, folder, seconds):
-    """The last step of a run, or why there is none. A sharp run that was stopped has none."""
+    """The last step of a run, or why there is none. A run that was stopped has what it had found by then."""
     out = folder / case.stem
     run = [binary, "run", str(case), "-o", str(out), "--quiet", "--only", "json", "--max-time", f"{seconds}s"]
     ran = subprocess.run(run, capture_output=True, text=True)
-    result = out / "result.json"
-    if not result.exists():
+    places = [out / "result.json", folder / f"{case.stem}.partial" / "result.json"]
+    result = next((place for place in places if place.exists()), None)
+    if result is None:
         said = [line for line in ran.stderr.splitlines() if line.startswith("error")]
         return None, said[0] if said else "not reached in time"
     found = json.loads(result.read_text())
     step = found["steps"][-1] if found.get("steps") else found
     if step.get("capacitance_f") is None:
-        return None, step.get("reason") or step.get("status") or "no capacitance"
+        return None, "not reached in time" if step.get("status") == "not run" else step.get("reason") or "no capacitance"
     return step, None
 
 
@@ -128,6 +130,8 @@ def main():
                 runs.append(last_step(asked.binary, case, folder, asked.seconds))
                 if runs[-1][0] is None:
                     break
+            if runs[-1][0] and asked.sharper * runs[-1][0]["total_error_estimate"] > 1.5 * runs[0][0]["total_error_estimate"]:
+                runs[-1] = None, "not sharper"
             if runs[-1][0] is None:
                 without[kind] += 1
                 print(f"{number:3d} {kind:12s} {label:30s} without {['coarse', 'sharp'][len(runs) - 1]}: {runs[-1][1][:110]}", flush=True)

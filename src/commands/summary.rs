@@ -187,8 +187,8 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     if approaches {
         head.insert(0, "distance");
     }
-    let layer = outcome.layer_meshes.last();
-    if layer.is_some() {
+    let has_force = outcome.steps.iter().any(|step| step.row.force_n.is_some());
+    if has_force {
         head.push("+- relative");
     }
     if electric {
@@ -211,8 +211,8 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
             let distance = row.distance_m.filter(|_| row.is_before_contact());
             line.insert(0, distance.map_or_else(|| "contact".to_owned(), |d| prefixed(d, 4, "m")));
         }
-        if layer.is_some() {
-            line.push(error(step.layer.as_ref().and_then(|l| l.relative_error_estimate)));
+        if has_force {
+            line.push(error(row.force_error_estimate));
         }
         if electric {
             line.push(quantity(row.capacitance_f, 6, "F"));

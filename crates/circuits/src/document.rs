@@ -64,23 +64,13 @@ pub(crate) struct Step {
     pub(crate) mechanics_error_estimate: Option<f64>,
     #[serde(default)]
     pub(crate) geometry_error_estimate: Option<f64>,
+    #[serde(default)]
+    pub(crate) model_error_estimate: Option<f64>,
+    #[serde(default)]
+    pub(crate) force_error_estimate: Option<f64>,
     pub(crate) status: String,
     #[serde(default)]
     pub(crate) reason: Option<String>,
-    #[serde(default)]
-    pub(crate) layer: Option<LayerStep>,
-    #[serde(default)]
-    pub(crate) closed_form_check: Option<ForceCheck>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(crate) struct LayerStep {
-    pub(crate) relative_error_estimate: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(crate) struct ForceCheck {
-    pub(crate) relative_difference: f64,
 }
 
 impl Step {
@@ -89,9 +79,11 @@ impl Step {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// What the estimated errors of mechanics and of flat faces add to the bounds, as a share of the value.
+    /// What the estimated errors add to the bounds, as a share of the value: those of the layer's finite elements, of flat faces, and of the
+    /// model of the layer.
     pub(crate) fn estimates(&self) -> f64 {
-        self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
+        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
+        all.into_iter().flatten().sum()
     }
 
     /// Why it lacks something, in the words of the run.

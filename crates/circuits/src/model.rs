@@ -405,30 +405,18 @@ fn notes(document: &Document, steps: &[&Step]) -> Vec<String> {
     }
     if steps.iter().any(|step| step.estimates() > 0.0) {
         out.push(
-            "The bounds include the estimated errors of mechanics and of flat faces, which are not proved."
+            "The bounds include the estimated errors of the layer's finite elements, of its model and of flat faces, which are not proved."
                 .to_owned(),
         );
     }
-    if steps.iter().any(|step| step.layer.is_some()) {
-        let errors = steps.iter().filter_map(|step| step.layer.as_ref()?.relative_error_estimate);
-        out.push(match errors.reduce(f64::max) {
-            Some(error) => format!(
-                "The forces have an estimated error of {:.2} %, which is not in the bounds: scale the force to see it.",
-                1e2 * error
-            ),
-            None => "The error of the forces is not known, and not in the bounds.".to_owned(),
-        });
+    let forces = || steps.iter().filter(|step| step.force_n.is_some_and(|force| force > 0.0));
+    if forces().any(|step| step.force_error_estimate.is_none()) {
+        out.push("The error of the forces is not known at all steps, and not in the bounds.".to_owned());
     }
-    let differences =
-        steps.iter().filter_map(|step| Some(step.closed_form_check.as_ref()?.relative_difference));
-    let range = differences.fold(None, |range: Option<[f64; 2]>, next| {
-        Some(range.map_or([next, next], |[low, high]| [low.min(next), high.max(next)]))
-    });
-    if let Some([low, high]) = range.filter(|[low, high]| low.abs().max(high.abs()) > 0.1) {
+    if let Some(error) = forces().filter_map(|step| step.force_error_estimate).reduce(f64::max) {
         out.push(format!(
-            "The forces are those of the closed form; they differ by {:+.0} % to {:+.0} % from those of a flat punch without friction.",
-            1e2 * low,
-            1e2 * high
+            "The forces have an estimated error of up to {:.2} %, which is not in the bounds: scale the force to see it.",
+            1e2 * error
         ));
     }
     if let Some(first) = steps.first().and_then(|step| step.force_n).filter(|force| *force > 0.0) {

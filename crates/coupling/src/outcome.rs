@@ -135,6 +135,10 @@ pub struct Row {
     /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
     /// force.
     pub force_n: Option<f64>,
+    /// Relative error of the force at its compression, by the finite elements of the layer and by the model of the layer; an estimate. `None` where
+    /// one of the two is not known.
+    #[serde(default)]
+    pub force_error_estimate: Option<f64>,
     /// Along x1, N: what the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to what is
     /// shifted. `None` under a tilt, and of layers by finite elements.
     pub force_x1_n: Option<f64>,
@@ -200,10 +204,11 @@ pub struct Row {
 
 impl Row {
     /// Names of the columns.
-    pub const COLUMNS: [&'static str; 29] = [
+    pub const COLUMNS: [&'static str; 30] = [
         "compression",
         "distance_m",
         "force_n",
+        "force_error_estimate",
         "force_x1_n",
         "force_x3_n",
         "top_displacement_m",
@@ -233,11 +238,12 @@ impl Row {
     ];
 
     /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 27] {
+    pub fn numbers(&self) -> [Option<f64>; 28] {
         [
             self.compression,
             self.distance_m,
             self.force_n,
+            self.force_error_estimate,
             self.force_x1_n,
             self.force_x3_n,
             self.top_displacement_m,

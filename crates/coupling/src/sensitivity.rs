@@ -65,15 +65,18 @@ fn point(step: &StepResult) -> Option<Point> {
         return None;
     }
     let row = &step.row;
-    let of_layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
-    // Where the force is given, its error is in that of the model.
-    let of_formula = step.force_check.filter(|_| matches!(step.load, StepLoad::Compression(_)));
-    let force_errors = [of_layer, of_formula.map(|check| check.relative_difference.abs())];
+    // Where the force is given, the model's error is in that of the capacitance.
+    let force_error = match step.load {
+        StepLoad::Compression(_) => row.force_error_estimate,
+        StepLoad::None | StepLoad::ForceN(_) => {
+            step.layer.as_ref().and_then(|layer| layer.relative_error_estimate)
+        }
+    };
     let capacitance = step.measured?;
     let absolute = |errors: &[Option<f64>]| errors.iter().flatten().sum::<f64>() * capacitance.value.abs();
     Some(Point {
         force: row.force_n.filter(|force| force.is_finite())?,
-        force_error: force_errors.into_iter().flatten().filter(|error| error.is_finite()).sum(),
+        force_error: force_error.filter(|error| error.is_finite()).unwrap_or(0.0),
         compression: row.compression.filter(|compression| compression.is_finite())?,
         capacitance,
         mesh_error: absolute(&[row.mechanics_error_estimate, row.geometry_error_estimate]),

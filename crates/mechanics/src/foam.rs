@@ -39,6 +39,16 @@ impl FoamLaw<'_> {
             Self::Measured(_) => None,
         }
     }
+
+    /// The force in N on `area` (m^2) at a compression `U/H` where the foam cannot get wider. A table has the one force that was measured; `None`
+    /// beyond it.
+    pub fn force_between_walls(&self, compression: f64, area: f64) -> Option<f64> {
+        let pressure = match self {
+            Self::Hyperfoam(terms) => pressed_between_walls(terms, compression).nominal_pressure,
+            Self::Measured(table) => table.loading_at(compression)?,
+        };
+        Some(area * pressure)
+    }
 }
 
 impl FoamState {

@@ -305,6 +305,7 @@ mod tests {
             compression: Some(0.5),
             distance_m: Some(24.0),
             force_n: Some(2.0),
+            force_error_estimate: Some(28.0),
             force_x1_n: Some(22.0),
             force_x3_n: Some(23.0),
             top_displacement_m: Some(3.0),

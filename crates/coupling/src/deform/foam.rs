@@ -49,6 +49,11 @@ impl<'a> Foam<'a> {
         }
     }
 
+    /// The force at a compression where the faces hold the foam so that it gets no wider, N; `None` beyond a table.
+    pub(crate) fn force_between_walls(&self, compression: f64) -> Option<f64> {
+        self.law.force_between_walls(compression, self.area)
+    }
+
     /// By how much the capacitance between the faces of the foam is off at most, relative to it, because the faces may hold the foam: the
     /// evenly compressed foam gets wider without resistance, and a wide one between faces that it sticks to gets no wider. The true layer is
     /// between the two, of which this compares the permittivity over the thickness. `None` under a load that the law refuses.

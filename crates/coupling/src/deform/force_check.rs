@@ -1,7 +1,8 @@
 //! How far the force of the closed form may be trusted: the same contact by finite elements.
 
 use elastocap_mechanics::ForceLimit;
-use elastocap_mechanics::punch_force::punch_force;
+use elastocap_mechanics::materials::MooneyRivlin;
+use elastocap_mechanics::punch_force::{COMPRESSIONS, punch_force};
 use serde::Serialize;
 
 use super::Deformation;
@@ -10,11 +11,63 @@ use elastocap_case::{Case, Mechanics};
 /// Relative difference from which it is said.
 const NOTABLE: f64 = 0.05;
 
+/// A flat punch without friction, of the contact's half-length and width, on a layer that goes on beyond it: by a table of finite elements in
+/// plane strain, see [`elastocap_mechanics::punch_force`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactPunch {
+    /// The shear modulus times the thickness and the width, N.
+    unit: f64,
+    /// The half-length over the thickness.
+    half_length: f64,
+}
+
+impl ContactPunch {
+    /// The punch of a closed-form case; other cases, and other materials than those of the table, have none.
+    pub(crate) fn of(case: &Case) -> Option<Self> {
+        let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
+            return None;
+        };
+        let layer = case.layer.as_ref()?;
+        let modulus = layer.material.as_ref()?.as_mooney_rivlin()?.shear_modulus();
+        let unit = modulus * layer.thickness * contact_width;
+        Some(Self { unit, half_length: contact_half_length / layer.thickness })
+    }
+
+    /// Gives the force at a compression U/H, N; the table does not have all.
+    pub(crate) fn force(&self, compression: f64) -> Option<f64> {
+        Some(self.unit * punch_force(self.half_length, compression)?)
+    }
+
+    /// Finds the compression under a force, N. `None` beyond the table.
+    pub(crate) fn compression(&self, force: f64) -> Option<f64> {
+        let (mut low, mut high) = (0.0, COMPRESSIONS[COMPRESSIONS.len() - 1]);
+        if self.force(high)? < force {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.force(middle)? < force { low = middle } else { high = middle }
+        }
+        Some(0.5 * (low + high))
+    }
+}
+
+/// Gives the force of the contact's area of rubber that slides at both faces and gets wider freely, N: less than any layer that sticks to something.
+/// `None` of other mechanics than the closed form, and of other laws than its own.
+pub(crate) fn uniaxial_force(case: &Case, compression: f64) -> Option<f64> {
+    let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
+        return None;
+    };
+    let MooneyRivlin { c10, c01 } = case.layer.as_ref()?.material.as_ref()?.as_mooney_rivlin()?;
+    let stretch = 1.0 - compression;
+    let pressure = 2.0 * (c10 + c01 / stretch) * (stretch.powi(-2) - stretch);
+    Some(2.0 * contact_half_length * contact_width * pressure)
+}
+
 /// The closed form's force beside that of finite elements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ForceCheck {
-    /// Force of a flat punch without friction, of the contact's half-length and width, on a layer that goes on beyond it, at the same
-    /// compression, N: from a table of finite elements in plane strain, see [`elastocap_mechanics::punch_force`].
+    /// Force of the [`ContactPunch`] at the same compression, N.
     pub punch_force_n: f64,
     /// The closed form's force less that one, over that one.
     pub relative_difference: f64,
@@ -23,7 +76,7 @@ pub struct ForceCheck {
 impl ForceCheck {
     /// Of a closed-form layer under load; `None` for other layers, without load, and outside the table.
     pub fn of(case: &Case, state: &Deformation<'_>) -> Option<Self> {
-        let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
+        let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, .. })) =
             (&case.layer, case.mechanics)
         else {
             return None;
@@ -32,9 +85,7 @@ impl ForceCheck {
         if layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness) {
             return None;
         }
-        let modulus = layer.material.as_ref()?.as_mooney_rivlin()?.shear_modulus();
-        let unit = modulus * layer.thickness * contact_width;
-        let punch_force_n = unit * punch_force(contact_half_length / layer.thickness, state.compression())?;
+        let punch_force_n = ContactPunch::of(case)?.force(state.compression())?;
         (punch_force_n > 0.0).then(|| Self {
             punch_force_n,
             relative_difference: (state.force() - punch_force_n) / punch_force_n,

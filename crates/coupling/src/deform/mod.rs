@@ -38,7 +38,7 @@ pub use shear_length::ShearLengthRun;
 pub use skin::Skin;
 pub use solid::forecast as forecast_solid;
 
-pub(crate) use force_check::force_warning;
+pub(crate) use force_check::{ContactPunch, force_warning, uniaxial_force};
 pub(crate) use material::Material;
 pub(crate) use rods::Rods;
 pub(crate) use shear_force::shear_warning;

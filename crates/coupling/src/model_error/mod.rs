@@ -5,12 +5,13 @@
 //! changes is computed where it costs little, and otherwise estimated as a share of the change of the capacitance, by tables of such
 //! comparisons (`benches/model_errors.py`, docs/trust.md). Finite elements in three dimensions have no better model here: their error is zero.
 
+mod force;
 mod plane;
 mod shares;
 
 use elastocap_case::{Case, Mechanics};
-use elastocap_mechanics::punch_force::punch_force;
 
+use crate::deform::ContactPunch;
 use crate::deform::foam::Foam;
 use crate::load_steps::StepLoad;
 use crate::outcome::{Status, StepResult};
@@ -42,6 +43,10 @@ pub(crate) fn note_model_errors(
     steps: &mut [StepResult],
 ) -> Vec<String> {
     let asked = case.electrostatics.map_or(f64::INFINITY, |asked| asked.relative_tolerance);
+    let shares = Shares::of(case);
+    for step in steps.iter_mut() {
+        step.row.force_error_estimate = force::force_error(case, shares, step);
+    }
     let errors = errors(case, better.and_then(|better| better.as_ref().ok()), steps);
     let mut worst: Option<(f64, Known)> = None;
     for (step, found) in steps.iter_mut().zip(errors) {
@@ -147,9 +152,6 @@ fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) 
     steps.iter().map(error).collect()
 }
 
-/// The table of punches goes up to this compression.
-const MOST_COMPRESSED: f64 = 0.4;
-
 /// Gives the compression at which the better model of a closed-form step is looked at: the same compression, or that at which a flat punch has the same force,
 /// where the force is given. `None` beyond the table of such punches.
 fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
@@ -157,29 +159,8 @@ fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
         load if load.is_zero() => Some(0.0),
         StepLoad::None => Some(0.0),
         StepLoad::Compression(compression) => Some(compression),
-        StepLoad::ForceN(force) => compression_under(case, force),
+        StepLoad::ForceN(force) => ContactPunch::of(case)?.compression(force),
     }
-}
-
-/// Finds the compression at which the contact of a closed form has this force, N, by finite elements.
-fn compression_under(case: &Case, force: f64) -> Option<f64> {
-    let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
-        (&case.layer, case.mechanics)
-    else {
-        return None;
-    };
-    let modulus = layer.material.as_ref()?.as_mooney_rivlin()?.shear_modulus();
-    let wanted = force / (modulus * layer.thickness * contact_width);
-    let at = |compression: f64| punch_force(contact_half_length / layer.thickness, compression);
-    let (mut low, mut high) = (0.0, MOST_COMPRESSED);
-    if at(high)? < wanted {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if at(middle)? < wanted { low = middle } else { high = middle }
-    }
-    Some(0.5 * (low + high))
 }
 
 fn warning(case: &Case, error: f64, known: Known, why: Option<&NotCompared>) -> String {

@@ -16,6 +16,8 @@ const OF_SOFT: [f64; 2] = [1.5, 2.0];
 const OF_STIFF: [f64; 2] = [1.2, 1.0];
 /// These are the same shares with bodies on the faces of a layer that a punch bends.
 const OF_SURFACE: [f64; 2] = [0.5, 0.5];
+/// A pair that is stiffer than the layer makes the force of a punch larger by at most this share.
+const OF_FORCE_BY_PAIR: f64 = 0.25;
 /// Forces in plane strain are larger than in space by these shares.
 const OF_FORCE_IN_PLANE: [f64; 2] = [0.6, 1.0];
 
@@ -58,6 +60,8 @@ pub(super) struct Shares {
     pub(super) in_plane: f64,
     /// By so much its changes are too small besides where the load is a force, since its layer is too stiff.
     pub(super) in_plane_force: f64,
+    /// The force is larger by so much for a pair that the rubber alone does not have.
+    pub(super) of_force_by_pair: f64,
 }
 
 impl Shares {
@@ -85,6 +89,7 @@ impl Shares {
             closed_form_force: if is_closed_form { OF_FORCE } else { 0.0 },
             in_plane,
             in_plane_force: at(OF_FORCE_IN_PLANE),
+            of_force_by_pair: if matches!(contents, Contents::Stiff(_)) { OF_FORCE_BY_PAIR } else { 0.0 },
         })
     }
 }

@@ -81,6 +81,36 @@ fn forces_of_the_closed_form_are_compared_where_a_punch_has_the_same_force() {
     assert!(row.model_error_estimate.unwrap() < 0.2, "{row:?}");
 }
 
+/// Whether what a row states of its force covers this one, N.
+fn covers_force(row: &Row, truth: f64) {
+    let (force, error) = (row.force_n.unwrap(), row.force_error_estimate.unwrap());
+    assert!((force - truth).abs() <= error * force, "{force:e} +- {error:.1e} for {truth:e}");
+}
+
+#[test]
+fn the_stated_error_of_a_force_covers_those_of_better_models() {
+    let load = "[load]\ncompression = [0.0, 0.1]";
+    let of = |mechanics: &str| solved(&pair(&format!("{mechanics}\n{load}")), false).steps;
+    let closed = of(CLOSED_FORM);
+    let plane =
+        of("[mechanics.plane_strain]\nend = \"far\"\nwidth = \"500 um\"\nrelative_tolerance = 2e-2\n\
+                    indenter = { flat_punch = { half_width = \"500 um\", corner_radius = \"90 um\" } }");
+    assert_eq!(closed[0].row.force_error_estimate, Some(0.0));
+    covers_force(&closed[1].row, plane[1].row.force_n.unwrap());
+    // A block of the same size in three dimensions has 34.56 mN: tests/acceptance/found3/pair-own-footprint.toml.
+    covers_force(&closed[1].row, 34.56e-3);
+    covers_force(&plane[1].row, 34.56e-3);
+    // A layer that ends under the contact has less force than one that goes on.
+    let ends =
+        pair(&format!("{CLOSED_FORM}\n{load}")).replace("\"1 mm\"\nrelative_p", "\"500 um\"\nrelative_p");
+    let ends = solved(&ends, false).steps;
+    let lower = |row: &Row| row.force_n.unwrap() * (1.0 - row.force_error_estimate.unwrap());
+    assert!(lower(&ends[1].row) <= lower(&closed[1].row));
+    // Beyond the table of punches nothing is known.
+    let deep = solved(&pair(&format!("{CLOSED_FORM}\n[load]\ncompression = [0.0, 0.45]")), false).steps;
+    assert!(deep[1].row.force_n.is_none() || deep[1].row.force_error_estimate.is_none());
+}
+
 #[test]
 fn plane_strain_covers_three_dimensions_and_a_slender_pair_is_known_better() {
     let plate = |width: &str| {

@@ -14,7 +14,7 @@ pub struct CurveStep {
     pub force_error: f64,
     /// The reported capacitance, F.
     pub capacitance: f64,
-    /// The capacitance is not smaller, F: bounds of the field, and the estimated errors of mechanics and of flat faces.
+    /// The capacitance is not smaller, F: bounds of the field, and its estimated errors.
     pub lower: f64,
     /// It is not larger, F.
     pub upper: f64,

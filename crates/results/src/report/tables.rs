@@ -48,6 +48,7 @@ pub(super) fn steps(outcome: &Outcome) -> String {
     if outcome.plan.kind != Kind::Capacitance {
         table.quantities("distance", &all(|r| r.distance_m), 4, "m");
         table.quantities("force", &all(|r| r.force_n), 4, "N");
+        table.shares("\u{b1}", &all(|r| r.force_error_estimate));
     }
     table.quantities("C", &all(|r| r.capacitance_f), 6, "F");
     table.shares("\u{b1}", &all(Row::total_error));
@@ -97,7 +98,7 @@ pub(super) fn whole_curve(outcome: &Outcome) -> String {
     }
     let mut table = Table::new("All columns of curve.csv, in SI units");
     let rows: Vec<_> = outcome.steps.iter().map(|step| step.row.numbers()).collect();
-    for (k, name) in Row::COLUMNS.iter().enumerate().take(27) {
+    for (k, name) in Row::COLUMNS.iter().enumerate().take(28) {
         if rows.iter().any(|row| row[k].is_some()) {
             table.numbers(name, rows.iter().map(|row| optional(row[k])).collect());
         }

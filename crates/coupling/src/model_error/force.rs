@@ -1,0 +1,41 @@
+//! How far the force of a step may be from the true one at its compression.
+
+use elastocap_case::{Case, Mechanics};
+
+use super::shares::Shares;
+use crate::deform::foam::Foam;
+use crate::deform::{ContactPunch, uniaxial_force};
+use crate::outcome::StepResult;
+
+/// Gives the relative error of the force of a step: by the finite elements of the layer, and by the model of the layer. `None` without a force, and
+/// where one of the two is not known.
+pub(super) fn force_error(case: &Case, shares: Option<Shares>, step: &StepResult) -> Option<f64> {
+    let force = step.row.force_n?;
+    if force == 0.0 {
+        return Some(0.0);
+    }
+    // Rubber that also moves along x3 resists less.
+    let of_plane = shares.map_or(0.0, |shares| shares.in_plane_force);
+    let in_space = |in_plane: f64| in_plane / (1.0 + of_plane);
+    match case.mechanics? {
+        Mechanics::Solid(_) => step.layer.as_ref()?.relative_error_estimate,
+        Mechanics::PlaneStrain(_) => {
+            Some(step.layer.as_ref()?.relative_error_estimate? + 1.0 - in_space(1.0))
+        }
+        Mechanics::ClosedForm { contact_half_length, .. } => {
+            let compression = step.row.compression?;
+            if let Some(foam) = Foam::of(case) {
+                return Some((foam.force_between_walls(compression)? / force - 1.0).abs());
+            }
+            let layer = case.layer.as_ref()?;
+            let punch = ContactPunch::of(case)?.force(compression)?;
+            // A layer that ends under the contact is held by less rubber than one that goes on, and any layer by more than nothing.
+            let ends = layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness);
+            let held_by_nothing = uniaxial_force(case, compression)?;
+            let goes_on = if ends { 0.0 } else { in_space(punch.min(force)) };
+            let least = goes_on.max(held_by_nothing).min(force);
+            let most = (punch * (1.0 + shares?.of_force_by_pair)).max(force);
+            Some((force - least).max(most - force) / force)
+        }
+    }
+}
