@@ -11,7 +11,7 @@ fn run(sandbox: &Sandbox, name: &str) -> Table {
     sandbox.elastocap(&["check", "case.toml"]).exits_with(0);
     sandbox.elastocap(&["run", "case.toml", "-o", "out"]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
-    // Neither `ok, but for the model` nor `ok in the mean`: what a new user sees first is right in every respect.
+    // Not `ok: but for the model of the layer`: the numbers that a new user reads first are right with all that makes them uncertain.
     assert!(table.texts("status").iter().all(|status| *status == "ok"), "{table:?}");
     table
 }
