@@ -11,7 +11,8 @@ fn run(sandbox: &Sandbox, name: &str) -> Table {
     sandbox.elastocap(&["check", "case.toml"]).exits_with(0);
     sandbox.elastocap(&["run", "case.toml", "-o", "out"]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
-    assert!(table.texts("status").iter().all(|status| status.starts_with("ok")), "{table:?}");
+    // Not `ok: but for the model of the layer`: the numbers that a new user reads first are right with all that makes them uncertain.
+    assert!(table.texts("status").iter().all(|status| *status == "ok"), "{table:?}");
     table
 }
 
@@ -46,7 +47,7 @@ fn the_pair_of_a_new_case_falls_with_the_force() {
     let sandbox = Sandbox::new();
     let table = run(&sandbox, "pair");
     is_pressed_more_and_more(&table);
-    assert_eq!(directions(&table), [-1; 4]);
+    assert_eq!(directions(&table), [-1; 3]);
     // Fringing is the signal of coplanar electrodes.
     let ratios = table.numbers("capacitance_f").into_iter().zip(table.numbers("parallel_plate_f"));
     assert!(ratios.into_iter().all(|(c, plates)| c > 5.0 * plates));
@@ -57,7 +58,7 @@ fn the_stacked_plates_of_a_new_case_rise_with_the_force() {
     let sandbox = Sandbox::new();
     let table = run(&sandbox, "stack");
     is_pressed_more_and_more(&table);
-    assert_eq!(directions(&table), [1; 4]);
+    assert_eq!(directions(&table), [1; 3]);
 }
 
 #[test]
@@ -70,7 +71,7 @@ fn the_combs_of_a_new_case_lose_field_to_the_shield_that_comes_nearer() {
     // The two combs, and the shield is grounded; what the shield takes is in their own capacitances, which rise.
     let matrices = sandbox.table("out/capacitance.csv");
     for comb in ["comb-1", "comb-2"] {
-        let [first, last] = [0, 3].map(|step| entry(&matrices, step, comb, comb));
+        let [first, last] = [0, 2].map(|step| entry(&matrices, step, comb, comb));
         assert!(last[1] > first[2], "{comb}: {first:?} {last:?}");
     }
 }
@@ -98,7 +99,7 @@ fn the_four_quadrants_of_a_new_case_tell_shift_and_tilt() {
     let table = run(&sandbox, "quadrants");
     let forces = table.numbers("force_n");
     let expected = [0.0, 10.0, 10.0, 10.0];
-    assert!(forces.iter().zip(expected).all(|(f, e)| (f - e).abs() <= 1e-9 * e), "{forces:?}");
+    assert!(forces.iter().zip(expected).all(|(f, e)| (f - e).abs() <= 1e-6 * e), "{forces:?}");
     let matrices = sandbox.table("out/capacitance.csv");
     let own = |step: usize, pad: &str| entry(&matrices, step, pad, pad)[0];
     let pads = ["pad-1-1", "pad-1-2", "pad-2-1", "pad-2-2"];
@@ -116,14 +117,14 @@ fn the_finger_of_a_new_case_takes_the_field_between_the_pads() {
     let table = run(&sandbox, "finger");
     let (distances, forces) = (table.numbers("distance_m"), table.numbers("force_n"));
     assert_eq!((&distances[..4], &forces[..4]), (&[0.01, 0.002, 5e-4, 0.0][..], &[0.0; 4][..]));
-    assert_eq!(distances[4..], [0.0; 3]);
-    for (force, asked) in forces[4..].iter().zip([2.0, 5.0, 10.0]) {
-        assert!((force / asked - 1.0).abs() < 1e-9, "{forces:?}");
+    assert_eq!(distances[4..], [0.0; 2]);
+    for (force, asked) in forces[4..].iter().zip([5.0, 10.0]) {
+        assert!((force / asked - 1.0).abs() < 1e-6, "{forces:?}");
     }
     let values = table.numbers("capacitance_f");
     assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
     let matrices = sandbox.table("out/capacitance.csv");
-    let [first, last] = [0, 6].map(|step| entry(&matrices, step, "pad-1-1", "pad-1-1"));
+    let [first, last] = [0, 5].map(|step| entry(&matrices, step, "pad-1-1", "pad-1-1"));
     assert!(last[1] > first[2], "the pad sees the finger come nearer: {first:?} {last:?}");
 }
 

@@ -44,7 +44,7 @@ enum Sensor {
     Stack,
     /// Four pads under a floating plate that is pressed, shifted and tilted
     Quadrants,
-    /// A grounded fingertip that approaches, touches and presses a layer over two pads
+    /// A grounded finger that approaches, touches and presses a layer over two pads
     Finger,
 }
 

@@ -147,8 +147,12 @@ fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, 
     }
     let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
     let doubt = match route {
-        Route::MappedBoxes => in_the_way(case, &scene, load, pose)?.map(StepFailure::from),
-        Route::Boxes
+        // The map of a tilt is made together with the scene: the surface of the layer that the tilt follows stays flat.
+        Route::MappedBoxes if pose.tilt == [0.0; 2] => {
+            in_the_way(case, &scene, load, pose)?.map(StepFailure::from)
+        }
+        Route::MappedBoxes
+        | Route::Boxes
         | Route::EnclosingBoxes
         | Route::EnclosingBoxesThenOutlines
         | Route::Extruded

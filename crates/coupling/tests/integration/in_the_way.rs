@@ -29,6 +29,14 @@ attached = "layer"
 box = { min = ["30 um", "130 um", "-150 um"], max = ["230 um", "170 um", "150 um"] }
 "#;
 
+const PADS: &str = r#"[[conductor]]
+name = "left"
+box = { min = ["-230 um", "-20 um", "-150 um"], max = ["-30 um", "0 um", "150 um"] }
+[[conductor]]
+name = "right"
+box = { min = ["30 um", "-20 um", "-150 um"], max = ["230 um", "0 um", "150 um"] }
+"#;
+
 const BONDED: [&str; 2] = ["plane_strain", "flat_punch = { half_width = \"300 um\", contact = \"bonded\" }"];
 const CYLINDER: [&str; 2] = ["plane_strain", "cylinder = { radius = \"600 um\" }"];
 const BALL: [&str; 2] = ["solid", "sphere = { radius = \"800 um\" }"];
@@ -138,6 +146,20 @@ fn plates_above_or_far_beside_the_layer_are_not_in_the_way() {
         [(ABOVE, WHOLE_TOP, WALLS), (ABOVE, BONDED, OPEN), (FAR_BESIDE, BONDED, OPEN)]
     {
         let text = case(BODIES, plate, indenter, [walls, PRESSED, ""]);
+        assert_eq!(told(&text), Default::default(), "{text}");
+    }
+}
+
+#[test]
+fn a_plate_that_is_tilted_on_a_flat_top_is_not_in_its_own_way() {
+    for load in ["compression", "force"] {
+        let [rest, pressed] = if load == "force" { ["\"0 N\"", "\"20 mN\""] } else { ["0.0", "0.02"] };
+        let steps = format!(
+            "steps = [{{ {load} = {rest} }}, {{ {load} = {pressed}, tilt = [\"0.2 deg\", \"0 deg\"] }}]"
+        );
+        let top = [[-100.0, 100.0], [400.0, 430.0]];
+        let text = case(PADS, top, WHOLE_TOP, [OPEN, &steps, ""])
+            .replace("name = \"plate\"", "name = \"plate\"\nattached = \"layer-top\"");
         assert_eq!(told(&text), Default::default(), "{text}");
     }
 }
