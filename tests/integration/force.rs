@@ -101,7 +101,7 @@ fn a_force_is_printed_with_its_limits_and_what_they_come_from() {
     {
         assert!(said.stdout.contains(words), "{words}: {}", said.stdout);
     }
-    assert!(said.stderr.contains("differs by"), "{}", said.stderr);
+    assert!(said.stderr.contains("those of the model of the layer"), "{}", said.stderr);
     assert_eq!(ask("out/result.json", "41.2 fF \u{b1} 0.05 fF", 0).stdout, said.stdout);
     for (result, capacitance, words) in [
         ("out", "90fF+-0.05fF", "no force on the curve gives 90.000 fF"),

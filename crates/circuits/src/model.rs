@@ -413,7 +413,8 @@ fn notes(document: &Document, steps: &[&Step]) -> Vec<String> {
     if forces().any(|step| step.force_error_estimate.is_none()) {
         out.push("The error of the forces is not known at all steps, and not in the bounds.".to_owned());
     }
-    if let Some(error) = forces().filter_map(|step| step.force_error_estimate).reduce(f64::max) {
+    let error = forces().filter_map(|step| step.force_error_estimate).fold(0.0, f64::max);
+    if error > 0.0 {
         out.push(format!(
             "The forces have an estimated error of up to {:.2} %, which is not in the bounds: scale the force to see it.",
             1e2 * error

@@ -9,7 +9,7 @@ pub(crate) fn pair() -> Value {
     let step = |(k, force): (usize, f64)| {
         let c = 40e-15 / (1.0 + force);
         json!({
-            "index": k, "compression": 0.1 * k as f64, "force_n": force, "status": "ok",
+            "index": k, "compression": 0.1 * k as f64, "force_n": force, "force_error_estimate": 0.0, "status": "ok",
             "capacitance_f": c, "capacitance_lower_f": 0.999 * c, "capacitance_upper_f": 1.001 * c,
             "maxwell_matrix_f": null, "maxwell_matrix_lower_f": null, "maxwell_matrix_upper_f": null,
         })
@@ -29,7 +29,7 @@ pub(crate) fn matrix(names: [&str; 3]) -> Value {
         let value = [[a + c, -a, -c], [-a, a + b + 9e-15, -b], [-c, -b, b + c + 5e-15]];
         let moved = |away: f64| value.map(|row| row.map(|entry| entry + away * 1e-3 * entry.abs()));
         json!({
-            "index": k, "compression": 0.1 * k as f64, "force_n": force, "status": "ok",
+            "index": k, "compression": 0.1 * k as f64, "force_n": force, "force_error_estimate": 0.0, "status": "ok",
             "capacitance_f": a, "capacitance_lower_f": a, "capacitance_upper_f": a,
             "maxwell_matrix_f": value, "maxwell_matrix_lower_f": moved(-1.0), "maxwell_matrix_upper_f": moved(1.0),
         })

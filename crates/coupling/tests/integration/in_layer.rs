@@ -102,8 +102,8 @@ fn two_bodies_in_a_layer_under_its_whole_top_have_the_capacitance_of_their_outli
 
 #[test]
 fn two_bodies_in_a_layer_under_a_ball_have_the_capacitance_of_the_pair() {
-    let own = solve(&layer(BODIES, BALL, 1e-2));
-    let pair = solve(&layer(PAIR, BALL, 1e-2));
+    let own = solve(&layer(BODIES, BALL, 3e-2));
+    let pair = solve(&layer(PAIR, BALL, 3e-2));
     let ((own, _), (pair, _)) = (loaded(&own), loaded(&pair));
     assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
 }
@@ -185,12 +185,12 @@ fn a_layer_is_refined_for_the_capacitance_where_its_force_is_asked_for_roughly()
         loaded(&solve(&layer(sensor, punch, tolerance))).0.clone()
     };
     for sensor in [PAIR, BODIES] {
-        let [rough, sharp] = [1e-2, 1.5e-3].map(|tolerance| row(sensor, &coarse, tolerance));
+        let [rough, sharp] = [1e-2, 4e-3].map(|tolerance| row(sensor, &coarse, tolerance));
         let [of_rough, of_sharp] = [&rough, &sharp].map(|row| row.mechanics_error_estimate.unwrap());
-        assert!(of_rough <= 1e-2 && 0.0 < of_sharp && of_sharp <= 1.5e-3, "{of_rough} {of_sharp}");
+        assert!(of_rough <= 1e-2 && 0.0 < of_sharp && of_sharp <= 4e-3, "{of_rough} {of_sharp}");
     }
     // The grids are much the same, and so is what they miss: the capacitances differ by what the layer's meshes do.
-    let [own, finer] = [&coarse, &fine].map(|punch| row(BODIES, punch, 1.5e-3));
+    let [own, finer] = [&coarse, &fine].map(|punch| row(BODIES, punch, 4e-3));
     let [c, of_finer] = [&own, &finer].map(|row| row.capacitance_f.unwrap());
     let error = own.mechanics_error_estimate.unwrap() + finer.mechanics_error_estimate.unwrap();
     assert!((c / of_finer - 1.0).abs() < error, "{own:?} {finer:?}");

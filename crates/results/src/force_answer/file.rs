@@ -125,8 +125,8 @@ impl Step {
             return None;
         }
         let (force, capacitance) = (self.force_n?, self.capacitance_f?);
-        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
-        let estimates: f64 = all.into_iter().flatten().sum();
+        let estimates =
+            self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
         let more = capacitance.abs() * estimates;
         let relative = self.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
         Some(CurveStep {
@@ -182,8 +182,8 @@ pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileE
     serde_json::from_slice(&text).map_err(|error| CurveFileError::NotAResult { file, fault: fault(&error) })
 }
 
-/// An error of the force from which it is said that the limits do not include it.
-const NOTABLE: f64 = 0.1;
+/// An error of the model of the layer, relative to the capacitance or to the force, from which it is said that the limits do not include it.
+const NOTABLE: f64 = 0.02;
 
 /// What the limits of a force do not include.
 fn warnings(document: &Document, used: usize) -> Vec<String> {
@@ -208,15 +208,18 @@ fn warnings(document: &Document, used: usize) -> Vec<String> {
     {
         out.push("the error of the force is not known at all steps, and is not counted there".to_owned());
     }
-    // Where finite elements press the layer, their error of the force is counted; that of the model never is.
-    let of_model = document.steps.iter().filter_map(|step| {
+    let worst = |of: &dyn Fn(&Step) -> Option<f64>| document.steps.iter().filter_map(of).fold(0.0, f64::max);
+    let of_capacitance = worst(&|step| step.model_error_estimate);
+    // What finite elements leave open of the force is in the limits.
+    let of_force = worst(&|step| {
         let of_mesh = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
         Some(step.force_error_estimate? - of_mesh.unwrap_or(0.0))
     });
-    if let Some(error) = of_model.reduce(f64::max).filter(|error| *error > NOTABLE) {
+    if of_capacitance.max(of_force) > NOTABLE {
         out.push(format!(
-            "the limits are those of the model of the layer, which is off by up to {:.0} % of the force besides (`force_error_estimate`)",
-            1e2 * error
+            "the limits are those of the model of the layer, which is off besides by up to {:.0} % of the capacitance              (`model_error_estimate`) and {:.0} % of the force (`force_error_estimate`)",
+            1e2 * of_capacitance,
+            1e2 * of_force
         ));
     }
     out

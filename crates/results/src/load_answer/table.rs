@@ -87,8 +87,6 @@ struct Step {
     mechanics_error_estimate: Option<f64>,
     #[serde(default)]
     geometry_error_estimate: Option<f64>,
-    #[serde(default)]
-    model_error_estimate: Option<f64>,
 }
 
 /// The table of a run, given its output folder or the `result.json` in it.
@@ -110,8 +108,8 @@ pub fn read_table(result: &Path) -> Result<LoadTable, LoadTableError> {
         if !maxwell.iter().all(is_square) {
             return None;
         }
-        let all = [step.mechanics_error_estimate, step.geometry_error_estimate, step.model_error_estimate];
-        let estimates: f64 = all.into_iter().flatten().sum();
+        let estimates =
+            step.mechanics_error_estimate.unwrap_or(0.0) + step.geometry_error_estimate.unwrap_or(0.0);
         let [lower, values, upper] = &mut maxwell;
         for (k, row) in values.iter().enumerate() {
             for (l, value) in row.iter().enumerate() {

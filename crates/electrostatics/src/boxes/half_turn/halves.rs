@@ -277,7 +277,7 @@ mod tests {
     fn half_of_a_scene_has_half_of_the_energies_of_what_is_even_or_odd_under_the_turn() {
         for (wall, map) in [(Wall::Open, None), (Wall::Insulated, Some(map()))] {
             for odd in [true, false] {
-                let [whole, half] = energies(&combs(wall), map.as_ref(), 3, odd);
+                let [whole, half] = energies(&combs(wall), map.as_ref(), 2, odd);
                 println!("{wall:?} {odd}: {whole:?} {half:?}");
                 assert!(whole[1] < whole[0] && whole[1] > 0.8 * whole[0]);
                 // What the linear solver leaves costs the lower bound as much as its error times that of the grid, in roots.
