@@ -20,26 +20,60 @@ const STIFFNESSES: [[f64; COMPRESSIONS.len()]; HALF_WIDTHS.len()] = [
     [319.3332, 317.3330, 316.1422, 322.5381, 339.6229, 370.7320],
 ];
 
+/// `a / H` of the rows of the plate.
+const HALF_LENGTHS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+
+/// `F / (mu U w)` of a smooth plate over the whole top of a layer of half-length `a` whose ends are free, bonded to a substrate that goes on: by
+/// `[mechanics.plane_strain]` with `indenter = "whole-top"` and `end = "free-on-substrate"`, to 2 %. At large compressions the rubber rolls out
+/// under the plate and onto the substrate.
+const STIFFNESSES_OF_PLATES: [[f64; COMPRESSIONS.len()]; HALF_LENGTHS.len()] = [
+    [2.2001, 2.3082, 2.5128, 3.0335, 3.7641, 4.8650],
+    [4.6894, 4.9126, 5.3213, 6.2612, 7.5354, 9.5531],
+    [10.8471, 11.3345, 12.1565, 14.0990, 17.3392, 23.9230],
+    [33.2464, 34.9094, 37.8615, 47.6655, 65.9030, 98.9810],
+    [162.8087, 173.5230, 198.4532, 273.7098, 395.3896, 608.0339],
+    [1117.1306, 1217.2142, 1427.5553, 1989.5029, 2896.8118, 4499.3850],
+];
+
 /// `F / (mu H w)` of a flat punch of this half-width over the thickness, without friction, at a compression `U / H`.
 ///
 /// Known to 2 %, between the rows and columns of the table too. Wider punches than those of the table are extrapolated: beyond a
 /// few thicknesses the cube root of the force is linear in the half-width, as in lubrication. `None` for narrower ones, and beyond
 /// the compressions of the table.
 pub fn punch_force(half_width: f64, compression: f64) -> Option<f64> {
-    let narrowest = HALF_WIDTHS[0] * (1.0 - 1e-9);
+    force(&HALF_WIDTHS, &STIFFNESSES, half_width, compression)
+}
+
+/// `F / (mu H w)` of a smooth plate over the whole top of a layer of this half-length over the thickness, which ends with the plate, at a compression
+/// `U / H`.
+///
+/// Known to 5 %, and extrapolated and refused as [`punch_force`] is.
+pub fn plate_force(half_length: f64, compression: f64) -> Option<f64> {
+    force(&HALF_LENGTHS, &STIFFNESSES_OF_PLATES, half_length, compression)
+}
+
+/// `F / (mu H w)` by the rows of a table at these `a / H`.
+fn force(
+    rows: &[f64],
+    table: &[[f64; COMPRESSIONS.len()]],
+    half_width: f64,
+    compression: f64,
+) -> Option<f64> {
+    let [narrowest, .., before, last] = *rows else { return None };
     let most = COMPRESSIONS[COMPRESSIONS.len() - 1] * (1.0 + 1e-9);
-    if !(half_width >= narrowest && half_width.is_finite() && (0.0..=most).contains(&compression)) {
+    if !(half_width >= narrowest * (1.0 - 1e-9)
+        && half_width.is_finite()
+        && (0.0..=most).contains(&compression))
+    {
         return None;
     }
-    let stiffness: Vec<f64> =
-        STIFFNESSES.iter().map(|row| through(&COMPRESSIONS, row, compression)).collect();
-    let [.., before, last] = HALF_WIDTHS;
+    let stiffness: Vec<f64> = table.iter().map(|row| through(&COMPRESSIONS, row, compression)).collect();
     let found = if half_width > last {
         let [.., k, m] = stiffness[..] else { return None };
         let slope = (m.cbrt() - k.cbrt()) / (last - before);
         (m.cbrt() + slope * (half_width - last)).powi(3)
     } else {
-        let at: Vec<f64> = HALF_WIDTHS.iter().map(|a| a.ln()).collect();
+        let at: Vec<f64> = rows.iter().map(|a| a.ln()).collect();
         let logarithms: Vec<f64> = stiffness.iter().map(|k| k.ln()).collect();
         through(&at, &logarithms, half_width.ln()).exp()
     };
@@ -77,6 +111,23 @@ mod tests {
                 let found = punch_force(half_width, compression).unwrap();
                 assert!((found / force - 1.0).abs() < 0.02, "{half_width} {compression}: {found} {force}");
             }
+        }
+    }
+
+    #[test]
+    fn a_plate_over_a_layer_that_ends_with_it_has_less_force_than_a_punch_at_small_loads_and_may_have_more_at_large_ones()
+     {
+        for half_length in [0.3, 1.5, 6.0, 20.0] {
+            let [punch, plate] = [punch_force, plate_force].map(|force| force(half_length, 0.05).unwrap());
+            assert!((0.35..0.9).contains(&(plate / punch)), "{half_length}: {plate} {punch}");
+        }
+        assert!(plate_force(8.0, 0.4) > punch_force(8.0, 0.4));
+        // Other half-lengths than those of the table, by runs of the same model.
+        for (half_length, compression, stiffness) in
+            [(1.5, 0.05, 20.7559), (1.5, 0.2, 26.7012), (6.0, 0.05, 530.4017), (6.0, 0.4, 1942.431)]
+        {
+            let found = plate_force(half_length, compression).unwrap() / compression;
+            assert!((found / stiffness - 1.0).abs() < 0.05, "{half_length} {compression}: {found}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use elastocap_mechanics::ForceLimit;
 use elastocap_mechanics::materials::MooneyRivlin;
-use elastocap_mechanics::punch_force::{COMPRESSIONS, punch_force};
+use elastocap_mechanics::punch_force::{COMPRESSIONS, plate_force, punch_force};
 use serde::Serialize;
 
 use super::Deformation;
@@ -11,14 +11,17 @@ use elastocap_case::{Case, Mechanics};
 /// Relative difference from which it is said.
 const NOTABLE: f64 = 0.05;
 
-/// A flat punch without friction, of the contact's half-length and width, on a layer that goes on beyond it: by a table of finite elements in
-/// plane strain, see [`elastocap_mechanics::punch_force`].
+/// What presses a closed-form layer, by finite elements in plane strain: a flat punch without friction, of the contact's half-length and width, on a
+/// layer that goes on beyond it, or a smooth plate over a layer that ends with the contact. Both are tables:
+/// [`elastocap_mechanics::punch_force`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPunch {
     /// The shear modulus times the thickness and the width, N.
     unit: f64,
     /// The half-length over the thickness.
     half_length: f64,
+    /// Whether the layer ends with the contact.
+    ends: bool,
 }
 
 impl ContactPunch {
@@ -29,13 +32,25 @@ impl ContactPunch {
         };
         let layer = case.layer.as_ref()?;
         let modulus = layer.material.as_ref()?.as_mooney_rivlin()?.shear_modulus();
-        let unit = modulus * layer.thickness * contact_width;
-        Some(Self { unit, half_length: contact_half_length / layer.thickness })
+        Some(Self {
+            unit: modulus * layer.thickness * contact_width,
+            half_length: contact_half_length / layer.thickness,
+            ends: layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness),
+        })
     }
 
-    /// Gives the force at a compression U/H, N; the table does not have all.
+    /// Gives the force at a compression U/H, N; the tables do not have all.
     pub(crate) fn force(&self, compression: f64) -> Option<f64> {
-        Some(self.unit * punch_force(self.half_length, compression)?)
+        let of = if self.ends { plate_force } else { punch_force };
+        Some(self.unit * of(self.half_length, compression)?)
+    }
+
+    fn name(&self) -> &'static str {
+        if self.ends {
+            "a smooth plate over a layer that ends with this contact"
+        } else {
+            "a flat punch without friction with this contact on a longer layer"
+        }
     }
 
     /// Finds the compression under a force, N. `None` beyond the table.
@@ -74,17 +89,8 @@ pub struct ForceCheck {
 }
 
 impl ForceCheck {
-    /// Of a closed-form layer under load; `None` for other layers, without load, and outside the table.
+    /// Of a closed-form layer under load; `None` for other layers, without load, and outside the tables.
     pub fn of(case: &Case, state: &Deformation<'_>) -> Option<Self> {
-        let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, .. })) =
-            (&case.layer, case.mechanics)
-        else {
-            return None;
-        };
-        // A layer that ends under the contact has nothing beside it that holds the rubber back.
-        if layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness) {
-            return None;
-        }
         let punch_force_n = ContactPunch::of(case)?.force(state.compression())?;
         (punch_force_n > 0.0).then(|| Self {
             punch_force_n,
@@ -115,9 +121,9 @@ pub(crate) fn force_warning(
     let share = |difference: f64| format!("{:+.0} %", 100.0 * difference);
     let range =
         if share(low) == share(high) { share(low) } else { format!("{} to {}", share(low), share(high)) };
+    let punch = ContactPunch::of(case)?.name();
     Some(format!(
-        "the force of the closed form differs by {range} from that of a flat punch without friction with this contact on a \
-         longer layer, by finite elements; result.json has both for each step, docs/mechanics.md says why, and \
-         `[mechanics.plane_strain]` solves for such a punch"
+        "the force of the closed form differs by {range} from that of {punch}, by finite elements; result.json has both for each step, \
+         docs/mechanics.md says why, and `[mechanics.plane_strain]` solves for it"
     ))
 }

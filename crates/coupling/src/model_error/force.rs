@@ -22,18 +22,14 @@ pub(super) fn force_error(case: &Case, shares: Option<Shares>, step: &StepResult
         Mechanics::PlaneStrain(_) => {
             Some(step.layer.as_ref()?.relative_error_estimate? + 1.0 - in_space(1.0))
         }
-        Mechanics::ClosedForm { contact_half_length, .. } => {
+        Mechanics::ClosedForm { .. } => {
             let compression = step.row.compression?;
             if let Some(foam) = Foam::of(case) {
                 return Some((foam.force_between_walls(compression)? / force - 1.0).abs());
             }
-            let layer = case.layer.as_ref()?;
             let punch = ContactPunch::of(case)?.force(compression)?;
-            // A layer that ends under the contact is held by less rubber than one that goes on, and any layer by more than nothing.
-            let ends = layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness);
-            let held_by_nothing = uniaxial_force(case, compression)?;
-            let goes_on = if ends { 0.0 } else { in_space(punch.min(force)) };
-            let least = goes_on.max(held_by_nothing).min(force);
+            // Any layer is held by more than nothing.
+            let least = in_space(punch.min(force)).max(uniaxial_force(case, compression)?).min(force);
             let most = (punch * (1.0 + shares?.of_force_by_pair)).max(force);
             Some((force - least).max(most - force) / force)
         }

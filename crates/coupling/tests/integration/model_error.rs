@@ -78,7 +78,7 @@ fn forces_of_the_closed_form_are_compared_where_a_punch_has_the_same_force() {
     let row = &outcome.steps[1].row;
     // At 50 mN a punch of the contact's size has 8.6 % in plane strain, where the capacitance is 40.03 fF.
     covers(row, 40.03e-15);
-    assert!(row.model_error_estimate.unwrap() < 0.2, "{row:?}");
+    assert!(row.model_error_estimate.unwrap() < 0.25, "{row:?}");
 }
 
 /// Whether what a row states of its force covers this one, N.
@@ -100,12 +100,13 @@ fn the_stated_error_of_a_force_covers_those_of_better_models() {
     // A block of the same size in three dimensions has 34.56 mN: tests/acceptance/found3/pair-own-footprint.toml.
     covers_force(&closed[1].row, 34.56e-3);
     covers_force(&plane[1].row, 34.56e-3);
-    // A layer that ends under the contact has less force than one that goes on.
+    // A layer that ends with the contact has less force than one that goes on: by finite elements, for a half-length of 1.11 H without a pair
+    // in it, 13.7 mu U w.
     let ends =
         pair(&format!("{CLOSED_FORM}\n{load}")).replace("\"1 mm\"\nrelative_p", "\"500 um\"\nrelative_p");
     let ends = solved(&ends, false).steps;
-    let lower = |row: &Row| row.force_n.unwrap() * (1.0 - row.force_error_estimate.unwrap());
-    assert!(lower(&ends[1].row) <= lower(&closed[1].row));
+    covers_force(&ends[1].row, 13.7 * 89.2282e3 * 45e-6 * 500e-6);
+    assert!(ends[1].row.force_error_estimate < closed[1].row.force_error_estimate);
     // Beyond the table of punches nothing is known.
     let deep = solved(&pair(&format!("{CLOSED_FORM}\n[load]\ncompression = [0.0, 0.45]")), false).steps;
     assert!(deep[1].row.force_n.is_none() || deep[1].row.force_error_estimate.is_none());
