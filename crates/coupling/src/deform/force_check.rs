@@ -82,7 +82,9 @@ pub(crate) fn uniaxial_force(case: &Case, compression: f64) -> Option<f64> {
 /// The closed form's force beside that of finite elements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ForceCheck {
-    /// Force of the [`ContactPunch`] at the same compression, N.
+    /// Force at the same compression by finite elements in plane strain, N: of a flat punch without friction, of the contact's half-length and width,
+    /// on a layer that goes on beyond it, or of a smooth plate over a layer that ends with the contact. From tables:
+    /// [`elastocap_mechanics::punch_force`].
     pub punch_force_n: f64,
     /// The closed form's force less that one, over that one.
     pub relative_difference: f64,
