@@ -106,6 +106,11 @@ def quantities(steps, k):
     ]
 
 
+def percent(share):
+    """A share in per cent to two digits: `0.57 %`, `130 %`."""
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{round(100 * share, -1):.0f} %"
+
+
 def row(name, steps, k, other):
     """The line of the table of a step, and how many of its quantities lie outside of what both state; `other` has the same step, or is empty."""
     own = quantities(steps, k)
@@ -116,12 +121,12 @@ def row(name, steps, k, other):
         if one and two and abs(one[0] - two[0]) > one[1] + two[1]
     ]
     rest = steps[0]["capacitance_f"]
-    share = f"{100 * own[1][0] / rest:+.2f} ± {100 * own[1][1] / rest:.2g} %" if own[1] else "-"
+    share = f"{100 * own[1][0] / rest:+.2f} ± {percent(own[1][1] / rest)}" if own[1] else "-"
     force = steps[k].get("force_n")
-    of_force = f" ± {100 * own[2][1] / own[2][0]:.2g} %" if own[2] and own[2][0] else ""
+    of_force = f" ± {percent(own[2][1] / own[2][0])}" if own[2] and own[2][0] else ""
     force = f"{force:.4g} N{of_force}" if force is not None else "-"
     at = f"{steps[k]['compression']:.3f}" if steps[k].get("compression") is not None else "-"
-    capacitance = f"{1e12 * own[0][0]:.5g} pF ± {100 * own[0][1] / own[0][0]:.2g} %"
+    capacitance = f"{1e12 * own[0][0]:.5g} pF ± {percent(own[0][1] / own[0][0])}"
     verdict = "-" if not other else "**no**: " + ", ".join(outside) if outside else "yes"
     return f"| {name} | {at} | {capacitance} | {share} | {force} | {verdict} |", len(outside)
 

@@ -20,8 +20,10 @@ pub(crate) struct ContactPunch {
     unit: f64,
     /// The half-length over the thickness.
     half_length: f64,
-    /// Whether the layer ends with the contact.
+    /// Whether the layer ends with the contact, or less than a thickness beyond it.
     ends: bool,
+    /// Whether there is some layer beyond the contact.
+    goes_on: bool,
 }
 
 impl ContactPunch {
@@ -36,6 +38,7 @@ impl ContactPunch {
             unit: modulus * layer.thickness * contact_width,
             half_length: contact_half_length / layer.thickness,
             ends: layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness),
+            goes_on: layer.half_length.is_none_or(|half| half > contact_half_length * (1.0 + 1e-6)),
         })
     }
 
@@ -43,6 +46,15 @@ impl ContactPunch {
     pub(crate) fn force(&self, compression: f64) -> Option<f64> {
         let of = if self.ends { plate_force } else { punch_force };
         Some(self.unit * of(self.half_length, compression)?)
+    }
+
+    /// Gives the largest force at a compression, N: what little of the layer is beyond the contact may hold it as a long layer does.
+    pub(crate) fn largest_force(&self, compression: f64) -> Option<f64> {
+        let own = self.force(compression)?;
+        if !self.goes_on {
+            return Some(own);
+        }
+        Some(own.max(self.unit * punch_force(self.half_length, compression)?))
     }
 
     fn name(&self) -> &'static str {

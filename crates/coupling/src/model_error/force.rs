@@ -27,10 +27,12 @@ pub(super) fn force_error(case: &Case, shares: Option<Shares>, step: &StepResult
             if let Some(foam) = Foam::of(case) {
                 return Some((foam.force_between_walls(compression)? / force - 1.0).abs());
             }
-            let punch = ContactPunch::of(case)?.force(compression)?;
+            let punch = ContactPunch::of(case)?;
+            let of_punch = punch.force(compression)?;
             // Any layer is held by more than nothing.
-            let least = in_space(punch.min(force)).max(uniaxial_force(case, compression)?).min(force);
-            let most = (punch * (1.0 + shares?.of_force_by_pair)).max(force);
+            let least = in_space(of_punch.min(force)).max(uniaxial_force(case, compression)?).min(force);
+            let most = punch.largest_force(compression)? * (1.0 + shares?.of_force_by_pair);
+            let most = most.max(force);
             Some((force - least).max(most - force) / force)
         }
     }
