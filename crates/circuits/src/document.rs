@@ -79,11 +79,9 @@ impl Step {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// What the estimated errors add to the bounds, as a share of the value: those of the layer's finite elements, of flat faces, and of the
-    /// model of the layer.
+    /// What the estimated errors of the layer's finite elements and of flat faces add to the bounds, as a share of the value.
     pub(crate) fn estimates(&self) -> f64 {
-        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
-        all.into_iter().flatten().sum()
+        self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
     }
 
     /// Why it lacks something, in the words of the run.

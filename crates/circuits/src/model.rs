@@ -405,9 +405,16 @@ fn notes(document: &Document, steps: &[&Step]) -> Vec<String> {
     }
     if steps.iter().any(|step| step.estimates() > 0.0) {
         out.push(
-            "The bounds include the estimated errors of the layer's finite elements, of its model and of flat faces, which are not proved."
+            "The bounds include the estimated errors of the layer's finite elements and of flat faces, which are not proved."
                 .to_owned(),
         );
+    }
+    let of_model = steps.iter().filter_map(|step| step.model_error_estimate).fold(0.0, f64::max);
+    if of_model > 0.0 {
+        out.push(format!(
+            "The model of the layer may be off by up to {:.2} % of the capacitance, which is not in the bounds.",
+            1e2 * of_model
+        ));
     }
     let forces = || steps.iter().filter(|step| step.force_n.is_some_and(|force| force > 0.0));
     if forces().any(|step| step.force_error_estimate.is_none()) {

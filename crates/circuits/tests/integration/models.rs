@@ -77,15 +77,15 @@ fn estimated_errors_of_mechanics_and_geometry_widen_the_bounds() {
 }
 
 #[test]
-fn the_error_of_the_model_widens_the_bounds_and_that_of_the_force_is_told() {
+fn the_errors_of_the_model_and_of_the_force_are_told_and_leave_the_bounds_as_they_are() {
     let mut result = pair();
     result["steps"][1]["model_error_estimate"] = json!(0.05);
     result["steps"][2]["force_error_estimate"] = json!(0.4);
     result["steps"][3]["force_error_estimate"] = json!(null);
     let model = read(&result).expect("a model");
     let step = model.branches[0].curve.steps()[1];
-    assert!((step.upper / step.value - 1.051).abs() < 1e-12);
-    for words in ["up to 40.00 %", "not known at all steps"] {
+    assert!((step.upper / step.value - 1.001).abs() < 1e-12);
+    for words in ["up to 5.00 % of the capacitance", "up to 40.00 %", "not known at all steps"] {
         assert!(model.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", model.notes);
     }
 }
