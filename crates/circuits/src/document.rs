@@ -79,7 +79,7 @@ impl Step {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// What the estimated errors of the layer's finite elements and of flat faces add to the bounds, as a share of the value.
+    /// The share of the value by which the bounds are widened: the estimated errors of the layer's finite elements and of flat faces.
     pub(crate) fn estimates(&self) -> f64 {
         self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
     }

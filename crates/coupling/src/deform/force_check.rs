@@ -11,7 +11,7 @@ use elastocap_case::{Case, Mechanics};
 /// Relative difference from which it is said.
 const NOTABLE: f64 = 0.05;
 
-/// What presses a closed-form layer, by finite elements in plane strain: a flat punch without friction, of the contact's half-length and width, on a
+/// The indenter that a closed form is compared with, by finite elements in plane strain: a flat punch without friction, of the contact's half-length and width, on a
 /// layer that goes on beyond it, or a smooth plate over a layer that ends with the contact. Both are tables:
 /// [`elastocap_mechanics::punch_force`].
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,7 @@ pub(crate) struct ContactPunch {
 }
 
 impl ContactPunch {
-    /// The punch of a closed-form case; other cases, and other materials than those of the table, have none.
+    /// Returns the indenter of a closed-form case. `None` for other mechanics, and for materials that the tables do not cover.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
             return None;
@@ -44,17 +44,17 @@ impl ContactPunch {
 
     /// Gives the force at a compression U/H, N; the tables do not have all.
     pub(crate) fn force(&self, compression: f64) -> Option<f64> {
-        let of = if self.ends { plate_force } else { punch_force };
-        Some(self.unit * of(self.half_length, compression)?)
+        let table = if self.ends { plate_force } else { punch_force };
+        Some(self.unit * table(self.half_length, compression)?)
     }
 
     /// Gives the largest force at a compression, N: what little of the layer is beyond the contact may hold it as a long layer does.
     pub(crate) fn largest_force(&self, compression: f64) -> Option<f64> {
-        let own = self.force(compression)?;
+        let force = self.force(compression)?;
         if !self.goes_on {
-            return Some(own);
+            return Some(force);
         }
-        Some(own.max(self.unit * punch_force(self.half_length, compression)?))
+        Some(force.max(self.unit * punch_force(self.half_length, compression)?))
     }
 
     fn name(&self) -> &'static str {

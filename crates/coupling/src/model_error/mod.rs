@@ -47,7 +47,7 @@ pub(crate) fn note_model_errors(
     for step in steps.iter_mut() {
         step.row.force_error_estimate = force::force_error(case, shares, step);
     }
-    let errors = errors(case, better.and_then(|better| better.as_ref().ok()), steps);
+    let errors = errors(case, shares, better.and_then(|better| better.as_ref().ok()), steps);
     let mut worst: Option<(f64, Known)> = None;
     for (step, found) in steps.iter_mut().zip(errors) {
         let row = &mut step.row;
@@ -82,8 +82,13 @@ fn note_change_totals(steps: &mut [StepResult]) {
 
 /// Finds what the model adds to the error of the capacitance of each step, F, and how that is known; a step of which there is no better model has
 /// none.
-fn errors(case: &Case, better: Option<&PlaneStrainCurve>, steps: &[StepResult]) -> Vec<Option<(f64, Known)>> {
-    let (Some(_), Some(shares)) = (&case.load, Shares::of(case)) else {
+fn errors(
+    case: &Case,
+    shares: Option<Shares>,
+    better: Option<&PlaneStrainCurve>,
+    steps: &[StepResult],
+) -> Vec<Option<(f64, Known)>> {
+    let (Some(_), Some(shares)) = (&case.load, shares) else {
         return vec![None; steps.len()];
     };
     if let Some(foam) = Foam::of(case) {
