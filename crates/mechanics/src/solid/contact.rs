@@ -195,20 +195,42 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn assemble_contact(&mut self, state: &State<S>, load: &Load<S>) -> f64 {
         let mut worst: f64 = 0.0;
         let elements = self.elements.len();
+        // Of an indenter whose force is given, the motion is found with the step.
+        let mut given = self.given_force.take();
+        if let Some(given) = &mut given {
+            given.clear(self.right.len());
+        }
         for c in 0..self.pairs.len() {
             let pair = &self.pairs[c];
             let obstacle = pair.obstacle;
             let PairState { gap, force, staying, stiffness, .. } = self.pair_state(c, state);
             let product = pair.weight * self.gap_times_pressure;
             worst = worst.max((force * gap.distance / product - 1.0).abs());
+            let mut given = given.as_mut().filter(|given| given.moves(obstacle));
+            let is_given = given.is_some();
             let right = S::Point::from_fn(|k| {
-                let motion = |m: usize| load.shift[obstacle][m] - state.shift[obstacle][m];
+                let motion = |m: usize| match m {
+                    1 if is_given => 0.0,
+                    _ => load.shift[obstacle][m] - state.shift[obstacle][m],
+                };
                 gap.normal[k] * staying + (0..S::AXES).map(|m| stiffness[k][m] * motion(m)).sum::<f64>()
             });
+            if let Some(given) = &mut given {
+                given.add_contact(force * gap.normal[1], right[1], stiffness[1][1]);
+            }
             let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
                 self.unbalanced[d] -= sign * force * gap.normal[k];
-                let Some(row) = self.unknowns.index(d) else { continue };
+                let for_way_up = sign * stiffness[k][1];
+                let Some(row) = self.unknowns.index(d) else {
+                    if let Some(given) = &mut given {
+                        given.add_held(for_way_up, load.displacement[d] - state.displacement[d]);
+                    }
+                    continue;
+                };
+                if let Some(given) = &mut given {
+                    given.add_to_column(row, for_way_up);
+                }
                 self.right[row] += sign * right[k];
                 for (m, &(e, l, other)) in slots.iter().enumerate() {
                     if let Some(place) = self.places[elements + c][r * slots.len() + m] {
@@ -220,6 +242,7 @@ impl<S: Dimension> Equations<S> {
                 }
             }
         }
+        self.given_force = given;
         worst
     }
 

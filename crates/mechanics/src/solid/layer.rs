@@ -98,6 +98,10 @@ impl Indenter {
 /// Height above the layer at which an indenter starts, over the thickness.
 const START: f64 = 0.02;
 
+/// The relative distance from a force within which an indenter is let go to where it presses with that force. On the way from afar, the
+/// contact grows by more than Newton's method follows.
+const ROUGHLY: f64 = 0.3;
+
 /// How much larger errors in the plane may be than stresses tell where the surface passes a corner or leaves what presses it,
 /// since they say nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser,
 /// and stresses are what is wrong there.
@@ -135,6 +139,13 @@ pub struct LayerStep {
     pub penetration: f64,
     /// The work it took.
     pub effort: Effort,
+}
+
+impl LayerStep {
+    /// Whether its force is `target` (N, in the plane N per metre of width).
+    pub(super) fn meets(&self, target: f64, settings: &NewtonSettings) -> bool {
+        (self.force - target).abs() <= settings.force_tolerance() * target.abs()
+    }
 }
 
 impl LayerModel {
@@ -369,17 +380,21 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
-    /// Finds the equilibrium at `compression` from the `state` of `other`, a model of the same layer on another mesh at about that
-    /// compression. Returns `None`, and leaves the model as it was, if that fails.
+    /// Finds the equilibrium at `compression`, or near there under a given `force` (N, in the plane N per metre of width) on the whole layer,
+    /// from the `state` of `other`, a model of the same layer on another mesh at about that compression. Returns `None`, and leaves the model
+    /// as it was, if that fails.
     pub(crate) fn take_over(
         &mut self,
         other: &Self,
         state: &State<S>,
         compression: f64,
+        force: Option<f64>,
         settings: &NewtonSettings,
     ) -> Option<LayerStep> {
-        let load = self.load_at(compression);
-        let found = self.equations.equilibrium_from(&other.equations, state, &load, settings);
+        let mut load = self.load_at(compression);
+        let given = force.filter(|force| self.may_be_pushed(*force, settings));
+        let given = given.map(|force| (self.indenters.clone(), force / self.symmetry.parts()));
+        let found = self.equations.equilibrium_from(&other.equations, state, &mut load, given, settings);
         let found = found.map(|(state, effort)| {
             (self.state, self.load) = (state, load);
             effort
@@ -415,9 +430,38 @@ impl<S: Dimension> LayerModel<S> {
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
     pub fn press_with(&mut self, target: f64, settings: &NewtonSettings) -> Result<LayerStep, Box<Stopped>> {
-        let tolerance = settings.tolerance.max(1e-10);
         let last = self.step(Effort::default());
-        meet_force(target, tolerance, settings, last, &mut |next, left| self.press(next, left))
+        if !last.meets(target, settings) && self.may_be_pushed(target, settings) {
+            let before = (self.state.clone(), self.load.clone());
+            if let Some(step) = self.push(target, settings, last) {
+                return Ok(step);
+            }
+            (self.state, self.load) = before;
+        }
+        meet_force(target, settings.force_tolerance(), settings, last, &mut |next, left| {
+            self.press(next, left)
+        })
+    }
+
+    /// Whether an equilibrium under a force is searched with the place of the indenter as one more unknown.
+    fn may_be_pushed(&self, force: f64, settings: &NewtonSettings) -> bool {
+        !self.indenters.is_empty() && force > 0.0 && !settings.through_folds
+    }
+
+    /// Moves the indenter until it presses roughly with `target`, with open gaps, and lets it go from there to where it presses with exactly
+    /// that. `None` where that fails; the model is then somewhere on the way.
+    fn push(&mut self, target: f64, settings: &NewtonSettings, last: LayerStep) -> Option<LayerStep> {
+        let mut effort = Effort::default();
+        let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, left| {
+            let to = self.load_at(next);
+            self.equations.march(&mut self.state, &mut self.load, &to, left, &mut effort)?;
+            Ok(self.step(effort))
+        });
+        roughly.ok()?;
+        let given = (self.indenters.clone(), target / self.symmetry.parts());
+        let (state, effort) = self.equations.push(&self.state, &mut self.load, given, settings, effort)?;
+        self.state = state;
+        Some(self.step(effort))
     }
 
     /// Displacement of the indenter over the thickness in the last equilibrium.

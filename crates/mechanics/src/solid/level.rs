@@ -88,10 +88,15 @@ impl<S: Dimension> Found<S> {
         settings: &NewtonSettings,
         estimator: &Estimator<'_, S>,
     ) -> Tried<S> {
-        let step = model.take_over(coarser, &reached.state, reached.step.compression, settings)?;
+        let mut take_over = |force: Option<f64>| {
+            model.take_over(coarser, &reached.state, reached.step.compression, force, settings)
+        };
         let step = match goal {
-            Goal::Compression(_) => Ok(step),
-            Goal::Force(force) => model.press_with(force, settings),
+            Goal::Compression(_) => Ok(take_over(None)?),
+            Goal::Force(force) => {
+                let step = take_over(Some(force)).or_else(|| take_over(None))?;
+                if step.meets(force, settings) { Ok(step) } else { model.press_with(force, settings) }
+            }
         };
         Some(step.map(|step| Self::of(model, step, estimator)))
     }

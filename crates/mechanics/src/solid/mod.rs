@@ -68,6 +68,7 @@ mod flanks;
 pub mod folds;
 mod force_goal;
 pub mod forecast;
+mod given_force;
 pub mod layer;
 mod layer_mesh;
 mod level;

@@ -6,6 +6,8 @@
 //! coarse nodes the finer surface may lie a little inside an obstacle: from there Newton's method starts without bounds for the gaps, or,
 //! where that fails, with obstacles that are moved out of the surface first.
 
+use std::ops::Range;
+
 use super::dimension::{Dimension, Element, Numbers};
 use super::element::quadratic;
 use super::mesh::Mesh;
@@ -330,9 +332,24 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the same load. `None` where
-    /// that fails.
+    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the same load. Where the force of
+    /// obstacles is `given`, the load gets the places in which they press with it. `None` where that fails.
     pub(crate) fn equilibrium_from(
+        &mut self,
+        other: &Self,
+        state: &State<S>,
+        load: &mut Load<S>,
+        given: Option<(Range<usize>, f64)>,
+        settings: &NewtonSettings,
+    ) -> Option<(State<S>, Effort)> {
+        let Some(given) = given else { return self.equilibrium_near(other, state, load, settings) };
+        self.with_force(given, load, |equations, load| {
+            equations.equilibrium_near(other, state, load, settings)
+        })
+    }
+
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh.
+    fn equilibrium_near(
         &mut self,
         other: &Self,
         state: &State<S>,
@@ -466,7 +483,7 @@ mod tests {
         coarse.press(0.2, &settings).unwrap();
         let (mut followed, mut taken) = (model(), model());
         let by_load = followed.press(0.2, &settings).unwrap();
-        let by_mesh = taken.take_over(&coarse, coarse.state(), 0.2, &settings).unwrap();
+        let by_mesh = taken.take_over(&coarse, coarse.state(), 0.2, None, &settings).unwrap();
         assert!((by_load.force / by_mesh.force - 1.0).abs() < 1e-7, "{by_load:?} {by_mesh:?}");
         assert!(4 * by_mesh.effort.solves < 3 * by_load.effort.solves, "{by_load:?} {by_mesh:?}");
         assert!((by_mesh.compression - 0.2).abs() < 1e-15);
@@ -548,11 +565,11 @@ mod tests {
         let mut folded = coarse.state().clone();
         folded.displacement.iter_mut().for_each(|u| *u *= -20.0);
         folded.moving = None;
-        assert!(fine.take_over(&coarse, &folded, 0.1, &settings).is_none());
+        assert!(fine.take_over(&coarse, &folded, 0.1, None, &settings).is_none());
         assert_eq!(fine.step(before.effort).force, before.force);
         // A longer layer covers this one, and not the other way round.
         let mesh = LayerMesh::uniform(1.0, 4.0, 2, 0.5, 1);
         let mut longer = LayerModel::new(&mesh, Rubber::neo_hookean(1.0), CYLINDER, End::Free).unwrap();
-        assert!(longer.take_over(&coarse, coarse.state(), 0.1, &settings).is_none());
+        assert!(longer.take_over(&coarse, coarse.state(), 0.1, None, &settings).is_none());
     }
 }

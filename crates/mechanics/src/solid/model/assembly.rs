@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{Equations, Expanded, Load, State};
 use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
+use crate::solid::given_force::GivenForce;
 
 /// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
 /// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
@@ -29,6 +30,8 @@ pub(crate) struct Residual {
     pub(crate) volume: f64,
     /// Largest relative error of the product of gap and contact force; see the contact module.
     pub(crate) contact: f64,
+    /// Relative error of the force of the indenter, where that is given.
+    pub(crate) given_force: f64,
     /// Smallest `J` of all quadrature points, and the element it is in.
     pub(crate) smallest_j: (f64, usize),
 }
@@ -144,7 +147,8 @@ impl<S: Dimension> Equations<S> {
                 worst = worst.max(f.abs());
             }
         }
-        Residual { force: worst / scale, rounding, volume, contact, smallest_j }
+        let given_force = self.given_force.as_ref().map_or(0.0, GivenForce::miss);
+        Residual { force: worst / scale, rounding, volume, contact, given_force, smallest_j }
     }
 
     /// Factorises the last tangent. Returns the number of negative pivots, or `None` if it is singular.
@@ -162,6 +166,7 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
+        let moved = self.move_with_force(&mut x);
         let mut du: Vec<f64> = (0..self.unknowns.displacements())
             .map(|d| match self.unknowns.index(d) {
                 None => load.displacement[d] - state.displacement[d],
@@ -182,8 +187,11 @@ impl<S: Dimension> Equations<S> {
                 self.elements[e].pressure_increment(rubber, &du, kappa_0, &self.systems[e])
             })
             .collect();
-        let shift = state.shift.iter().zip(&load.shift);
-        let shift: Vec<S::Point> = shift.map(|(now, then)| S::Point::from_fn(|k| then[k] - now[k])).collect();
+        let moved = moved?;
+        let motion = |(o, (now, then)): (usize, (&S::Point, &S::Point))| {
+            S::Point::from_fn(|k| if k == 1 && self.moves_with_force(o) { moved } else { then[k] - now[k] })
+        };
+        let shift: Vec<S::Point> = state.shift.iter().zip(&load.shift).enumerate().map(motion).collect();
         let contact = self.contact_increment(state, &du, &shift);
         let step = State { displacement: du, pressure, contact, shift, moving: None };
         Some((step, linear_residual))

@@ -22,6 +22,7 @@ use unknowns::Unknowns;
 
 use super::contact::{Linearisation, Pair};
 use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
+use super::given_force::GivenForce;
 use super::obstacle::Obstacle;
 
 /// The equations of a body: assembled, solved, and assembled again.
@@ -43,6 +44,8 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) gap_times_pressure: f64,
     /// How contact is made linear in the next assembly.
     pub(crate) linearisation: Linearisation,
+    /// The force of the indenter, while that is given and not its place.
+    pub(crate) given_force: Option<GivenForce>,
     pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, held ones included.
     pub(crate) unbalanced: Vec<f64>,
@@ -106,6 +109,7 @@ impl<S: Dimension> Equations<S> {
             expanded: Vec::new(),
             gap_times_pressure: 0.0,
             linearisation: Linearisation::Interior,
+            given_force: None,
             force_floor: 1e-9 * modulus * size * per_axis,
             sensitivity: body.sensitivity(&elements),
             modulus,

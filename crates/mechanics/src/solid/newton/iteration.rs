@@ -211,6 +211,7 @@ impl Residual {
         self.force <= target.force.max(self.rounding)
             && self.volume <= target.force.max(tolerance)
             && self.contact <= target.contact
+            && self.given_force <= target.force.max(tolerance)
     }
 }
 

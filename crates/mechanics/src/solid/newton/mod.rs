@@ -113,7 +113,10 @@ impl<S: Dimension> Equations<S> {
     }
 
     /// Follows the load from `from` to `to`, with the contact at [`NewtonSettings::moving_gap`].
-    fn march(
+    ///
+    /// # Errors
+    /// [`Stopped`] as for [`Equations::advance`].
+    pub(super) fn march(
         &mut self,
         state: &mut State<S>,
         from: &mut Load<S>,

@@ -41,6 +41,11 @@ pub struct NewtonSettings<'a> {
 }
 
 impl NewtonSettings<'_> {
+    /// Relative error at which a force that is asked for is met.
+    pub(crate) fn force_tolerance(&self) -> f64 {
+        self.tolerance.max(1e-10)
+    }
+
     /// Whether the work is to be stopped.
     pub(crate) fn cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
