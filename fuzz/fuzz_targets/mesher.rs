@@ -43,11 +43,7 @@ impl Numbers<'_> {
                 })
             }
             1 => Shape::Sphere { center: self.point(), radius: self.real().abs().max(1e-9) },
-            3 => Shape::Capsule {
-                from: self.point(),
-                to: self.point(),
-                radius: self.real().abs().max(1e-9),
-            },
+            3 => Shape::Capsule { from: self.point(), to: self.point(), radius: self.real().abs().max(1e-9) },
             2 => Shape::Cylinder {
                 axis,
                 base: self.point(),
@@ -74,8 +70,8 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let count = 1 + usize::from(numbers.byte() % 4);
     let bodies = (0..count)
         .map(|k| match numbers.byte() % 3 {
-            0 => Body::dielectric(&format!("d{k}"), numbers.shape(), 2.0),
-            _ => Body::conductor(&format!("c{k}"), numbers.shape()),
+            0 => Body::dielectric(format!("d{k}"), numbers.shape(), 2.0),
+            _ => Body::conductor(format!("c{k}"), numbers.shape()),
         })
         .collect();
     let scene = Scene { bodies, background_permittivity: 1.0, domain, walls: [[walls; 2]; 3] };

@@ -241,11 +241,11 @@ fn a_wide_cylinder_is_that_of_its_outline_and_is_followed_into_contact() {
     let wide = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.3\n\
                 indenter = { cylinder = { radius = \"8 mm\" } }\n[indenter]\nrole = \"grounded\"\n\
                 [load]\napproach = [\"1 mm\", \"100 um\"]\ncompression = [0.05]\n";
-    let own = solve(&pair(wide, 8e-2));
+    let own = solve(&pair(wide, 1e-1));
     let by_hand = "[[conductor]]\nname = \"cylinder\"\ncylinder = { axis = \"x3\", base = [\"0 um\", \"8500 um\", \"-750 um\"], \
                    radius = \"8 mm\", height = \"1500 um\" }\n[[terminal]]\nname = \"ground\"\nconductors = [\"cylinder\"]\n\
                    potential = \"ground\"\n";
-    let other = solve(&pair(by_hand, 8e-2));
+    let other = solve(&pair(by_hand, 1e-1));
     assert_eq!(other.steps[0].route, Some(Route::Extruded));
     assert!(
         agree(&own.steps[1].row, &other.steps[0].row, 0.0),

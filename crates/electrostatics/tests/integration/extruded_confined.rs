@@ -75,7 +75,7 @@ fn bounds_are_those_of_the_box_solver_whatever_is_closed_and_open() {
         scene([INSULATED, INSULATED, OPEN], vec![bar(), other()]),
     ];
     for (k, scene) in scenes.iter().enumerate() {
-        let resolution = Some(ResolutionLevel { order: 4, levels: 2 });
+        let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
         let fixed = Settings { resolution, ..settings(1e-2, Target::Matrix) };
         let boxes = solve(scene, &fixed).unwrap();
         let extruded = on_one_mesh(scene, true);

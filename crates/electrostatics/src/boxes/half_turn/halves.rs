@@ -245,7 +245,7 @@ mod tests {
         const SHARE: f64 = 1e-11;
         let layout = Layout::in_frame(scene, map, None, u64::MAX).unwrap();
         let halves = Halves::of(&layout, layout.turn.as_ref().unwrap().planes, odd);
-        let grid = halves.quarter.grid(&graded(ResolutionLevel { order, levels: 1 }), 2.0);
+        let grid = halves.quarter.grid(&graded(ResolutionLevel { order, levels: 0 }), 2.0);
         let (on_whole, held) = layout.domain(&grid.reflected([true, false, true]));
         let (mut on_half, mut held_on_half) = halves.half.domain(&grid.reflected([false, false, true]));
         let (others, more) = halves.other_parts(&grid);
