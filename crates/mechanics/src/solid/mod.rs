@@ -27,6 +27,7 @@
 //! | `estimate` | the error of an equilibrium on one mesh, and the elements that make it |
 //! | [`mesh_error`] | the error of a force, or of anything else, from the differences between meshes |
 //! | `force_goal` | the displacement that gives a force |
+//! | `given_force` | an indenter that is pressed with a given force: its place is one more unknown |
 //! | [`soundness`] | whether an equilibrium is one that a layer can be in |
 //! | `level` | the loads on one of these meshes |
 //! | [`press`] | the layer pressed to given loads on finer and finer meshes |
