@@ -14,6 +14,7 @@ mod diagnostics;
 mod file_unit;
 mod imports;
 mod material;
+mod matrix_rows;
 mod measured;
 mod model;
 mod overrides;
@@ -38,12 +39,13 @@ pub use amount::{Amount, AmountError, Scale};
 pub use diagnostics::{CaseError, Diagnostic};
 pub use elastocap_materials::HyperelasticLaw;
 pub use imports::imported_files;
+pub use matrix_rows::Measurement;
 pub use measured::{MeasuredCapacitance, MeasuredCapacitanceError};
 pub use model::{
     Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter,
     FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Measured,
-    MeasuredEntry, MeasuredLoad, MeasuredPoint, MeasuredPoints, Measurement, Mechanics, PlaneStrain, Pose,
-    PunchContact, Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
+    MeasuredEntry, MeasuredLoad, MeasuredPoint, MeasuredPoints, Mechanics, PlaneStrain, Pose, PunchContact,
+    Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;

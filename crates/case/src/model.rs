@@ -6,7 +6,7 @@ use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_materials::hyperfoam::pressed_freely;
 use elastocap_materials::{HyperelasticLaw, StressTable};
 
-pub use super::terminals::{Measured, MeasuredEntry, Measurement, Terminal};
+pub use super::terminals::{Measured, MeasuredEntry, Terminal};
 pub use elastocap_geometry::scene::{Body, Box3, Role, Wall};
 pub use elastocap_geometry::shapes::{Curve, Shape};
 

@@ -19,7 +19,7 @@ use crate::plan::PlannedStep;
 use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::route_change::{NoBase, RouteChange};
 use crate::side_by_side::side_by_side;
-use crate::step::{Sharper, Solver};
+use crate::step::{ACCEPTED, Sharper, Solver};
 
 /// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
 pub const NO_CHANGE: f64 = 1e-6;
@@ -33,9 +33,6 @@ const SHARE: f64 = 0.45;
 /// What both states of a change may take together, over the distance between its bounds. The rest is for a change that turns out smaller than
 /// it was taken for.
 const TOGETHER: f64 = 2.0 * SHARE;
-
-/// What a state may take over its share, which a change is known with all the same: the shares leave that much.
-pub(crate) const ACCEPTED: f64 = 1.08;
 
 /// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
 const LEAST: f64 = 0.1;

@@ -1,19 +1,20 @@
 //! The result of a run: one row per load step, and the matrices, scenes and reports behind it.
 
 use elastocap_case::Measurement;
-use elastocap_electrostatics::{Bounded, Discretisation, Foresight, PhaseSeconds};
+use elastocap_electrostatics::{Bounded, Discretisation, Foresight};
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use serde::{Deserialize, Serialize};
 
 use crate::deform::{FiniteElementStep, ForceCheck, MeshReport};
-use crate::finished::FinishedStep;
+use crate::finished::{FinishedStep, How};
 use crate::load_steps::StepLoad;
 use crate::plan::{Kind, Plan};
-use crate::reason::Reason;
+use crate::reason::{Cause, Reason};
 use crate::route::Route;
 use crate::route_change::RouteChange;
 use crate::scene::DeformedScene;
 
+pub use crate::field_report::{FloatingConductor, SolverReport, StepSeconds};
+pub use crate::row::Row;
 pub use crate::status::{EntryStatus, Missed, Status};
 
 /// Everything that a run found.
@@ -110,242 +111,88 @@ pub struct StepResult {
     pub seconds: StepSeconds,
 }
 
-/// A floating conductor and its potential: the sum over the driven conductors of `per_volt` times their potentials, plus
-/// `from_charges`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct FloatingConductor {
-    /// Its name.
-    pub name: String,
-    /// Its charge, C.
-    pub charge: f64,
-    /// Its potential with 1 V on one driven conductor, 0 V on the others and no charge on any floating one, for each driven
-    /// one in the order of [`Outcome::conductors`], V/V.
-    pub per_volt: Vec<Bounded>,
-    /// Its potential with the charges of the case on the floating conductors and 0 V on all driven ones, V.
-    pub from_charges: Bounded,
-}
-
-/// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Row {
-    /// U/H.
-    pub compression: Option<f64>,
-    /// Of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
-    pub distance_m: Option<f64>,
-    /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
-    /// force.
-    pub force_n: Option<f64>,
-    /// Relative error of the force at its compression, by the finite elements of the layer and by the model of the layer; an estimate. `None` where
-    /// one of the two is not known.
-    #[serde(default)]
-    pub force_error_estimate: Option<f64>,
-    /// Along x1, N: what the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to what is
-    /// shifted. `None` under a tilt, and of layers by finite elements.
-    pub force_x1_n: Option<f64>,
-    /// The same along x3, N.
-    pub force_x3_n: Option<f64>,
-    /// U, m.
-    pub top_displacement_m: Option<f64>,
-    /// Between the facing surfaces of the electrodes, m.
-    pub gap_m: Option<f64>,
-    /// Mid-plane of an in-plane pair, middle of the gap of a stacked one, above the substrate, m.
-    pub electrode_height_m: Option<f64>,
-    /// m; the mean of the two of a stacked pair.
-    pub electrode_thickness_m: Option<f64>,
-    /// Where that is measured: of a pair (others at potential zero), or of the only terminal against ground, F.
-    pub two_terminal_capacitance_f: Option<f64>,
-    /// What is measured: two-terminal, mutual, or against ground; of a whole matrix under load the mutual capacitance of its first two
-    /// terminals, F.
-    pub capacitance_f: Option<f64>,
-    /// F.
-    pub capacitance_lower_f: Option<f64>,
-    /// F.
-    pub capacitance_upper_f: Option<f64>,
-    /// Of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors that of the
-    /// force, where finite elements give one.
-    pub relative_error_estimate: Option<f64>,
-    /// Relative error of the capacitance for the finite elements of the layer, which place the electrodes; an estimate, in
-    /// addition to the one above.
-    pub mechanics_error_estimate: Option<f64>,
-    /// Relative error of the capacitances for flat faces in place of curved ones, or for cubics in place of the sides of several finite
-    /// elements; an estimate, in addition to those above. Zero where all bodies are flat-faced or have their own curves.
-    pub geometry_error_estimate: Option<f64>,
-    /// Relative error of the capacitance for the model of the layer: how far the closed form, or plane strain, is from the next better
-    /// model; an estimate, in addition to those above. Zero where there is no better model here, and without a load.
-    pub model_error_estimate: Option<f64>,
-    /// The sum of the relative errors of the capacitance above.
-    pub total_error_estimate: Option<f64>,
-    /// F.
-    pub parallel_plate_f: Option<f64>,
-    /// Capacitance over that of parallel plates.
-    pub fringe_ratio: Option<f64>,
-    /// [`Row::capacitance_f`] less that of the first load step, F; exactly zero for the same load and scene.
-    pub change_f: Option<f64>,
-    /// Its lower bound, F.
-    pub change_lower_f: Option<f64>,
-    /// Its upper bound, F.
-    pub change_upper_f: Option<f64>,
-    /// The change over the capacitance of the first load step.
-    pub change_relative: Option<f64>,
-    /// How far the change may be from the true one, F: to the farther of its bounds, and by the estimated errors of both capacitances.
-    pub change_total_error_f: Option<f64>,
-    /// dC/dF by differences between the steps, F/N; `None` where forces are not known, and where it has no error that would say that its sign is
-    /// not known.
-    pub sensitivity_f_per_n: Option<f64>,
-    /// The error of the sensitivity, F/N: what the bounds and all estimated errors of the capacitances leave open, and an estimate of the rest;
-    /// `None` with two steps.
-    pub sensitivity_error_f_per_n: Option<f64>,
-    /// Of the largest problem solved, primal plus dual.
-    pub unknowns: Option<usize>,
-    /// How it went. It is written down for people, and not read again.
-    #[serde(skip_deserializing)]
-    pub status: Status,
-}
-
-impl Row {
-    /// Names of the columns.
-    pub const COLUMNS: [&'static str; 30] = [
-        "compression",
-        "distance_m",
-        "force_n",
-        "force_error_estimate",
-        "force_x1_n",
-        "force_x3_n",
-        "top_displacement_m",
-        "gap_m",
-        "electrode_height_m",
-        "electrode_thickness_m",
-        "two_terminal_capacitance_f",
-        "capacitance_f",
-        "capacitance_lower_f",
-        "capacitance_upper_f",
-        "relative_error_estimate",
-        "mechanics_error_estimate",
-        "geometry_error_estimate",
-        "model_error_estimate",
-        "total_error_estimate",
-        "parallel_plate_f",
-        "fringe_ratio",
-        "change_f",
-        "change_lower_f",
-        "change_upper_f",
-        "change_relative",
-        "change_total_error_f",
-        "sensitivity_f_per_n",
-        "sensitivity_error_f_per_n",
-        "unknowns",
-        "status",
-    ];
-
-    /// The numbers of the columns before `unknowns`, in their order.
-    pub fn numbers(&self) -> [Option<f64>; 28] {
-        [
-            self.compression,
-            self.distance_m,
-            self.force_n,
-            self.force_error_estimate,
-            self.force_x1_n,
-            self.force_x3_n,
-            self.top_displacement_m,
-            self.gap_m,
-            self.electrode_height_m,
-            self.electrode_thickness_m,
-            self.two_terminal_capacitance_f,
-            self.capacitance_f,
-            self.capacitance_lower_f,
-            self.capacitance_upper_f,
-            self.relative_error_estimate,
-            self.mechanics_error_estimate,
-            self.geometry_error_estimate,
-            self.model_error_estimate,
-            self.total_error_estimate,
-            self.parallel_plate_f,
-            self.fringe_ratio,
-            self.change_f,
-            self.change_lower_f,
-            self.change_upper_f,
-            self.change_relative,
-            self.change_total_error_f,
-            self.sensitivity_f_per_n,
-            self.sensitivity_error_f_per_n,
-        ]
+impl FinishedStep {
+    /// A step that need not be solved again. `None` for one that was stopped or failed, whose bodies are known only on the mesh that it
+    /// was solved on, or with a number that cannot be written down.
+    pub fn of(step: &StepResult) -> Option<Self> {
+        if let (Some(before), None) = (&step.before_change, step.same_as) {
+            return Some(Self::clone(before));
+        }
+        let how = match step.row.status {
+            // The error of the model is found anew.
+            Status::Ok | Status::OkInModel => How::Ok,
+            Status::OkToDiagonal => How::OkToDiagonal,
+            Status::ToleranceNotReached(missed) if !step.interrupted => How::ToleranceNotReached(missed),
+            Status::BeyondForceLimit => How::BeyondForceLimit,
+            Status::ToleranceNotReached(_) | Status::Failed(_) | Status::Draft | Status::NotRun => {
+                return None;
+            }
+        };
+        let (solver, maxwell) = (step.solver.clone()?, step.maxwell.clone()?);
+        let on_grid = matches!(solver.resolution, Discretisation::Grid(_)) && step.surfaces.is_empty();
+        if !on_grid || step.same_as.is_some() {
+            return None;
+        }
+        let potentials = step.floating.iter().flat_map(|f| f.per_volt.iter().chain([&f.from_charges]));
+        let bounded =
+            maxwell.iter().flatten().chain(potentials).chain(&step.measured).chain(&step.two_terminal);
+        let numbers = step.row.numbers().into_iter().flatten();
+        let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
+        let charges = step.floating.iter().map(|f| f.charge);
+        if !all.chain(charges).chain([solver.repair_share]).all(f64::is_finite) {
+            return None;
+        }
+        Some(Self {
+            index: step.index,
+            row: step.row.clone(),
+            how,
+            reason: step.reason.as_ref().map(ToString::to_string),
+            warnings: step.warnings.clone(),
+            route: step.route,
+            route_changes: step.route_changes.iter().map(ToString::to_string).collect(),
+            maxwell,
+            entry_status: step.entry_status.clone(),
+            floating: step.floating.clone(),
+            measured: step.measured,
+            two_terminal: step.two_terminal,
+            solver,
+            foresight: step.foresight,
+            seconds: step.seconds,
+        })
     }
 
-    /// The estimated relative errors of the capacitance that its bounds do not hold: of the layer's finite elements, of flat faces, and of the
-    /// model of the layer.
-    pub fn estimated_errors(&self) -> f64 {
-        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
-        all.into_iter().flatten().sum()
+    /// Adds it to a `result` that has the layer and the bodies. `false`, and nothing is added, if what that says of them is not what it
+    /// was: then it is another step.
+    pub(crate) fn add_to(self, result: &mut StepResult) -> bool {
+        let same = |(now, before): (Option<f64>, Option<f64>)| {
+            now.is_none_or(|now| before.is_some_and(|before| before.to_bits() == now.to_bits()))
+        };
+        if !result.row.numbers().into_iter().zip(self.row.numbers()).all(same) {
+            return false;
+        }
+        let missed = match self.how {
+            How::ToleranceNotReached(missed) => Some(missed),
+            How::Ok | How::OkToDiagonal | How::BeyondForceLimit => None,
+        };
+        let status = match self.how {
+            How::Ok => Status::Ok,
+            How::OkToDiagonal => Status::OkToDiagonal,
+            How::ToleranceNotReached(missed) => Status::ToleranceNotReached(missed),
+            How::BeyondForceLimit => Status::BeyondForceLimit,
+        };
+        result.row = Row { status, ..self.row };
+        result.reason = self.reason.map(|text| Cause::Earlier { missed, text }.into());
+        result.warnings = self.warnings;
+        result.route = self.route;
+        result.route_changes = self.route_changes.into_iter().map(RouteChange::Earlier).collect();
+        result.maxwell = Some(self.maxwell);
+        result.entry_status = self.entry_status;
+        result.floating = self.floating;
+        result.measured = self.measured;
+        result.two_terminal = self.two_terminal;
+        result.solver = Some(self.solver);
+        result.foresight = self.foresight;
+        result.seconds = self.seconds;
+        true
     }
-
-    /// The relative error of the capacitance within the model of the layer: by its bounds, the layer's finite elements and flat faces.
-    pub fn error_in_model(&self) -> Option<f64> {
-        let estimated = [self.mechanics_error_estimate, self.geometry_error_estimate];
-        Some(self.relative_error_estimate? + estimated.into_iter().flatten().sum::<f64>())
-    }
-
-    /// The relative error of the capacitance by all that is known. The error of the model counts once it is known.
-    pub fn total_error(&self) -> Option<f64> {
-        Some(self.error_in_model()? + self.model_error_estimate.unwrap_or(0.0))
-    }
-
-    /// The limits of the change against the first step, F: its bounds, moved apart by the estimated errors of both capacitances.
-    pub fn change_limits(&self, first: &Self) -> Option<[f64; 2]> {
-        let [lower, upper, change] = [self.change_lower_f?, self.change_upper_f?, self.change_f?];
-        let error = |row: &Self| Some(row.estimated_errors() * row.capacitance_f?.abs());
-        // What is the same scene is wrong by the same.
-        let besides = if change == 0.0 && lower == upper { 0.0 } else { error(self)? + error(first)? };
-        Some([lower - besides, upper + besides])
-    }
-
-    /// The limits of the capacitance, F: its bounds, moved apart by its estimated errors.
-    pub fn capacitance_limits(&self) -> Option<[f64; 2]> {
-        let besides = self.estimated_errors() * self.capacitance_f?.abs();
-        Some([self.capacitance_lower_f? - besides, self.capacitance_upper_f? + besides])
-    }
-
-    /// Whether the indenter does not touch the layer yet.
-    pub fn is_before_contact(&self) -> bool {
-        self.distance_m.is_some_and(|distance| distance > 0.0)
-    }
-
-    /// Notes the capacitance that is measured, and the two-terminal one if it is known too.
-    pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded, two_terminal: Option<Bounded>) {
-        self.two_terminal_capacitance_f = two_terminal.map(|own| own.value);
-        self.capacitance_f = Some(capacitance.value);
-        self.capacitance_lower_f = Some(capacitance.lower);
-        self.capacitance_upper_f = Some(capacitance.upper);
-        self.relative_error_estimate = Some(capacitance.relative_error());
-        self.fringe_ratio = self.parallel_plate_f.map(|plates| capacitance.value / plates);
-    }
-}
-
-/// How a field was solved.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SolverReport {
-    /// Iterations of all solves on the final grid.
-    pub iterations: usize,
-    /// Grids or meshes solved on, the final one included.
-    pub grids: usize,
-    /// The final grid, by its largest order and number of layers; on tetrahedra the order, and how often the first mesh was
-    /// refined.
-    pub resolution: Discretisation,
-    /// Mirror planes used, by axis; of the turned scene where it was turned.
-    pub mirrored: [bool; 3],
-    /// By how many degrees the scene was turned about the axis of its outlines, if that gave it more mirror planes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub turned_degrees: Option<f64>,
-    /// Share of the lower bound that the repair of the divergence took.
-    pub repair_share: f64,
-}
-
-/// Wall-clock seconds of one step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct StepSeconds {
-    /// Layer and electrodes.
-    pub mechanics: f64,
-    /// The field, by phase.
-    pub electrostatics: PhaseSeconds,
-    /// All of it.
-    pub total: f64,
 }

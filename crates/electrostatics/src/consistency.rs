@@ -2,9 +2,10 @@
 //! a positive one to another at 0 V, and the charge of each with all at 1 V is not negative. Proved limits that exclude one of
 //! these cannot be right, whatever the reason: such a result is an error and no number of it is reported.
 
+use crate::bounded::Bounded;
 use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
-use crate::solution::{Bounded, Solution};
+use crate::solution::Solution;
 
 /// What rounding may add up to in a sum of limits, as a share of the diagonal.
 const ROUNDING: f64 = 1e-9;

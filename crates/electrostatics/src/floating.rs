@@ -5,8 +5,9 @@
 //! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
 //! monotone in C: bounds on the whole matrix give bounds on the reduced one.
 
+use crate::bounded::Bounded;
 use crate::matrix::{MatrixBounds, rounding};
-use crate::solution::{Bounded, FloatingPotential};
+use crate::solution::FloatingPotential;
 use crate::target::Target;
 use elastocap_geometry::scene::{Potential, Scene};
 use elastocap_linalg::dense::{self, Llt, Lu};

@@ -61,6 +61,7 @@
 //!   The field is not sampled for export there ([`Solution::field`] is `None`).
 //! * Two conductors at different potentials must not touch.
 
+mod bounded;
 mod boxes;
 mod consistency;
 mod extruded;
@@ -74,6 +75,7 @@ mod solution;
 mod target;
 mod tets;
 
+pub use bounded::Bounded;
 pub use boxes::forecast::{Effort, forecast, symmetries};
 pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
@@ -82,14 +84,16 @@ pub use extruded::search::ExtrudedSolution;
 pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
 pub use shortfall::Shortfall;
 pub use solution::{
-    Bounded, CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight,
-    PhaseSeconds, ResolutionLevel, Settings, Solution,
+    CellBody, Discretisation, Field, FieldSection, FloatingPotential, Forecast, Foresight, PhaseSeconds,
+    ResolutionLevel, Settings, Solution,
 };
 pub use target::{SHARE_OF_DIAGONAL, Target};
-pub use tets::adaptive::{MeshScene, MeshSolution, TetrahedraSettings, solve_mesh};
+pub use tets::adaptive::solve_mesh;
 pub use tets::flux::FluxError;
 pub use tets::forecast::{forecast_mesh, forecast_without_mesh};
+pub use tets::mesh_scene::{MeshScene, MeshSolution};
 pub use tets::potentials::{NotReached, PotentialError, PotentialProblem, PotentialSettings, Potentials};
+pub use tets::settings::TetrahedraSettings;
 
 /// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.
 pub const VACUUM_PERMITTIVITY: f64 = 8.854_187_812_8e-12;

@@ -1,6 +1,6 @@
 //! Maxwell matrices from energies, and bounds of their entries and of the two-terminal capacitance.
 
-use crate::solution::Bounded;
+use crate::bounded::Bounded;
 use elastocap_linalg::dense::Lu;
 use faer::Mat;
 
@@ -207,18 +207,6 @@ impl MatrixBounds {
             [one, two] => found.narrowed(-one[1].upper, one[0].upper.min(two[1].upper)),
             _ => found,
         })
-    }
-}
-
-impl Bounded {
-    /// With limits that are known from elsewhere too; the value is the middle again where they narrow these. Limits that
-    /// contradict these, which rounding can make them do, are passed over.
-    pub(crate) fn narrowed(self, lower: f64, upper: f64) -> Self {
-        let (lower, upper) = (self.lower.max(lower), self.upper.min(upper));
-        if lower > upper || (lower, upper) == (self.lower, self.upper) {
-            return self;
-        }
-        Self { value: 0.5 * (lower + upper), lower, upper }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Settings and solutions of the field solvers.
 
+use crate::bounded::Bounded;
 use crate::shortfall::Shortfall;
 use crate::target::Target;
 use elastocap_geometry::section::SectionPlane;
@@ -131,47 +132,6 @@ impl Discretisation {
             Self::Grid(level) => Some(level),
             Self::Tetrahedra { .. } => None,
         }
-    }
-}
-
-/// A number between proved (or estimated) limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Bounded {
-    /// Reported value, between the limits.
-    pub value: f64,
-    /// Proved lower bound; without bounds, value minus error estimate.
-    pub lower: f64,
-    /// Proved upper bound; without bounds, value plus error estimate.
-    pub upper: f64,
-}
-
-impl Bounded {
-    /// The distance to the farther limit over the value: half the distance between the limits where the value is their middle, as
-    /// it mostly is. The true relative error is no larger where the limits are proved. Infinite where the value is zero and the
-    /// limits are not.
-    pub fn relative_error(&self) -> f64 {
-        self.over_value((self.upper - self.value).max(self.value - self.lower))
-    }
-
-    /// The distance between the limits over the value, which is what a tolerance is compared with. Infinite where the value is
-    /// zero and the limits are not.
-    pub fn spread_over_value(&self) -> f64 {
-        self.over_value(self.upper - self.lower)
-    }
-
-    /// Whether the number may be zero.
-    pub fn holds_zero(&self) -> bool {
-        self.lower <= 0.0 && 0.0 <= self.upper
-    }
-
-    /// Minus the number.
-    #[must_use]
-    pub fn negative(&self) -> Self {
-        Self { value: -self.value, lower: -self.upper, upper: -self.lower }
-    }
-
-    fn over_value(&self, distance: f64) -> f64 {
-        if distance == 0.0 { 0.0 } else { distance / self.value.abs() }
     }
 }
 

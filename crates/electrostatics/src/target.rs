@@ -1,7 +1,7 @@
 //! What the tolerance of a solve applies to.
 
+use crate::bounded::Bounded;
 use crate::matrix::MatrixBounds;
-use crate::solution::Bounded;
 use serde::Serialize;
 
 /// The quantity that the tolerance applies to. Rows are those of the Maxwell matrix, which are the driven conductors in their order; a

@@ -9,7 +9,7 @@
 //! The first part has a block for each piece, a column of V reaches the two pieces on either side of its node, and S has one row for each
 //! such node. On lines of up to a few hundred modes a product with T takes some twenty multiplications for each of them.
 
-use crate::mixed::IllConditioned;
+use crate::mixed::{IllConditioned, MixedSegment};
 use crate::tensor::{Dense, Left, Right, Target, left, multiply, right, sized, target};
 use elastocap_linalg::dense::{self, Llt};
 use faer::{Mat, MatRef};
@@ -186,6 +186,16 @@ impl Condensed {
     }
 }
 
+impl MixedSegment {
+    /// T = R^T R.
+    ///
+    /// # Errors
+    /// As for [`Condensed::new`].
+    pub fn operator(&self) -> Result<Condensed, IllConditioned> {
+        Condensed::new(self.mass.as_ref(), self.divergence.as_ref(), &self.nodes)
+    }
+}
+
 /// Two arrays of this length in `work`, the second one of zeros.
 fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
     if work.len() < 2 * len {
@@ -212,7 +222,7 @@ fn cuts(nodes: &[[usize; 2]], modes: usize) -> Vec<[usize; 2]> {
 mod tests {
     use super::*;
     use crate::line::{Line, LineEnd};
-    use crate::mixed::{FluxEnd, MixedSegment, mixed_segment};
+    use crate::mixed::{FluxEnd, mixed_segment};
 
     /// Strongly graded, with elements of degree 1 side by side, and long enough for several pieces, one of which is a single element.
     fn long() -> MixedSegment {

@@ -7,7 +7,6 @@
 //! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits of R; energies are
 //! therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
 
-use crate::condensed::Condensed;
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, hierarchical, line_matrices};
 use crate::quadrature::{gauss_legendre, legendre};
 use elastocap_linalg::dense::{self, Llt};
@@ -36,22 +35,14 @@ pub struct MixedSegment {
     /// L^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
     pub face: [Vec<f64>; 2],
     /// The mass of the fluxes, scaled to unit diagonal.
-    mass: Mat<f64>,
+    pub(crate) mass: Mat<f64>,
     /// D^T E^-1/2 in the same scaling.
-    divergence: Mat<f64>,
+    pub(crate) divergence: Mat<f64>,
     /// For each node inside the run, the first potential mode above it and the flux function through it.
-    nodes: Vec<[usize; 2]>,
+    pub(crate) nodes: Vec<[usize; 2]>,
 }
 
 impl MixedSegment {
-    /// T = R^T R.
-    ///
-    /// # Errors
-    /// As for [`Condensed::new`].
-    pub fn operator(&self) -> Result<Condensed, IllConditioned> {
-        Condensed::new(self.mass.as_ref(), self.divergence.as_ref(), &self.nodes)
-    }
-
     /// This segment in another orthonormal basis of the potentials. `change` takes rows in the present basis to rows in the other one, and
     /// combines modes of the same element only.
     pub fn with_modes(mut self, change: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {

@@ -1,5 +1,6 @@
 //! Bodies, outlines drawn side by side and with holes, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
 
+mod box3;
 pub mod contact;
 pub mod cubic;
 pub mod drawing;
@@ -16,5 +17,6 @@ pub mod scene;
 pub mod section;
 pub mod segments;
 pub mod shapes;
+mod triangle_surface;
 pub mod turn;
 pub mod winding;

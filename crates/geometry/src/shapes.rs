@@ -1,9 +1,10 @@
 //! Shapes of bodies, in SI units.
 
+use crate::box3::Box3;
 use crate::cubic::Cubic;
 use crate::outline;
-use crate::scene::Box3;
 use crate::segments::distance_to_segment;
+pub use crate::triangle_surface::TriangleSurface;
 use crate::winding;
 use std::ops::Range;
 
@@ -235,13 +236,4 @@ impl Shape {
 
 fn around(points: impl Iterator<Item = [f64; 3]>) -> Option<Box3> {
     points.map(|p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
-}
-
-/// A closed surface of triangles, seen anticlockwise from outside.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct TriangleSurface {
-    /// m.
-    pub points: Vec<[f64; 3]>,
-    /// Indices into `points`.
-    pub faces: Vec<[u32; 3]>,
 }

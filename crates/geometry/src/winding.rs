@@ -1,6 +1,6 @@
 //! Inside or outside, by the generalised winding number.
 
-use crate::shapes::TriangleSurface;
+use crate::triangle_surface::TriangleSurface;
 use elastocap_linalg::vector::{dot, length, minus};
 
 /// How often the surface goes around a point: 1 inside a surface turned outward, 0 outside. The sum of the solid angles of

@@ -16,13 +16,14 @@ mod constants;
 mod force;
 mod map;
 mod phase;
+mod settings;
 mod shear;
 mod stress;
 
 pub(crate) use axial_balance::shear_ratio_for_axial_force;
-pub(crate) use constants::valid_shear_modulus;
 pub(crate) use force::ForceCurve;
 pub use map::LayerMap;
 pub(crate) use phase::Phase;
+pub use settings::ClosedFormSettings;
 pub(crate) use shear::shear_stiffness;
 pub use stress::LayerStress;

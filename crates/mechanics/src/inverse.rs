@@ -3,9 +3,8 @@
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
 
-use crate::closed_form::{ForceCurve, Phase};
+use crate::closed_form::{ClosedFormSettings, ForceCurve, Phase};
 use crate::error::MechanicsError;
-use crate::layer::ClosedFormSettings;
 use elastocap_materials::MooneyRivlin;
 
 /// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster.

@@ -43,11 +43,11 @@ mod numerics;
 pub mod punch_force;
 pub mod solid;
 
-pub use closed_form::{LayerMap, LayerStress};
+pub use closed_form::{ClosedFormSettings, LayerMap, LayerStress};
 pub use elastocap_materials as materials;
 pub use elastocap_materials::MooneyRivlin;
 pub use electrode::{ElectrodePose, ElectrodeStiffness};
 pub use error::MechanicsError;
 pub use foam::{FoamLaw, FoamState};
 pub use inverse::{ForceLimit, compression_for_force, force_limit};
-pub use layer::{ClosedFormSettings, LayerState};
+pub use layer::LayerState;

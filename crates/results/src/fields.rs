@@ -1,6 +1,5 @@
 //! The fields of a run, written while it works: kept in memory until its end they would be too large.
 
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Instant;
@@ -17,63 +16,12 @@ use elastocap_electrostatics::FieldSection;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
+use crate::field_files::{FieldFile, FieldFiles, field_file};
 use crate::layer_files::LayerFiles;
 use crate::own_files::read_own;
 use crate::plot::Section;
 use crate::section::{MOST_SECTIONS, of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
-
-/// The name of a step's field file.
-pub fn field_file(index: usize) -> String {
-    format!("step_{index:03}.vtu")
-}
-
-/// What became of the fields of a run.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct FieldFiles {
-    steps: BTreeMap<usize, FieldFile>,
-    /// Pictures of the field, for the report.
-    sections: BTreeMap<usize, Vec<String>>,
-    layer_warnings: Vec<String>,
-}
-
-#[derive(Debug, Clone, Default, PartialEq)]
-struct FieldFile {
-    name: Option<String>,
-    warning: Option<String>,
-    seconds: f64,
-}
-
-impl FieldFiles {
-    /// The file with the field of a step, if there is one.
-    pub fn name(&self, step: usize) -> Option<&str> {
-        self.steps.get(&step)?.name.as_deref()
-    }
-
-    /// Why the field of a step was not written, if it could not be.
-    pub fn warning(&self, step: usize) -> Option<&str> {
-        self.steps.get(&step)?.warning.as_deref()
-    }
-
-    /// Wall-clock seconds that making and writing the field of a step took.
-    pub fn seconds(&self, step: usize) -> f64 {
-        self.steps.get(&step).map_or(0.0, |file| file.seconds)
-    }
-
-    /// The sections through the field of a step as SVG, none if none was drawn.
-    pub fn sections(&self, step: usize) -> &[String] {
-        self.sections.get(&step).map_or(&[], Vec::as_slice)
-    }
-
-    /// What the files of the layer could not hold.
-    pub fn layer_warnings(&self) -> &[String] {
-        &self.layer_warnings
-    }
-
-    pub(crate) fn set_name(&mut self, step: usize, name: String) {
-        self.steps.entry(step).or_default().name = Some(name);
-    }
-}
 
 /// An observer that stages the fields of a run in a folder, and passes on what it sees to another observer.
 pub struct FieldWriter<'a> {

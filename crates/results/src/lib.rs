@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod csv;
+mod field_files;
 mod fields;
 mod figure;
 pub mod force_answer;
@@ -31,13 +32,13 @@ use elastocap_geometry::export::gltf::glb;
 use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
-pub use fields::{FieldFiles, FieldWriter, field_file};
+pub use field_files::{FieldFiles, field_file};
+pub use fields::FieldWriter;
 pub use figure::{approach, figure, figure_with_points};
 pub use json::{RunSeconds, document};
 pub use kept::{KeptFields, StepFields, save_kept};
-use measured::Comparison;
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed, Unfinished};
-use output_folder::{INDEX, MESH_INDEX, is_result_name};
+use output_folder::{INDEX, MESH_INDEX, RESUME, is_result_name};
 pub use own_files::{fault, read_own};
 pub use report::MeasuredPoint;
 use report::{REPORT, Report};
@@ -168,11 +169,9 @@ pub fn save(
     warnings.extend(stage_series(folder, &outcome.steps, fields)?);
     if outcome.stopped {
         let text = resume::document(case, options, wanted, &outcome.steps, fields);
-        let text = text.map_err(|error| OutputError::File {
-            file: folder.path().join(resume::RESUME),
-            source: error.into(),
-        })?;
-        folder.stage(resume::RESUME, text.as_bytes())?;
+        let text = text
+            .map_err(|error| OutputError::File { file: folder.path().join(RESUME), source: error.into() })?;
+        folder.stage(RESUME, text.as_bytes())?;
     }
     let seconds = || RunSeconds {
         plan: planning.as_secs_f64(),
@@ -187,7 +186,7 @@ pub fn save(
     }
     names.sort();
     if wanted.has(FileGroup::Report) {
-        let measured = comparison.as_ref().map(Comparison::under_force).unwrap_or_default();
+        let measured = comparison.as_ref().map(MeasuredPoint::under_force).unwrap_or_default();
         let report = Report {
             case,
             outcome,

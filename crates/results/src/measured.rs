@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use crate::load_curve::{LoadCurve, NoCurve};
 use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
-use crate::report;
 
 /// The measured points of a case beside its curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,17 +102,6 @@ impl Comparison {
             max_interpolation_error_f: interpolation.filter(|_| any),
             points,
         }
-    }
-
-    /// The points as the report draws them over a curve of the force; none where they were measured over something else.
-    pub(crate) fn under_force(&self) -> Vec<report::MeasuredPoint> {
-        let points = self.points.iter().filter(|_| self.load == MeasuredLoad::Force.name());
-        let point = |p: &ComparedPoint| report::MeasuredPoint {
-            force_n: p.load,
-            capacitance_f: p.capacitance_f,
-            deviation_f: p.deviation_f,
-        };
-        points.map(point).collect()
     }
 
     /// How many points the curve reaches.

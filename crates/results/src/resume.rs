@@ -11,12 +11,9 @@ use elastocap_coupling::outcome::StepResult;
 use elastocap_coupling::plan::Options;
 use serde::{Deserialize, Serialize};
 
-use crate::output_folder::is_result_name;
+use crate::output_folder::{RESUME, is_result_name};
 use crate::own_files::{fault, read_own};
 use crate::{FieldFiles, FileGroup, Wanted};
-
-/// The file that holds it.
-pub(crate) const RESUME: &str = "resume.json";
 
 /// Why a run cannot go on from an earlier one.
 #[derive(Debug, thiserror::Error)]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use elastocap_coupling::words::prefixed;
 use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 
-use crate::folder::Manifest;
+use crate::manifest::Manifest;
 use crate::record::{CaseRecord, StepRecord};
 use crate::statistics::Moments;
 use crate::table::Column;

@@ -3,10 +3,7 @@
 use chacha20::ChaCha12Rng;
 use rand::SeedableRng as _;
 
-use crate::settings::{Setting, Values};
-
-/// The most cases of a sweep.
-pub const MAX_CASES: usize = 1_000_000;
+use crate::settings::{MAX_CASES, Setting, Values};
 
 /// The values of one case, in the order of the keys, as they are written in a case file; `None` leaves what the file has.
 pub type CaseValues = Vec<Option<String>>;

@@ -3,7 +3,7 @@
 use elastocap_case::{Amount, AmountError, Scale};
 use rand::{Rng, RngExt as _};
 
-use crate::settings::split_at_commas;
+use crate::splitting::split_at_commas;
 
 /// How a value scatters. Numbers are in the unit of the first parameter.
 #[derive(Debug, Clone, PartialEq)]

@@ -81,7 +81,7 @@ pub enum SweepError {
         "`{}` is not from a sweep of elastocap, or its {manifest} is gone, and would be replaced: move it away, or name another folder \
          with -o",
         file.display(),
-        manifest = crate::folder::MANIFEST
+        manifest = crate::files::MANIFEST
     )]
     NotOurs {
         /// The file.

@@ -14,54 +14,19 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use elastocap_files::{ReadError, Staged, open_lock_file, remove_abandoned};
-use elastocap_results::{fault, read_own};
+use elastocap_files::{Staged, open_lock_file, remove_abandoned};
 use serde::{Deserialize, Serialize};
 
-use crate::design::{CaseValues, Design, DesignKind};
 use crate::error::{RecordError, SweepError};
-use crate::fingerprint::{Fingerprint, digest_of_values, sha256};
+use crate::files::{MANIFEST, RESULTS};
+use crate::fingerprint::sha256;
+use crate::manifest::Manifest;
 use crate::record::CaseRecord;
-use crate::shard::Shard;
-use crate::sweep::Sweep;
 
-/// The file that says which sweep a folder holds.
-pub(crate) const MANIFEST: &str = "manifest.json";
 const CASES: &str = "cases";
 const LOCK: &str = ".lock";
 /// The largest record that is read, bytes.
 const LARGEST_RECORD: u64 = 64 << 20;
-/// The version of the form of manifest and records.
-const FORMAT: u32 = 1;
-
-/// Which sweep a folder holds, or which part of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
-    /// The form of this file: 1.
-    pub format: u32,
-    /// What the results depend on.
-    pub fingerprint: Fingerprint,
-    /// SHA-256 of the fingerprint.
-    pub digest: String,
-    /// Which part of the sweep the folder holds.
-    pub shard: Shard,
-    /// The case file, as it was named.
-    pub case_file: String,
-    /// The title of the case.
-    pub title: String,
-    /// The text of the case file.
-    pub case_text: String,
-    /// The seed, for cases that are drawn at random.
-    pub seed: Option<u64>,
-    /// The distribution of each key; empty unless cases are drawn at random.
-    pub distributions: Vec<Option<String>>,
-    /// What is varied.
-    pub keys: Vec<String>,
-    /// What the case file has for each key.
-    pub defaults: Vec<Option<String>>,
-    /// The values of each case.
-    pub cases: Vec<CaseValues>,
-}
 
 /// The second line of a record.
 #[derive(Debug, Serialize, Deserialize)]
@@ -92,73 +57,6 @@ pub struct SweepFolder {
     _lock: Option<File>,
 }
 
-impl Manifest {
-    /// The manifest of a sweep.
-    pub fn of(sweep: &Sweep, shard: Shard) -> Self {
-        let (seed, distributions) = match sweep.design().kind() {
-            DesignKind::Random { seed, distributions } => (Some(*seed), distributions.clone()),
-            DesignKind::Grid | DesignKind::List => (None, Vec::new()),
-        };
-        Self {
-            format: FORMAT,
-            fingerprint: sweep.fingerprint().clone(),
-            digest: sweep.fingerprint().digest(),
-            shard,
-            case_file: sweep.origin().display().to_string(),
-            title: sweep.title().to_owned(),
-            case_text: sweep.source().to_owned(),
-            seed,
-            distributions,
-            keys: sweep.design().keys().to_vec(),
-            defaults: sweep.defaults().to_vec(),
-            cases: sweep.cases().to_vec(),
-        }
-    }
-
-    /// Reads the manifest of a folder; `None` if there is none.
-    ///
-    /// # Errors
-    /// A manifest that cannot be read, or has been changed, or is of another version.
-    pub fn read(folder: &Path) -> Result<Option<Self>, SweepError> {
-        let file = folder.join(MANIFEST);
-        let damaged = |why: String| SweepError::NoSweep { folder: folder.to_owned(), why };
-        let text = match read_own(&file) {
-            Ok(text) => text,
-            Err(error) if error.is_missing() => return Ok(None),
-            Err(ReadError::Io(source)) => return Err(SweepError::Read { file, source }),
-            Err(error) => return Err(damaged(format!("its {MANIFEST} cannot be read: {error}"))),
-        };
-        let manifest: Self = serde_json::from_slice(&text)
-            .map_err(|error| damaged(format!("its {MANIFEST} is not that of a sweep ({})", fault(&error))))?;
-        if manifest.format != FORMAT {
-            return Err(damaged(format!("its {MANIFEST} has format {}, not {FORMAT}", manifest.format)));
-        }
-        let as_written = manifest.digest == manifest.fingerprint.digest()
-            && manifest.fingerprint.case == sha256(manifest.case_text.as_bytes())
-            && manifest.fingerprint.values == digest_of_values(&manifest.keys, &manifest.cases);
-        if !as_written {
-            return Err(damaged(format!("its {MANIFEST} has been changed")));
-        }
-        Ok(Some(manifest))
-    }
-
-    /// Keys and values of the cases.
-    pub fn design(&self) -> Result<Design, crate::design::DesignError> {
-        let design = Design::of_cases(self.keys.clone(), self.cases.clone())?;
-        Ok(match self.seed {
-            Some(seed) => {
-                design.with_kind(DesignKind::Random { seed, distributions: self.distributions.clone() })
-            }
-            None => design,
-        })
-    }
-
-    /// The cases that the folder is for.
-    pub fn own_cases(&self) -> impl Iterator<Item = usize> {
-        self.shard.cases(self.cases.len())
-    }
-}
-
 impl SweepFolder {
     /// Opens the folder of a sweep, and makes it if it is not there. With `overwrite` the files of another sweep stay until those of this
     /// one replace them.
@@ -187,7 +85,7 @@ impl SweepFolder {
         if found.is_none() {
             // A process killed at its very start leaves an empty folder for cases.
             let has_cases = fs::read_dir(path.join(CASES)).is_ok_and(|mut entries| entries.next().is_some());
-            let foreign = crate::results::FILES.iter().find(|name| path.join(name).exists());
+            let foreign = RESULTS.iter().find(|name| path.join(name).exists());
             if let Some(name) = has_cases.then_some(&CASES).or(foreign) {
                 return Err(SweepError::NotOurs { file: path.join(name) });
             }
@@ -218,7 +116,7 @@ impl SweepFolder {
         files: &[String],
         records: &[Option<CaseRecord>],
     ) -> Result<(), SweepError> {
-        let stale = crate::results::FILES.iter().filter(|name| !files.iter().any(|file| file == *name));
+        let stale = RESULTS.iter().filter(|name| !files.iter().any(|file| file == *name));
         let mut others: Vec<PathBuf> = stale.map(|name| self.path.join(name)).collect();
         if self.replaces {
             let entries = fs::read_dir(self.path.join(CASES)).into_iter().flatten().flatten();

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::SweepError;
-use crate::folder::{Manifest, SweepFolder, finished};
+use crate::folder::{SweepFolder, finished};
+use crate::manifest::Manifest;
 use crate::results::{Summary, write_results};
 use crate::shard::Shard;
 

@@ -6,18 +6,11 @@ use elastocap_results::csv::number;
 
 use crate::chart::chart;
 use crate::error::SweepError;
+use crate::files::{PLOT, STATISTICS, SUMMARY, TABLE};
 use crate::folder::SweepFolder;
 use crate::record::CaseRecord;
 use crate::statistics::{PERCENTILES, StepStatistics, statistics};
 use crate::table::{Column, table};
-
-const TABLE: &str = "sweep.csv";
-const PLOT: &str = "sweep.svg";
-const SUMMARY: &str = "sweep.json";
-const STATISTICS: &str = "statistics.csv";
-
-/// All files that are written at the end.
-pub(crate) const FILES: &[&str] = &[TABLE, PLOT, SUMMARY, STATISTICS];
 
 /// What became of a sweep; `sweep.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,7 +4,7 @@ use elastocap_case::Amount;
 use elastocap_coupling::outcome::Row;
 use elastocap_results::csv::{number, optional, quoted};
 
-use crate::folder::Manifest;
+use crate::manifest::Manifest;
 use crate::record::CaseRecord;
 
 /// The values of one key, case by case.

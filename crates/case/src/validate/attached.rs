@@ -4,9 +4,9 @@ use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::Pose;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
-use super::super::values::{Either, Text};
+use super::super::values::Text;
 use super::given;
-use super::layer_room::is_metal;
+use super::layer_room::{is_metal, is_pressed_flat};
 
 /// Refuses bodies that are attached to something that is not there, or not flat, and steps that move nothing.
 pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
@@ -69,14 +69,5 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             .label("no body is attached to the layer or to the indenter")
             .help("add `attached = \"layer-top\"` to the body that moves"),
         );
-    }
-}
-
-/// Whether the top of the layer stays a plane under every load.
-pub(super) fn is_pressed_flat(raw: &Document) -> bool {
-    match given(&raw.mechanics) {
-        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
-        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
-        Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => true,
     }
 }

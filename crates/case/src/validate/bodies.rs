@@ -1,6 +1,5 @@
 //! Checks that conductors and dielectrics do not get in one another's way and lie where there is a field.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -13,7 +12,8 @@ use super::super::reader::{Log, Read};
 use super::super::values::Text;
 use super::given;
 use super::layer_room::{LayerRoom, check_body};
-use super::overlaps::{PlacedConductor, check_touching};
+use super::overlaps::check_touching;
+use super::placed_boxes::PlacedBoxes;
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
 
 /// More conductors than this are refused: the results would be matrices of this size.
@@ -38,28 +38,6 @@ pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'
         }
     }
     true
-}
-
-/// A conductor or dielectric by its boxes, or by the box around it, with the place in the file that says where it is.
-pub(super) struct PlacedBoxes<'a> {
-    pub(super) name: &'a str,
-    /// Never empty.
-    pub(super) regions: Vec<Box3>,
-    pub(super) span: Range<usize>,
-    pub(super) what: &'static str,
-    pub(super) floating_charge: Option<f64>,
-    pub(super) is_slab: bool,
-    /// Whether it is of no other shape than its regions.
-    pub(super) is_boxes: bool,
-    /// What it moves with.
-    pub(super) purpose: Purpose,
-}
-
-impl PlacedBoxes<'_> {
-    fn conductor(&self) -> PlacedConductor<'_> {
-        let parts = self.regions.iter().copied().map(Shape::Box).collect();
-        PlacedConductor { name: self.name, span: &self.span, parts: Cow::Owned(parts) }
-    }
 }
 
 /// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.

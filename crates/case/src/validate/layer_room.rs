@@ -7,10 +7,9 @@ use super::super::model::{Box3, Face, Wall};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
-use super::attached::is_pressed_flat;
-use super::bodies::PlacedBoxes;
 use super::given;
 use super::layered::micrometres;
+use super::placed_boxes::PlacedBoxes;
 use super::regions::AXES;
 
 /// The layer that bodies lie in or beside.
@@ -26,6 +25,15 @@ pub(super) struct LayerRoom {
     under_metal: bool,
     /// Whether load steps shift or tilt what is attached.
     is_moved: bool,
+}
+
+/// Whether the top of the layer stays a plane under every load.
+pub(super) fn is_pressed_flat(raw: &Document) -> bool {
+    match given(&raw.mechanics) {
+        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
+        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
+        Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => true,
+    }
 }
 
 /// Whether the indenter is a conductor of the field.

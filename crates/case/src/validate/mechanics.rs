@@ -3,9 +3,10 @@
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, PunchContact, ShearLength};
 use super::super::raw::{self, Document};
-use super::super::reader::{Log, Read};
+use super::super::reader::Log;
 use super::super::values::Either;
 use super::layer_end::{check_outlet, end, half_length};
+use super::punch_contact::contact;
 use super::{given, solid};
 use crate::material;
 
@@ -108,18 +109,6 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         return None;
     }
     Some(Indenter::FlatPunch { half_width, corner_radius, contact, position })
-}
-
-/// How a punch touches the layer; `None` if the file says something else.
-pub(super) fn contact(raw: &Option<Read<raw::Contact>>) -> Option<PunchContact> {
-    Some(match raw {
-        Some(read) => match read.get()? {
-            raw::Contact::Smooth => PunchContact::Smooth,
-            raw::Contact::Bonded => PunchContact::Bonded,
-            raw::Contact::Held => PunchContact::Held,
-        },
-        None => PunchContact::Smooth,
-    })
 }
 
 /// The layer must have a length, and the indenter must press on it. Only a punch in contact may reach over a free end.

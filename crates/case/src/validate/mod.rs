@@ -18,6 +18,8 @@ mod measured_points;
 mod mechanics;
 mod outlines;
 mod overlaps;
+mod placed_boxes;
+mod punch_contact;
 mod recognised;
 mod regions;
 mod shapes;

@@ -12,13 +12,13 @@ use super::super::quantities::Position;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::bodies::{
-    PlacedBoxes, boxes, check_count, check_names, check_touching_pair, conductor_of, purpose_of,
-    refuse_all_floating,
+    boxes, check_count, check_names, check_touching_pair, conductor_of, purpose_of, refuse_all_floating,
 };
 use super::given;
 use super::layer_room::{LayerRoom, check_body};
 use super::outlines::extruded;
 use super::overlaps::{PlacedConductor, check_touching};
+use super::placed_boxes::PlacedBoxes;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
 /// Whether a body is neither box, sheet nor slab.

@@ -7,7 +7,7 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::layer_end::{check_outlet, end, half_length};
-use super::mechanics::contact;
+use super::punch_contact::contact;
 
 /// Relative discretisation error of the force where the file does not say: meshes in space are coarse.
 const DEFAULT_TOLERANCE: f64 = 2e-2;

@@ -12,7 +12,6 @@ use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
 use elastocap_mechanics::ForceLimit;
 
-use crate::change::ACCEPTED;
 use crate::common_base::{CommonBase, Known, Purposes};
 use crate::deform::{DeformError, Deformation, Prepared};
 use crate::failure::{StepFailure, Stop, panic_message};
@@ -70,6 +69,9 @@ fn on_tetrahedra_instead(taken: Route) -> Route {
 
 /// Spread of the bounds of a draft, over the value.
 const DRAFT: f64 = 0.1;
+
+/// What a solve to another tolerance may take over it. A change is known with it all the same: the shares of its two states leave that much.
+pub(crate) const ACCEPTED: f64 = 1.08;
 
 /// How a step is to be solved again.
 #[derive(Debug, Clone, Copy)]

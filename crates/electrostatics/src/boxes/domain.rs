@@ -2,7 +2,6 @@
 //!
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
-use crate::boxes::half_turn::halves::OtherParts;
 use crate::boxes::mapped::placed::PlacedMap;
 use elastocap_fem::embedding::embedding;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
@@ -58,6 +57,19 @@ pub(crate) struct Domain {
     pub map: Option<PlacedMap>,
     /// Where the domain is the half of a scene, and the potential even or odd under a half turn: the other parts that it is seen on.
     pub turn: Option<Box<OtherParts>>,
+}
+
+/// The parts of a scene, besides the half above the middle of the first axis, that a potential is seen on which is even or odd under a half
+/// turn.
+#[derive(Debug, Clone)]
+pub(crate) struct OtherParts {
+    /// The half above the middle of the last axis.
+    pub(crate) half: Domain,
+    /// The quarter above both, with what is a conductor on either side of the middle of the last axis: for what is odd across that, and
+    /// for what is even.
+    pub(crate) quarters: [Domain; 2],
+    /// Whether the potential is odd under the turn.
+    pub(crate) odd: bool,
 }
 
 impl Axis {
@@ -202,6 +214,19 @@ impl Axis {
         out.cuts[1..].iter_mut().for_each(|c| *c += usize::from(open[0]));
         out.cuts[last] += usize::from(open[1]);
         out
+    }
+}
+
+impl OtherParts {
+    /// See [`Domain::truncated`].
+    pub(crate) fn truncated(&self) -> Self {
+        let quarters = self.quarters.each_ref().map(Domain::truncated);
+        Self { half: self.half.truncated(), quarters, odd: self.odd }
+    }
+
+    /// 1 for a potential that is even under the turn, -1 for one that is odd.
+    pub(crate) fn parity(&self) -> f64 {
+        if self.odd { -1.0 } else { 1.0 }
     }
 }
 

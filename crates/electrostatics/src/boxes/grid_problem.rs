@@ -1,7 +1,8 @@
 //! A scene laid out for the box solver, with its symmetric parts and the settings.
 
 use crate::SolveError;
-use crate::boxes::half_turn::halves::ACROSS;
+use crate::boxes::half_turn::ACROSS;
+use crate::boxes::half_turn::halves::core_of;
 use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
@@ -94,7 +95,7 @@ impl<'a> GridProblem<'a> {
         Ok(Self {
             parts,
             opposite_alone,
-            core: layout.core(),
+            core: core_of(&layout),
             reflected,
             left_out,
             floating,

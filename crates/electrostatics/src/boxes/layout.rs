@@ -5,7 +5,7 @@
 
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
-use crate::boxes::half_turn::halves::{ACROSS, Halves};
+use crate::boxes::half_turn::ACROSS;
 use crate::boxes::half_turn::holders::{HalfTurn, Holders};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::mapped::placed::PlacedMap;
@@ -458,15 +458,6 @@ impl Layout {
             }
         }
         (greatest > 0.0).then(|| greatest / least)
-    }
-
-    /// The half, quarter or eighth of the layout that grids are made for.
-    pub(crate) fn core(&self) -> Self {
-        let reduced = (0..3).fold(self.clone(), |layout, a| layout.half(a, false));
-        match &reduced.turn {
-            Some(turn) => Halves::of(&reduced, turn.planes, false).quarter,
-            None => reduced,
-        }
     }
 
     /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is continued to infinity.

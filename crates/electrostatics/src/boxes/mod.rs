@@ -1,5 +1,6 @@
 //! Laplace's equation among axis-aligned boxes and sheets, on graded tensor-product grids, with proved bounds.
 
+mod common_line;
 pub(crate) mod conductor_free;
 pub(crate) mod domain;
 pub(crate) mod dual;

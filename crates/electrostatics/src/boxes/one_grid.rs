@@ -5,6 +5,7 @@
 
 use crate::SolveError;
 use crate::VACUUM_PERMITTIVITY;
+use crate::bounded::Bounded;
 use crate::boxes::energy::Energies;
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_problem::GridProblem;
@@ -14,7 +15,7 @@ use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, com
 use crate::boxes::superposed::Sight;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, of_squares, rounding_scale};
 use crate::shortfall::Shortfall;
-use crate::solution::{Bounded, Discretisation, Field, PhaseSeconds, Settings, Solution};
+use crate::solution::{Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};

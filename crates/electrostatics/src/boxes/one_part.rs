@@ -9,7 +9,7 @@ use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::half_turn::images::{Image, images};
 use crate::boxes::layout::Grid;
 use crate::boxes::primal::Primal;
-use crate::boxes::superposed::Added;
+use crate::boxes::superposed::added::Added;
 use elastocap_fem::tensor::{SparseRows, along, axpy};
 use faer::Mat;
 

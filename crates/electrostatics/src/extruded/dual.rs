@@ -4,9 +4,9 @@
 //! cancels both exactly: that of the whole scene as if there were no conductors, which the modes of the axis invert. The bound counts
 //! its energy; see `boxes/dual/mod.rs` for the proof, which holds word for word with the traces among the potentials.
 
+use super::columns::Column;
 use super::fluxes::{self, Cells, Fluxes, ones_along};
 use super::free_regions::{FreeRegion, Product, free_regions};
-use super::layout::Column;
 use super::mesh::PlanMesh;
 use super::plane_system::{Beyond, PlaneSystem};
 use super::rays::met_by_rays;

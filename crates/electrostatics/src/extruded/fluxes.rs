@@ -5,10 +5,11 @@
 //! the interval for traces, of the cell's own for values. From these each triangle has the flux along the plan, and each line the
 //! flux along the axis, of least energy; the operator is what they diverge and how they differ across sides.
 
+use super::columns::Column;
 use super::free_regions::Product;
-use super::layout::Column;
+use super::local::Local;
 use super::mesh::{DISTANCE_STEP, PlanMesh};
-use super::plane_system::{Local, Numbering};
+use super::plane_system::Numbering;
 use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use elastocap_fem::condensed::Condensed;

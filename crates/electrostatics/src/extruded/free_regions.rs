@@ -1,6 +1,6 @@
 //! The maximal regions without conductors that are a part of the plan times a part of the axis.
 
-use super::layout::{Chain, Column};
+use super::columns::{Chain, Column};
 use super::mesh::PlanMesh;
 use elastocap_geometry::scene::Wall;
 

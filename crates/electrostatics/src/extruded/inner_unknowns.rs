@@ -1,6 +1,6 @@
 //! The unknowns of single triangles, which are eliminated before those on corners and sides are solved for.
 
-use super::plane_system::{Local, Place};
+use super::local::{Local, Place};
 use elastocap_fem::tensor::Real;
 use elastocap_linalg::lanes::{LANES, Lane, vectorized};
 

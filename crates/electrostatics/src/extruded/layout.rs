@@ -1,5 +1,6 @@
 //! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
 
+use super::columns::{Chain, ChainOfSide, Column};
 use super::marks::{dielectric_edges, marks};
 use elastocap_geometry::meshing::grid::Plane;
 use elastocap_geometry::meshing::plane::graded::{Circle, Coarse, Marks, Outline, Triangles, coarse};
@@ -31,30 +32,6 @@ struct Solid {
     /// Lower and upper end along the axis, scaled.
     ends: [f64; 2],
 }
-
-/// What fills the space over one triangle of the plan. Along the axis, *cuts* are the planes at which something begins or ends, and
-/// the ends of the scene; *intervals* lie between them.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Column {
-    /// The conductor that fills each interval.
-    pub conductor: Vec<Option<u32>>,
-    /// The conductor that each cut belongs to, a sheet or the face of a body.
-    pub held: Vec<Option<u32>>,
-    /// Relative permittivity of each interval.
-    pub permittivity: Vec<f64>,
-}
-
-/// What holds the sides of triangles in which sheets stand that contain the axis: see [`Column`].
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Chain {
-    /// The conductor that holds them over each interval.
-    pub conductor: Vec<Option<u32>>,
-    /// The conductor that holds them at each cut.
-    pub held: Vec<Option<u32>>,
-}
-
-/// For sides of triangles in chains, by their ends in ascending order, the number of the chain.
-pub(super) type ChainOfSide = HashMap<[u32; 2], u32>;
 
 /// A scene of outlines pulled along one axis, in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]

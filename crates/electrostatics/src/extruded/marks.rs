@@ -1,6 +1,6 @@
 //! Where a plan is graded: corners and edges near which the field is singular.
 
-use super::layout::{Chain, ChainOfSide, Column};
+use super::columns::{Chain, ChainOfSide, Column};
 use elastocap_geometry::meshing::plane::graded::{Coarse, Marks, bands};
 use std::collections::{HashMap, HashSet};
 

@@ -1,6 +1,7 @@
 //! The graded mesh of a plan: triangles, sides, and what is over them.
 
-use super::layout::{Chain, Column, Plan};
+use super::columns::{Chain, Column};
+use super::layout::Plan;
 use elastocap_fem::bent::Bent;
 use elastocap_fem::triangle::{SIDES, Triangle};
 use elastocap_geometry::meshing::plane::graded::{Graded, Layers, graded};

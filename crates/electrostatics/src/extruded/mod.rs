@@ -5,6 +5,7 @@
 //! solver (ARCHITECTURE.md, "The method") with two of the three axes replaced by a mesh: the regions without conductors are parts of
 //! the plan times parts of the axis, and each is inverted by the modes of the axis and one sparse factor of the plan a mode.
 
+mod columns;
 mod confined;
 mod dual;
 mod family;
@@ -12,6 +13,7 @@ mod fluxes;
 mod free_regions;
 mod inner_unknowns;
 mod layout;
+mod local;
 mod marks;
 mod mesh;
 mod one_mesh;

@@ -5,8 +5,9 @@
 //! with that profile, and of the line with it.
 
 use super::free_regions::{FreeRegion, Product, free_regions};
+use super::local::Local;
 use super::mesh::PlanMesh;
-use super::plane_system::{Local, Numbering, PlaneSystem};
+use super::plane_system::{Numbering, PlaneSystem};
 use super::rays::PotentialRays;
 use super::region::{Inverse, Scaling, Workspace};
 use crate::SolveError;

@@ -1,7 +1,8 @@
 //! Inverses on products of a part of the plan and a part of the line: by the modes of the line, and a factor of the plan for each.
 
 use super::inner_unknowns::InnerUnknowns;
-use super::plane_system::{Local, Numbering, PlaneSystem};
+use super::local::Local;
+use super::plane_system::{Numbering, PlaneSystem};
 use elastocap_fem::modes::LineModes;
 use elastocap_fem::tensor::{Real, left, multiply, right, target};
 use elastocap_linalg::lanes::{LANES, Lane, LaneFactor, Root};

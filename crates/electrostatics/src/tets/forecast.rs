@@ -3,8 +3,11 @@
 use crate::SolveError;
 use crate::parity::Parity;
 use crate::solution::Forecast;
-use crate::tets::adaptive::{BYTES, MeshScene, MeshSolution, TetrahedraSettings, memory_of, solve_mesh};
+use crate::tets::adaptive::solve_mesh;
+use crate::tets::mesh_scene::{MeshScene, MeshSolution};
+use crate::tets::one_mesh::{BYTES, memory_of};
 use crate::tets::parity::parities;
+use crate::tets::settings::TetrahedraSettings;
 use crate::tets::spread::spread;
 use elastocap_geometry::meshing::tets::TetMesh;
 

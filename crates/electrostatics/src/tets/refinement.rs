@@ -5,8 +5,8 @@
 
 use crate::matrix::MatrixBounds;
 use crate::shortfall::Shortfall;
-use crate::tets::adaptive::{SolvedParity, Task, memory_of};
 use crate::tets::marking::Growth;
+use crate::tets::one_mesh::{SolvedParity, Task, memory_of};
 use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
 
 /// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
@@ -97,7 +97,8 @@ impl Refinement {
 mod tests {
     use super::*;
     use crate::solution::PhaseSeconds;
-    use crate::tets::adaptive::{MeshScene, TetrahedraSettings};
+    use crate::tets::mesh_scene::MeshScene;
+    use crate::tets::settings::TetrahedraSettings;
     use elastocap_geometry::meshing::tets::of_boxes;
     use elastocap_geometry::scene::{Body, Box3, Potential, Scene, Wall};
     use elastocap_geometry::shapes::Shape;

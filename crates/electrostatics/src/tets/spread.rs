@@ -1,8 +1,8 @@
 //! How far apart the bounds of a target are.
 
-use crate::solution::Bounded;
+use crate::bounded::Bounded;
 use crate::target::{SHARE_OF_DIAGONAL, Target};
-use crate::tets::adaptive::TetrahedraSettings;
+use crate::tets::settings::TetrahedraSettings;
 
 /// The relative distance between the bounds.
 #[derive(Debug, PartialEq)]

@@ -17,7 +17,7 @@ pub(crate) fn paper_constants(rubber: MooneyRivlin) -> (f64, f64) {
 /// The shear modulus of the layer in Pa, or an error unless it is positive and finite.
 ///
 /// One of `c10` and `c01` may be negative (fitted constants sometimes are); their sum may not.
-pub(crate) fn valid_shear_modulus(rubber: MooneyRivlin) -> Result<f64, MechanicsError> {
+pub(super) fn valid_shear_modulus(rubber: MooneyRivlin) -> Result<f64, MechanicsError> {
     require_positive("shear modulus of the layer, 2 (c10 + c01),", rubber.shear_modulus(), "Pa")
 }
 

@@ -15,9 +15,8 @@
 //! solutions are found without keeping anything positive: see [`Linearisation::Smoothed`].
 
 use super::dimension::{Dimension, Numbers};
-use super::model::{Body, Equations, Load, State};
+use super::model::{Equations, Linearisation, Load, Pair, State};
 use super::obstacle::{Gap, IndenterProfile, ObstacleShape};
-use super::refinement::add;
 
 /// The fraction of the way to `g = 0` or `l = 0` that one step may go.
 const BOUNDARY_FRACTION: f64 = 0.995;
@@ -33,39 +32,6 @@ const STIFFNESS: f64 = 30.0;
 /// How far a point may be inside an obstacle, over the radius of its corners.
 const DEEPEST: f64 = 0.5;
 
-/// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
-/// through a corner of the obstacle, and the layer would slide past it there.
-pub(crate) const POINTS: usize = 4;
-
-/// A point of the surface that may touch an obstacle.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pair<S: Dimension> {
-    obstacle: usize,
-    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and factor.
-    slots: Vec<(usize, usize, f64)>,
-    /// Reference position of the point relative to the carrier of the obstacle, in m.
-    reference: S::Point,
-    /// Surface that belongs to the point: area in m^2, in the plane length in m.
-    weight: f64,
-    /// Size of the side that it lies on, in m.
-    size: f64,
-}
-
-/// How the condition `g l = w s` of a pair is made linear for a step.
-///
-/// `Smoothed` is Newton's method for the function of Chen, Harker, Kanzow and Smale, `g + l/r - sqrt((g - l/r)^2 + 4 w s/r) = 0`, which has
-/// the same solutions and takes any signs: its linear form is the tangent of the curve `g l = w s` at the point of the curve with the
-/// same `g - l/r`. The stiffness `r` says how the surface yields to one point. It is that of the rubber around it, or that of the last
-/// tangent where that is more: there the points around it, which touch as well, hold it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Linearisation {
-    /// At the gap and the force of the pair, both of them positive.
-    Interior,
-    /// The same where both are positive, and else at the point of the curve that they are nearest to, in the sense above. Holds the
-    /// slopes of the last tangents in N/m, or none before the first step.
-    Smoothed(Vec<f64>),
-}
-
 /// Distance, force and tangent of one pair.
 struct PairState {
     gap: Gap,
@@ -76,47 +42,6 @@ struct PairState {
     slope: f64,
     /// Derivative of the contact force by the distance vector, its sign changed.
     stiffness: [[f64; 3]; 3],
-}
-
-impl<S: Dimension> Pair<S> {
-    /// All pairs of `body`, obstacle after obstacle.
-    pub(crate) fn all(body: &Body<S>) -> Vec<Self> {
-        let mut pairs = Vec::new();
-        for (o, obstacle) in body.obstacles.iter().enumerate() {
-            for side in &obstacle.sides {
-                let points = body.mesh.side_points(side, POINTS);
-                let surface: f64 = points.iter().map(|point| point.weight).sum();
-                let size = surface.powf(1.0 / (S::AXES - 1) as f64);
-                for point in points {
-                    let mut reference = point.position;
-                    let mut parts: Vec<(u32, f64)> = Vec::with_capacity(point.shape.len());
-                    for (&n, &value) in side.nodes.as_ref().iter().zip(&point.shape) {
-                        match body.mesh.hanging.nodes.get(&n) {
-                            Some(masters) => {
-                                masters.iter().for_each(|&(m, part)| add(&mut parts, m, part * value))
-                            }
-                            None => add(&mut parts, n, value),
-                        }
-                    }
-                    let mut slots = Vec::with_capacity(S::AXES * parts.len() + 1);
-                    for (n, value) in parts {
-                        slots.extend((0..S::AXES).map(|k| (S::AXES * n as usize + k, k, value)));
-                    }
-                    if let Some(n) = obstacle.carrier {
-                        reference[0] -= body.mesh.nodes[n as usize][0];
-                        slots.push((S::AXES * n as usize, 0, -1.0));
-                    }
-                    pairs.push(Self { obstacle: o, slots, reference, weight: point.weight, size });
-                }
-            }
-        }
-        pairs
-    }
-
-    /// The displacements that it couples.
-    pub(crate) fn displacements(&self) -> impl Iterator<Item = usize> {
-        self.slots.iter().map(|slot| slot.0)
-    }
 }
 
 /// The gap and the force on the curve `g l = product` with `g - l/stiffness = difference`.

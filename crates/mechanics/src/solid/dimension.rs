@@ -16,8 +16,6 @@
 use std::fmt::Debug;
 use std::ops::IndexMut;
 
-use super::estimate::Stress;
-use super::{element, space};
 use elastocap_materials::Rubber;
 
 /// Plane strain: two axes, forces per metre of width.
@@ -69,7 +67,8 @@ impl<const N: usize> Numbering for [u32; N] {
     }
 }
 
-/// The plane or space, with its element: sizes of arrays and the few functions that differ.
+/// The plane or space, with its element: sizes of arrays and the few functions that differ. The two are written down beside their elements,
+/// in [`super::element`] and [`super::space::element`].
 pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Displacements of a node.
     const AXES: usize;
@@ -96,57 +95,8 @@ pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static 
     fn order(nodes: &[Self::Point], elements: &[Self::Nodes]) -> Vec<u32>;
 }
 
-impl Dimension for Plane {
-    const AXES: usize = 2;
-    type Point = [f64; 2];
-    type Pressure = [f64; 3];
-    type Nodes = [u32; 9];
-    type SideNodes = [u32; 3];
-    type Element = element::ReferenceElement;
-    const SIDES: &'static [&'static [usize]] = &[&[0, 1, 2], &[2, 5, 8], &[8, 7, 6], &[6, 3, 0]];
-    const SIDE_CORNERS: &'static [usize] = &[0, 2];
-    fn normal(first: [f64; 2], _: [f64; 2]) -> [f64; 2] {
-        [first[1], -first[0]]
-    }
-    fn in_space(point: &[f64; 2]) -> [f64; 3] {
-        [point[0], point[1], 0.0]
-    }
-    fn order(nodes: &[[f64; 2]], elements: &[[u32; 9]]) -> Vec<u32> {
-        elastocap_linalg::ordering::dissection_order(nodes, elements)
-    }
-}
-
-impl Dimension for Space {
-    const AXES: usize = 3;
-    type Point = [f64; 3];
-    type Pressure = [f64; 4];
-    type Nodes = [u32; 27];
-    type SideNodes = [u32; 9];
-    type Element = space::element::ReferenceElement;
-    const SIDES: &'static [&'static [usize]] =
-        &[&face(0, 3, 1), &face(18, 1, 3), &face(0, 1, 9), &face(6, 9, 1), &face(0, 9, 3), &face(2, 3, 9)];
-    const SIDE_CORNERS: &'static [usize] = &[0, 2, 6, 8];
-    fn normal(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    }
-    fn in_space(point: &[f64; 3]) -> [f64; 3] {
-        *point
-    }
-    fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
-        elastocap_linalg::ordering::dissection_order(nodes, elements)
-    }
-}
-
-/// The face of a hexahedron that begins at node `corner` and goes on in steps of `a` and `b`.
-const fn face(corner: usize, a: usize, b: usize) -> [usize; 9] {
-    let mut nodes = [0; 9];
-    let mut n = 0;
-    while n < 9 {
-        nodes[n] = corner + a * (n % 3) + b * (n / 3);
-        n += 1;
-    }
-    nodes
-}
+/// Components of a stress: 11, 22, 33, 12, 23, 13.
+pub(crate) type Stress = [f64; 6];
 
 /// An element with continuous displacements and a pressure of its own, condensed out.
 ///

@@ -12,9 +12,9 @@
 
 use elastocap_fem::quadrature::gauss_legendre;
 
-use super::dimension::{Element, ElementSystem, Plane};
-use super::estimate::Stress;
-use super::stress::PointStress;
+use super::dimension::{Dimension, Element, ElementSystem, Plane, Stress};
+use super::point_stress::PointStress;
+use super::shape_functions::quadratic;
 use elastocap_materials::Rubber;
 use elastocap_materials::plane::{Tensor, cofactor, determinant};
 
@@ -91,11 +91,6 @@ fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64]) -> Tensor {
     f
 }
 
-/// Values of the quadratic Lagrange polynomials for the nodes -1, 0, 1 at `s`, and their slopes.
-pub fn quadratic(s: f64) -> ([f64; 3], [f64; 3]) {
-    ([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)], [s - 0.5, -2.0 * s, s + 0.5])
-}
-
 /// Values of the nine shape functions at `(s, t)` of the reference square.
 pub fn shape_functions(s: f64, t: f64) -> [f64; 9] {
     let (a, b) = (quadratic(s).0, quadratic(t).0);
@@ -131,6 +126,26 @@ impl ReferenceElement {
                 self.areas[q] * w
             })
             .sum()
+    }
+}
+
+impl Dimension for Plane {
+    const AXES: usize = 2;
+    type Point = [f64; 2];
+    type Pressure = [f64; 3];
+    type Nodes = [u32; 9];
+    type SideNodes = [u32; 3];
+    type Element = ReferenceElement;
+    const SIDES: &'static [&'static [usize]] = &[&[0, 1, 2], &[2, 5, 8], &[8, 7, 6], &[6, 3, 0]];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2];
+    fn normal(first: [f64; 2], _: [f64; 2]) -> [f64; 2] {
+        [first[1], -first[0]]
+    }
+    fn in_space(point: &[f64; 2]) -> [f64; 3] {
+        [point[0], point[1], 0.0]
+    }
+    fn order(nodes: &[[f64; 2]], elements: &[[u32; 9]]) -> Vec<u32> {
+        elastocap_linalg::ordering::dissection_order(nodes, elements)
     }
 }
 

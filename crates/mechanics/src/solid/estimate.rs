@@ -16,13 +16,9 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::dimension::{Dimension, Element, Numbers};
+use super::dimension::{Dimension, Element, Numbers, Stress};
 use super::model::{Equations, State};
-use super::stress::on_a_line;
-use super::transfer::shape;
-
-/// Components of a stress: 11, 22, 33, 12, 23, 13.
-pub(crate) type Stress = [f64; 6];
+use super::shape_functions::{on_a_line, shape};
 
 /// Share of the largest curvature of the stress, over the axes of an element, from which on it is cut along an axis.
 const ALONG: f64 = 0.35;

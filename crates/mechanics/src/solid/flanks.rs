@@ -1,10 +1,10 @@
 //! The flanks of a sharp punch: what the free surface next to it may not enter.
 
 use super::dimension::Dimension;
-use super::layer::Symmetry;
 use super::model::Body;
 use super::obstacle::{Obstacle, ObstacleShape};
 use super::side::Side;
+use super::symmetry::Symmetry;
 
 /// Obstacles that keep the surface next to a sharp punch out of it: the free surface turns up, and the punch's flank moves with
 /// the last point under the punch. For the same reason the points under a punch without friction may not pass that point. In

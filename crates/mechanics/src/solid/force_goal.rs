@@ -1,6 +1,6 @@
 //! The displacement of the indenter that gives a force.
 
-use super::layer::LayerStep;
+use super::layer_step::LayerStep;
 use super::newton::{NewtonSettings, StopReason, Stopped};
 
 /// Largest number of displacements that are tried.

@@ -14,9 +14,11 @@ use super::force_goal::meet_force;
 use super::model::{Body, Equations, Load, ModelError, State};
 use super::newton::{Effort, NewtonSettings, Stopped};
 use super::obstacle::{IndenterProfile, Obstacle, ObstacleShape};
+use super::symmetry::Symmetry;
 use elastocap_materials::Rubber;
 
 pub use super::layer_mesh::{LayerMesh, PunchFan};
+pub use super::layer_step::LayerStep;
 
 /// The condition at the end of the layer, at `x1 = half_length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,31 +125,6 @@ pub struct LayerModel<S: Dimension = Plane> {
     symmetry: Symmetry,
 }
 
-/// One step of a pressed layer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LayerStep {
-    /// Displacement of the indenter over the thickness.
-    pub compression: f64,
-    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in the plane in
-    /// N per metre of width.
-    pub force: f64,
-    /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
-    pub end_contact_force: f64,
-    /// Sum of all vertical forces on the layer over the largest of them.
-    pub imbalance: f64,
-    /// Deepest penetration of a node in m, at least 0.
-    pub penetration: f64,
-    /// The work it took.
-    pub effort: Effort,
-}
-
-impl LayerStep {
-    /// Whether its force is `target` (N, in the plane N per metre of width).
-    pub(super) fn meets(&self, target: f64, settings: &NewtonSettings) -> bool {
-        (self.force - target).abs() <= settings.force_tolerance() * target.abs()
-    }
-}
-
 impl LayerModel {
     /// The layer at rest.
     ///
@@ -206,17 +183,6 @@ pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<
             }
         }
     }
-}
-
-/// Which part of the layer the mesh covers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Symmetry {
-    /// All of it.
-    None,
-    /// One side of `x1 = 0`.
-    Half,
-    /// One side of `x1 = 0` and of `x3 = 0`.
-    Quarter,
 }
 
 impl<S: Dimension> LayerModel<S> {
@@ -500,17 +466,6 @@ impl<S: Dimension> LayerModel<S> {
             imbalance: (bottom + end - part).abs() / part.abs().max(f64::MIN_POSITIVE),
             penetration: self.equations.penetration(&self.state).max(0.0),
             effort,
-        }
-    }
-}
-
-impl Symmetry {
-    /// How many such parts the layer has.
-    fn parts(self) -> f64 {
-        match self {
-            Self::None => 1.0,
-            Self::Half => 2.0,
-            Self::Quarter => 4.0,
         }
     }
 }

@@ -8,9 +8,25 @@ use super::estimate::Estimate;
 use super::layer::{LayerModel, LayerStep};
 use super::model::{Load, State};
 use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
-use super::press::{Goal, Pressed};
 use super::refinement::Refinable;
 use super::soundness::StateFault;
+
+/// The load to reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// Displacement of the indenter over the thickness.
+    Compression(f64),
+    /// Force on the whole layer, positive in compression: in N, in the plane in N per metre of width.
+    Force(f64),
+}
+
+impl Goal {
+    pub(super) fn value(self) -> f64 {
+        match self {
+            Self::Compression(value) | Self::Force(value) => value,
+        }
+    }
+}
 
 /// One mesh that was solved on.
 #[derive(Debug)]
@@ -39,26 +55,8 @@ pub(super) type Estimator<'a, S> = dyn Fn(&mut LayerModel<S>, &LayerStep) -> Est
 #[derive(Debug, Clone)]
 pub(super) struct Reached<S: Dimension> {
     pub(super) step: LayerStep,
-    state: State<S>,
-    load: Load<S>,
-}
-
-impl<S: Dimension> Reached<S> {
-    /// It as a result on this level, of whose error nothing is known.
-    pub(super) fn unjudged(&self, level: usize) -> Pressed<S> {
-        Pressed {
-            step: self.step,
-            level,
-            state: self.state.clone(),
-            load: self.load.clone(),
-            error: None,
-            refinement: Vec::new(),
-            places_error: None,
-            least_places_error: 0.0,
-            mesh_is_enough: false,
-            converged: false,
-        }
-    }
+    pub(super) state: State<S>,
+    pub(super) load: Load<S>,
 }
 
 /// What was found for a goal, before it counts.

@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 
 use super::dimension::{Dimension, Plane};
-use super::refinement::Hanging;
+use super::hanging::Hanging;
 
 /// A mesh in the reference configuration: nine-node quadrilaterals in the plane, 27-node hexahedra in space.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -4,22 +4,27 @@
 //! | module | what is in it |
 //! |---|---|
 //! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
+//! | `shape_functions` | the shape functions of all elements, and the fit to their quadrature points |
 //! | [`dimension`] | what the plane and space have in common; how code is generic over them |
 //! | [`mesh`] | meshes, mapped patches, fans around corners |
-//! | [`refinement`] | elements cut in two where the solution needs it, and what hangs on a neighbour's side |
+//! | [`refinement`] | elements cut in two where the solution needs it |
+//! | `hanging` | what hangs on a neighbour's side, and what it follows |
 //! | [`obstacle`] | rigid bodies, described by the distance to their surface |
 //! | `contact` | contact with rigid bodies by an interior-point method |
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
-//! | [`side`] | the surface, its quadrature and loads |
+//! | [`side`] | the surface and its quadrature |
 //! | [`plane`] | what only plane strain has: layers of which a section is solved, sharp punches |
 //! | [`space`] | what only three dimensions have: stresses, the hexahedron, swept meshes, layers of finite width |
-//! | [`stress`] | Cauchy stress at points, at nodes, along lines |
+//! | `point_stress` | Cauchy stress at a point, from the deformation gradient there |
+//! | [`stress`] | Cauchy stress of a configuration: at points, at nodes, along lines |
 //! | `transfer` | the equilibrium on one mesh as a first guess on a finer one |
 //! | [`probe`] | the displacement between nodes |
 //! | [`folds`] | past loads at which an equilibrium ceases to exist |
 //! | [`shear_length`] | the length `L` that the closed form does not determine, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
+//! | `layer_step` | what is known of it in an equilibrium |
+//! | `symmetry` | which part of it a mesh covers |
 //! | `flanks` | the flanks beside a patch that is held or bonded, as obstacles |
 //! | `first_mesh` | the first of the meshes for that |
 //! | `adaptive` | the layer pressed on meshes that are refined where the errors are made |
@@ -70,8 +75,10 @@ pub mod folds;
 mod force_goal;
 pub mod forecast;
 mod given_force;
+mod hanging;
 pub mod layer;
 mod layer_mesh;
+mod layer_step;
 mod level;
 pub mod mesh;
 pub mod mesh_error;
@@ -80,12 +87,15 @@ pub mod newton;
 mod nodes_by_place;
 pub mod obstacle;
 pub mod plane;
+mod point_stress;
 pub mod press;
 pub mod probe;
 pub mod refinement;
+mod shape_functions;
 pub mod shear_length;
 pub mod side;
 pub mod soundness;
 pub mod space;
 pub mod stress;
+mod symmetry;
 mod transfer;

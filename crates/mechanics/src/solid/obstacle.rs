@@ -3,6 +3,10 @@
 use super::dimension::{Dimension, Plane};
 use super::side::Side;
 
+/// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
+/// through a corner of the obstacle, and the layer would slide past it there.
+pub(crate) const SIDE_POINTS: usize = 4;
+
 /// A rigid body and the surface that may touch it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Obstacle<S: Dimension = Plane> {

@@ -15,16 +15,7 @@ use super::newton::{NewtonSettings, Stopped};
 use super::refinement::Refinable;
 use super::soundness::StateFault;
 
-pub use super::level::Level;
-
-/// The load to reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Goal {
-    /// Displacement of the indenter over the thickness.
-    Compression(f64),
-    /// Force on the whole layer, positive in compression: in N, in the plane in N per metre of width.
-    Force(f64),
-}
+pub use super::level::{Goal, Level};
 
 /// When to stop refining.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -319,10 +310,20 @@ pub fn deepest(goals: &[Goal]) -> f64 {
     })
 }
 
-impl Goal {
-    pub(super) fn value(self) -> f64 {
-        match self {
-            Self::Compression(value) | Self::Force(value) => value,
+impl<S: Dimension> Reached<S> {
+    /// It as a result on this level, of whose error nothing is known.
+    fn unjudged(&self, level: usize) -> Pressed<S> {
+        Pressed {
+            step: self.step,
+            level,
+            state: self.state.clone(),
+            load: self.load.clone(),
+            error: None,
+            refinement: Vec::new(),
+            places_error: None,
+            least_places_error: 0.0,
+            mesh_is_enough: false,
+            converged: false,
         }
     }
 }

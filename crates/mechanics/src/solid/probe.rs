@@ -2,7 +2,8 @@
 
 use super::dimension::Dimension;
 use super::model::{Equations, State};
-use super::transfer::{Finder, shape};
+use super::shape_functions::shape;
+use super::transfer::Finder;
 
 /// Reads displacements off a configuration.
 pub struct Probe<'a, S: Dimension> {

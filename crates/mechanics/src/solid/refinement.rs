@@ -8,28 +8,12 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::dimension::{Dimension, Numbering, Numbers};
-use super::element::quadratic;
+use super::hanging::add;
 use super::mesh::Mesh;
 use super::nodes_by_place::NodesByPlace;
+use super::shape_functions::quadratic;
 
-/// What hangs in a mesh.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Hanging {
-    /// For each node that hangs the nodes that it follows, none of which hangs, and the part of each: its displacement is the sum of theirs times
-    /// these parts.
-    pub nodes: BTreeMap<u32, Vec<(u32, f64)>>,
-    /// The sides that lie within a larger one.
-    pub sides: Vec<HangingSide>,
-}
-
-/// A side of an element that lies within a larger side of another. A side is named by the element and by the node in its middle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HangingSide {
-    /// The smaller side.
-    pub fine: (u32, u32),
-    /// The larger one.
-    pub coarse: (u32, u32),
-}
+pub use super::hanging::{Hanging, HangingSide};
 
 /// A mesh whose elements can be cut.
 #[derive(Debug, Clone)]
@@ -369,15 +353,7 @@ impl<S: Dimension> Sides<'_, S> {
     }
 }
 
-/// Adds the part `weight` of a master to those of a node.
-pub(super) fn add(masters: &mut Vec<(u32, f64)>, master: u32, weight: f64) {
-    match masters.iter_mut().find(|own| own.0 == master) {
-        Some(own) => own.1 += weight,
-        None => masters.push((master, weight)),
-    }
-}
-
-/// The same with masters that hang replaced by what they follow. A master belongs to a larger side than what follows it, so that there is
+/// The nodes that hanging ones follow, those that hang themselves replaced by what they follow. A master belongs to a larger side than what follows it, so that there is
 /// no circle.
 fn resolved(followed: &BTreeMap<u32, Vec<(u32, f64)>>) -> BTreeMap<u32, Vec<(u32, f64)>> {
     let mut done: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();

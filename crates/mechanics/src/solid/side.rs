@@ -1,13 +1,12 @@
-//! The surface of a mesh: sides of elements, their quadrature, and dead loads on them.
+//! The surface of a mesh: sides of elements and their quadrature.
 
 use std::collections::HashMap;
 
 use elastocap_fem::quadrature::gauss_legendre;
 
 use super::dimension::{Dimension, Numbering, Numbers, Plane, Space};
-use super::element::quadratic;
 use super::mesh::Mesh;
-use super::model::Body;
+use super::shape_functions::quadratic;
 
 /// One side of an element that no other element shares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,27 +108,5 @@ impl<S: Dimension> Mesh<S> {
                 }
             })
             .collect()
-    }
-}
-
-impl<S: Dimension> Body<S> {
-    /// Adds to `force` the nodal forces of a dead traction (Pa, per reference area) on reference sides.
-    /// `traction` takes the reference position and the outward reference normal.
-    pub fn add_traction(
-        &self,
-        sides: &[Side<S>],
-        traction: impl Fn(S::Point, S::Point) -> S::Point,
-        force: &mut [f64],
-    ) {
-        for side in sides {
-            for point in self.mesh.side_points(side, 6) {
-                let t = traction(point.position, point.normal);
-                for (n, value) in side.nodes.as_ref().iter().zip(&point.shape) {
-                    for k in 0..S::AXES {
-                        force[S::AXES * *n as usize + k] += point.weight * value * t[k];
-                    }
-                }
-            }
-        }
     }
 }

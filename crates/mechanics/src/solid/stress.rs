@@ -1,8 +1,5 @@
 //! Cauchy stress of a state: at points of an element, and as one continuous field with a value at every node.
 //!
-//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane, `sigma_33`, is not
-//! in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three dimensions.
-//!
 //! # Nodal values
 //! The gradient of a biquadratic displacement is accurate inside an element and poor at its nodes. Each element's
 //! values at the nine quadrature points are therefore fitted by a bilinear polynomial of the reference square, and what
@@ -10,84 +7,14 @@
 //! the square of the element size. Where two materials meet, stress and `J` may jump, and an average would blur that:
 //! there, ask the elements.
 
-use elastocap_materials::Rubber;
-use elastocap_materials::plane::{Tensor, cofactor, determinant};
 use rayon::prelude::*;
 
 use super::element::{Mapped, POINTS, shape_functions};
 use super::mesh::Mesh;
 use super::model::{Equations, State};
+use super::shape_functions::on_a_line;
 
-/// Stress and change of volume at a point. Tension is positive.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct PointStress {
-    /// Cauchy stress `sigma_11` in Pa.
-    pub s11: f64,
-    /// Cauchy stress `sigma_22` in Pa.
-    pub s22: f64,
-    /// Cauchy stress `sigma_12` in Pa.
-    pub s12: f64,
-    /// Cauchy stress `sigma_33` in Pa, across the plane.
-    pub s33: f64,
-    /// `J`, deformed volume over reference volume.
-    pub j: f64,
-    /// Deformation gradient `[F11, F12, F21, F22]`.
-    pub deformation: Tensor,
-}
-
-impl PointStress {
-    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at `pressure` (Pa,
-    /// positive in tension; without effect where the rubber has no such field).
-    pub fn new(rubber: &Rubber, f: &Tensor, pressure: f64) -> Self {
-        let j = determinant(f);
-        let d = rubber.derivatives(f);
-        let field = if rubber.pressure_compliance().is_some() { pressure } else { 0.0 };
-        let (along, all) = (2.0 * d.i / j, d.j + field);
-        let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
-        let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
-        let s12 = along * (f[0] * f[2] + f[1] * f[3]);
-        Self { s11, s22, s12, s33: rubber.third_normal_stress(f, &d, field, s11 + s22), j, deformation: *f }
-    }
-
-    /// Minus the mean normal stress, in Pa: positive in compression.
-    pub fn pressure(&self) -> f64 {
-        -(self.s11 + self.s22 + self.s33) / 3.0
-    }
-
-    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with normal `i` in
-    /// direction `j`. Most books call it the nominal stress.
-    pub fn nominal(&self) -> Tensor {
-        // J F^-1 is the cofactor transposed.
-        let [a, b, c, d] = cofactor(&self.deformation);
-        [
-            a * self.s11 + c * self.s12,
-            a * self.s12 + c * self.s22,
-            b * self.s11 + d * self.s12,
-            b * self.s12 + d * self.s22,
-        ]
-    }
-
-    /// `factor` times `other` is added.
-    fn add(&mut self, factor: f64, other: &Self) {
-        self.s11 += factor * other.s11;
-        self.s22 += factor * other.s22;
-        self.s12 += factor * other.s12;
-        self.s33 += factor * other.s33;
-        self.j += factor * other.j;
-        for (a, b) in self.deformation.iter_mut().zip(&other.deformation) {
-            *a += factor * b;
-        }
-    }
-
-    /// The sum of `values` with `weights`.
-    fn blend(values: &[Self], weights: &[f64]) -> Self {
-        let mut sum = Self::default();
-        for (value, weight) in values.iter().zip(weights) {
-            sum.add(*weight, value);
-        }
-        sum
-    }
-}
+pub use super::point_stress::PointStress;
 
 /// Displacement and stress at a point of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -238,28 +165,9 @@ fn extrapolation(n: usize) -> [f64; POINTS] {
     std::array::from_fn(|q| a[q % 3] * b[q / 3])
 }
 
-/// The same in one direction, for the first, the middle or the last node: `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
-pub(crate) fn on_a_line(n: usize) -> [f64; 3] {
-    let abscissa = 0.6f64.sqrt();
-    let part = |q: f64, w: f64| w * (0.5 + 1.5 * q * (n as f64 - 1.0));
-    [part(-abscissa, 5.0 / 9.0), part(0.0, 8.0 / 9.0), part(abscissa, 5.0 / 9.0)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn stress_turns_with_the_body() {
-        let rubber = Rubber::neo_hookean(2.0);
-        let (s, c) = 0.4f64.sin_cos();
-        let f = [1.25, 0.3, 0.0, 0.8];
-        let turned = [c * f[0] - s * f[2], c * f[1] - s * f[3], s * f[0] + c * f[2], s * f[1] + c * f[3]];
-        let (a, b) = (PointStress::new(&rubber, &f, 0.1), PointStress::new(&rubber, &turned, 0.1));
-        let s11 = c * c * a.s11 - 2.0 * s * c * a.s12 + s * s * a.s22;
-        let s12 = s * c * (a.s11 - a.s22) + (c * c - s * s) * a.s12;
-        assert!((b.s11 - s11).abs() + (b.s12 - s12).abs() + (b.s33 - a.s33).abs() < 1e-13);
-    }
 
     #[test]
     fn a_bilinear_function_of_the_reference_square_is_extrapolated_as_it_is() {

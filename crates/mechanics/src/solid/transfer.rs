@@ -9,11 +9,11 @@
 use std::ops::Range;
 
 use super::dimension::{Dimension, Element, Numbers};
-use super::element::quadratic;
 use super::mesh::Mesh;
 use super::model::{Equations, Load, State};
 use super::newton::{Effort, NewtonSettings};
 use super::obstacle::ObstacleShape;
+use super::shape_functions::shape;
 use elastocap_materials::space::{Tensor, cofactor, determinant};
 
 /// Largest number of Newton steps from the guess to the equilibrium: where more are needed, following the load is no worse.
@@ -33,9 +33,6 @@ const FARTHEST: f64 = 1.5;
 /// Intervals of an axis by which elements are sorted, at most.
 const MAX_INTERVALS: usize = 256;
 
-/// Nodes of the largest element.
-const MAX_NODES: usize = 27;
-
 /// Finds the elements in which points lie.
 pub(super) struct Finder<'a, S: Dimension> {
     pub(super) mesh: &'a Mesh<S>,
@@ -45,28 +42,6 @@ pub(super) struct Finder<'a, S: Dimension> {
     bins: Vec<Vec<u32>>,
     /// Where the first rectangle begins along each of these axes, how many there are in 1 m, and in all.
     intervals: [(f64, f64, usize); 2],
-}
-
-/// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
-/// the element has nodes mean anything.
-pub(super) fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
-    let lines = at.map(quadratic);
-    let of_node = |n: usize| {
-        if S::AXES == 2 && n >= 9 {
-            return (0.0, [0.0; 3]);
-        }
-        let mut value = 1.0;
-        let mut slopes = [1.0; 3];
-        let places = [n % 3, n / 3 % 3, n / 9];
-        for (k, (line, i)) in lines.iter().zip(places).enumerate().take(S::AXES) {
-            value *= line.0[i];
-            for (m, slope) in slopes.iter_mut().enumerate() {
-                *slope *= if m == k { line.1[i] } else { line.0[i] };
-            }
-        }
-        (value, slopes)
-    };
-    std::array::from_fn(of_node)
 }
 
 impl<'a, S: Dimension> Finder<'a, S> {

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::disk::{remove_files, sync_file, sync_files, sync_folder};
 use super::index::INDEX;
+use super::staging::Staging;
 use crate::own_files::read_own;
 
 /// The folder, inside the output folder, from which files go to their places.
@@ -78,7 +79,7 @@ pub(super) fn place(
 
 /// The same as renaming `staging` to `commit`, from another disk.
 fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: &Path) -> io::Result<()> {
-    let here = super::staging::Staging::inside(target, &[], &mut |_| ())?;
+    let here = Staging::inside(target, &[], &mut |_| ())?;
     let copied = || {
         let names: Vec<&str> = names.iter().map(String::as_str).chain([PLAN]).collect();
         for name in &names {

@@ -8,13 +8,15 @@ use serde::Deserialize;
 
 use crate::own_files::read_own;
 use crate::report::REPORT;
-use crate::resume::RESUME;
 
 /// The file that says what the results folder of a run holds.
 pub(crate) const INDEX: &str = "result.json";
 
 /// The file that says what `elastocap mesh` has written.
 pub(crate) const MESH_INDEX: &str = "mesh.json";
+
+/// The file that a stopped run leaves for one that goes on from it.
+pub(crate) const RESUME: &str = "resume.json";
 
 /// What is known of a folder from the files that list its contents.
 #[derive(Debug, Default)]

@@ -7,7 +7,8 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `index` | which files of a folder are elastocap's own |
-//! | `staging` | where files wait, and what killed runs left |
+//! | `staging` | where files wait |
+//! | `leftovers` | what killed runs left |
 //! | `replace` | the folder replaced as a whole |
 //! | `in_place` | files put in place one by one, where it cannot be |
 //! | `unfinished` | what is removed when the process is broken off |
@@ -17,6 +18,7 @@ mod disk;
 mod error;
 mod in_place;
 mod index;
+mod leftovers;
 mod replace;
 mod staging;
 mod unfinished;
@@ -31,11 +33,12 @@ use std::sync::{Mutex, PoisonError};
 use crate::own_files::copy_own;
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
+use leftovers::recover;
 use replace::{not_on_disk, others, replace};
-use staging::{Announce, Staging, is_temporary, recover};
+use staging::{Announce, Staging, is_temporary};
 
 pub use error::OutputError;
-pub(crate) use index::{INDEX, MESH_INDEX, is_result_name};
+pub(crate) use index::{INDEX, MESH_INDEX, RESUME, is_result_name};
 pub use unfinished::Unfinished;
 
 /// A folder that gets its files all at once.

@@ -7,7 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::disk::{exchange, same_file, same_owner, sync_folder};
-use super::staging::{Staging, clear};
+use super::leftovers::clear;
+use super::staging::Staging;
 
 /// With more files of the user in it, a folder is not replaced as a whole: each of them takes a link.
 const MAX_LINKS: usize = 1000;

@@ -1,27 +1,22 @@
-//! Where files wait until they are put in place, and what runs left behind that were killed.
+//! Where files wait until they are put in place.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::disk::{lock, number, remove_files, same_file};
-use super::in_place;
-use super::index::is_result_name;
+use super::disk::{lock, number};
 use super::unfinished::Unfinished;
 
 /// How the names of staging folders begin inside the output folder; beside it, a dot and the name of the output folder come first.
-const STAGING: &str = ".elastocap-";
+pub(super) const STAGING: &str = ".elastocap-";
 
 /// What is added to the name of a staging folder, for the earlier result while it has no place.
-const OLD: &str = ".old";
+pub(super) const OLD: &str = ".old";
 
 /// What is added while it changes places with the output folder, before its number on the disk: whoever finds a folder of that
 /// name sees by its number whether it is the new one still or the old one already.
-const SWAP: &str = ".swap-";
-
-/// What is added before it is removed by a process that is about to end.
-pub(super) const GIVEN_UP: &str = ".given-up";
+pub(super) const SWAP: &str = ".swap-";
 
 /// Is told what will have to be removed before a folder for files is made.
 pub(super) type Announce<'a> = dyn FnMut(&Unfinished) + 'a;
@@ -102,7 +97,8 @@ impl Staging {
     }
 }
 
-fn prefix_beside(name: &OsStr) -> OsString {
+/// How the names of staging folders beside an output folder of this name begin.
+pub(super) fn prefix_beside(name: &OsStr) -> OsString {
     let mut prefix = OsString::from(".");
     prefix.push(name);
     prefix.push(STAGING);
@@ -112,80 +108,4 @@ fn prefix_beside(name: &OsStr) -> OsString {
 /// Whether an entry of an output folder is there only while files are put in place.
 pub(super) fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(STAGING.as_bytes())
-}
-
-/// Completes or removes what killed runs left at `place`. Returns what the user should know.
-pub(super) fn recover(place: &Path) -> Vec<String> {
-    let mut notes = Vec::new();
-    for left in abandoned(place, OsStr::new(STAGING)) {
-        match in_place::complete(&left, place) {
-            Ok(true) => notes.push(format!(
-                "an earlier run was ended while it put its files in place in `{}`; that is completed now",
-                place.display()
-            )),
-            Ok(false) => remove_files(&left),
-            Err(error) => notes.push(format!(
-                "an earlier run was ended while it put its files in place in `{}`, and that cannot be completed: {error}; \
-                 the rest of its files is in `{}`",
-                place.display(),
-                left.display()
-            )),
-        }
-    }
-    let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else { return notes };
-    for left in abandoned(parent, &prefix_beside(name)) {
-        match stage_of(&left) {
-            Stage::New => remove_files(&left),
-            Stage::Old if !place.exists() && fs::rename(&left, place).is_ok() => notes.push(format!(
-                "an earlier run was ended while it put its files in place in `{}`; the result before it is there again",
-                place.display()
-            )),
-            Stage::Old => notes.extend(clear(&left, place)),
-        }
-    }
-    notes
-}
-
-/// What a folder beside an output folder holds.
-enum Stage {
-    /// Files that were never put in place, and links to some that are in place.
-    New,
-    /// What was in place before.
-    Old,
-}
-
-fn stage_of(left: &Path) -> Stage {
-    let name = left.file_name().map(OsStr::to_string_lossy).unwrap_or_default();
-    match name.rsplit_once(SWAP) {
-        Some((_, of_new)) if of_new.parse().ok() != number(left) => Stage::Old,
-        None if name.ends_with(OLD) => Stage::Old,
-        Some(_) | None => Stage::New,
-    }
-}
-
-/// Folders in `parent` whose names begin like this and whose process has ended.
-fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
-    let entries = fs::read_dir(parent).into_iter().flatten().flatten();
-    let ours = entries.filter(|entry| {
-        entry.file_name().as_encoded_bytes().starts_with(prefix.as_encoded_bytes())
-            && entry.file_type().is_ok_and(|kind| kind.is_dir())
-    });
-    ours.map(|entry| entry.path()).filter(|path| lock(path).is_some()).collect()
-}
-
-/// Removes a folder that is not an output folder any more, or never became one: the files of a run in it, and those that `place`
-/// has too. A file that came in while the folders changed places goes to `place`. Returns what is left, if anything.
-pub(super) fn clear(left: &Path, place: &Path) -> Option<String> {
-    for entry in fs::read_dir(left).into_iter().flatten().flatten() {
-        let (name, path) = (entry.file_name(), entry.path());
-        let there = place.join(&name);
-        let ours = name.to_str().is_some_and(is_result_name);
-        if ours || same_file(&path, &there) {
-            let _ = fs::remove_file(path);
-        } else if there.symlink_metadata().is_err() && place.exists() {
-            let _ = fs::rename(path, there);
-        }
-    }
-    let removed = fs::remove_dir(left).is_ok() || !left.exists();
-    (!removed).then(|| format!("`{}` is left over and can be removed; look into it first", left.display()))
 }

@@ -3,7 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::staging::GIVEN_UP;
+/// What is added to the name of a folder before it is removed by a process that is about to end.
+const GIVEN_UP: &str = ".given-up";
 
 /// What a process that ends early must not leave behind. Everything that takes memory is done when it is made.
 #[derive(Debug, Clone)]

@@ -26,13 +26,14 @@ mod sections;
 mod shell;
 mod tables;
 
-use elastocap_case::Case;
+use elastocap_case::{Case, MeasuredLoad};
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
 use elastocap_coupling::reason::Reason;
 use elastocap_coupling::view::cut_off;
 use serde_json::{Value, json};
 
+use crate::measured::{ComparedPoint, Comparison};
 use crate::scene_files::Shown;
 use crate::{FieldFiles, RunSeconds};
 use charts::PageChart;
@@ -53,6 +54,19 @@ pub struct MeasuredPoint {
     pub capacitance_f: f64,
     /// By how much it may be wrong, F.
     pub deviation_f: Option<f64>,
+}
+
+impl MeasuredPoint {
+    /// The points of a comparison as they are drawn over a curve of the force; none where they were measured over something else.
+    pub(crate) fn under_force(comparison: &Comparison) -> Vec<Self> {
+        let points = comparison.points.iter().filter(|_| comparison.load == MeasuredLoad::Force.name());
+        let point = |p: &ComparedPoint| Self {
+            force_n: p.load,
+            capacitance_f: p.capacitance_f,
+            deviation_f: p.deviation_f,
+        };
+        points.map(point).collect()
+    }
 }
 
 /// What the page is made from.

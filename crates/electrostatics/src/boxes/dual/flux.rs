@@ -2,8 +2,8 @@
 
 use super::aim::Target;
 use super::lines::{Bundle, Run};
-use super::pointwise::RunValues;
 use super::rays::{inner, shares};
+use super::run_values::RunValues;
 use super::{Dual, Lines, Strip, others};
 use crate::boxes::domain::Domain;
 use crate::boxes::mapped::points::AxisPoints;

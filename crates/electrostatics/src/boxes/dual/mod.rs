@@ -23,6 +23,7 @@ mod pointwise;
 mod precondition;
 mod rays;
 mod repair;
+mod run_values;
 pub(crate) mod superposed;
 
 use crate::SolveError;

@@ -1,17 +1,14 @@
 //! Fluxes at Gauss points: all of them at once, or element by element of the first axis.
 
 use super::flux::Flux;
+use super::run_values::RunValues;
 use super::{Basis, Dual, Lines, OtherLines};
 use crate::SolveError;
-use crate::boxes::domain::Domain;
-use crate::boxes::half_turn::halves::OtherParts;
+use crate::boxes::domain::{Domain, OtherParts};
 use crate::boxes::mapped::metric::{Of, Rule};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
-use elastocap_fem::line::Numbering;
-use elastocap_fem::mixed::FluxEnd;
 use elastocap_fem::tensor::{Dense, Left, SparseRows, Strips, multiply, right, target};
-use elastocap_linalg::dense;
 use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,37 +16,7 @@ use std::ops::Range;
 /// Pieces into which the points of the first axis are divided among threads.
 const PIECES: usize = 4;
 
-/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
-/// coordinates are unit vectors.
-pub(super) struct RunValues {
-    /// The first of the points, and a row for each.
-    pub(super) first: usize,
-    pub(super) matrix: Dense<f64>,
-}
-
 impl Lines {
-    /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
-    pub(super) fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
-        let axis = &domain.axes[a];
-        let numbering = Numbering::new(&axis.line);
-        let [all, _] = points.all_functions(axis, 0..numbering.len);
-        let of = |segment: &super::Segment| {
-            let [lo, hi] = segment.intervals;
-            let elements = axis.cuts[lo]..axis.cuts[hi];
-            let first = points.element.partition_point(|e| *e < elements.start);
-            let end = points.element.partition_point(|e| *e < elements.end);
-            let blocked = usize::from(segment.ends[0] == FluxEnd::Blocked);
-            let from = numbering.vertex[axis.cuts[lo]] + blocked;
-            let none = Mat::zeros(0, 0);
-            let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
-            let n = coefficients.nrows();
-            let values = all.as_ref().submatrix(first, from, end - first, n);
-            let product = dense::product(values, coefficients.as_ref());
-            RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
-        };
-        self.segments[a].iter().map(of).collect()
-    }
-
     /// The component of a flux along the first axis at so many points, given the values of its segments there, for a window of the modes of
     /// the other two.
     fn along_first(&self, flux: &Flux, values: &[RunValues], points: usize, window: &Window) -> Vec<f64> {

@@ -3,7 +3,7 @@
 //! The half lies above the middle of the first axis, and all of the last axis belongs to it. Of what is odd under a half turn about the
 //! second axis, the part that is odd across the middle of the last axis is even across that of the first, and the other way round; of what
 //! is even, each is the same across both. Either part is a function on a quarter of the scene, with walls of its own
-//! ([`super::halves::OtherParts::quarters`]).
+//! ([`crate::boxes::domain::OtherParts::quarters`]).
 
 use super::mirror_images;
 use crate::SolveError;

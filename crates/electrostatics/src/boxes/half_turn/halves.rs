@@ -12,16 +12,13 @@
 //!   a quarter of the scene: what is odd across x3 = 0, and what is even. With it do the repair of a divergence, and the boxes of the
 //!   preconditioner that meet no conductor on either side ([`Fold`](super::fold::Fold)).
 
-use super::mirror_images;
+use super::{ACROSS, mirror_images};
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
-use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::domain::{Axis, Block, Domain, OtherParts};
 use crate::boxes::layout::{Grid, Layout};
 use elastocap_fem::reflection::reflected_functions;
 use elastocap_geometry::scene::Wall;
 use faer::Mat;
-
-/// Axes whose middle the turn is across.
-pub(crate) const ACROSS: [usize; 2] = [0, 2];
 
 /// The layouts of the halves and the quarter.
 #[derive(Debug, Clone)]
@@ -32,19 +29,6 @@ pub(crate) struct Halves {
     other_half: Layout,
     /// Above both, with the conductors on both sides of the middle of the last axis: what grids are made for.
     pub(crate) quarter: Layout,
-    /// Whether the potential is odd under the turn.
-    pub(crate) odd: bool,
-}
-
-/// The parts of a scene, besides the half above the middle of the first axis, that a potential is seen on which is even or odd under a half
-/// turn.
-#[derive(Debug, Clone)]
-pub(crate) struct OtherParts {
-    /// The half above the middle of the last axis.
-    pub(crate) half: Domain,
-    /// The quarter above both, with what is a conductor on either side of the middle of the last axis: for what is odd across that, and
-    /// for what is even.
-    pub(crate) quarters: [Domain; 2],
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
 }
@@ -85,16 +69,12 @@ impl Halves {
     }
 }
 
-impl OtherParts {
-    /// See [`Domain::truncated`].
-    pub(crate) fn truncated(&self) -> Self {
-        let quarters = self.quarters.each_ref().map(Domain::truncated);
-        Self { half: self.half.truncated(), quarters, odd: self.odd }
-    }
-
-    /// 1 for a potential that is even under the turn, -1 for one that is odd.
-    pub(crate) fn parity(&self) -> f64 {
-        if self.odd { -1.0 } else { 1.0 }
+/// The half, quarter or eighth of a layout that grids are made for.
+pub(crate) fn core_of(layout: &Layout) -> Layout {
+    let reduced = (0..3).fold(layout.clone(), |layout, a| layout.half(a, false));
+    match &reduced.turn {
+        Some(turn) => Halves::of(&reduced, turn.planes, false).quarter,
+        None => reduced,
     }
 }
 

@@ -3,7 +3,7 @@
 //! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its values at Chebyshev
 //! points, and zero beyond the grid.
 
-use super::metric::adjugate;
+use super::tensor::adjugate;
 use crate::solution::{Field, FieldSection};
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, along, axpy, target};
 use elastocap_geometry::scene::{Box3, Scene, Wall};

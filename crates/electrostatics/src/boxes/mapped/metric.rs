@@ -4,14 +4,12 @@
 use super::map::MapGradients;
 use super::points::AxisPoints;
 use super::runs::Runs;
+use super::tensor::{Symmetric, adjugate, scaled, times, transposed};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain};
-use elastocap_linalg::vector::{cross, dot};
+use elastocap_linalg::vector::dot;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// A symmetric tensor: 00, 11, 22, 01, 02, 12.
-pub(crate) type Symmetric = [f64; 6];
 
 /// Rows of points, along the third axis, that one thread takes at a time.
 const ROWS_AT_ONCE: usize = 32;
@@ -227,32 +225,4 @@ pub(crate) fn held(domain: &Domain) -> Vec<bool> {
         }
     }
     out
-}
-
-/// J F^-1 and J, of F given by rows.
-#[inline]
-pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
-    let [x, y, z] = *f;
-    let first = cross(y, z);
-    (transposed(&[first, cross(z, x), cross(x, y)]), dot(x, first))
-}
-
-#[inline]
-fn transposed([x, y, z]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
-}
-
-#[inline]
-fn scaled(by: f64, k: &Symmetric) -> Symmetric {
-    [by * k[0], by * k[1], by * k[2], by * k[3], by * k[4], by * k[5]]
-}
-
-/// K x.
-#[inline]
-pub(crate) fn times(k: &Symmetric, x: [f64; 3]) -> [f64; 3] {
-    [
-        k[0] * x[0] + k[3] * x[1] + k[4] * x[2],
-        k[3] * x[0] + k[1] * x[1] + k[5] * x[2],
-        k[4] * x[0] + k[5] * x[1] + k[2] * x[2],
-    ]
 }

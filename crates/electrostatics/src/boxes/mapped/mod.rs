@@ -12,3 +12,4 @@ pub(crate) mod points;
 pub(crate) mod pool;
 pub(crate) mod runs;
 pub(crate) mod sums;
+pub(crate) mod tensor;

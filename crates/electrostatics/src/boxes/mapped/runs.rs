@@ -1,9 +1,9 @@
 //! Runs of points of the third axis over which nothing changes that tensors depend on. A layer in plane strain is bent in the same way
 //! all along that axis: then a few tensors serve for hundreds of points.
 
-use super::metric::{Symmetric, times};
 use super::placed::PlacedMap;
 use super::points::AxisPoints;
+use super::tensor::{Symmetric, times};
 use std::ops::Range;
 
 /// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one interval each.

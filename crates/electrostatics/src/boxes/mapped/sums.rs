@@ -1,10 +1,11 @@
 //! Fields at Gauss points, and integrals of two of them with a tensor between them, element by element of the first axis. For the integrals,
 //! fields are never held at all points at once: such arrays are larger than those of the unknowns.
 
-use super::metric::{Metric, Rule, Symmetric};
+use super::metric::{Metric, Rule};
 use super::points::AxisPoints;
 use super::pool::Pool;
 use super::runs::Runs;
+use super::tensor::Symmetric;
 use crate::SolveError;
 use elastocap_fem::tensor::{Dense, dot, multiply, right, target};
 use faer::Mat;

@@ -1,8 +1,9 @@
 //! What the flux of a base is apart from the gradient of its potential, on the part of space that a map bends and around a body.
 
-use super::Added;
+use super::added::Added;
 use super::grids::at_planes;
 use super::sight::Sight;
+use super::squares::{size, trace};
 use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::superposed::Weights;
@@ -143,38 +144,4 @@ impl Added<'_> {
             _ => 0.0,
         }))
     }
-}
-
-/// No less than the square of a sum of lengths, from the squares of these.
-pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -> Mat<f64> {
-    let sized: Vec<_> = squares.into_iter().map(|m| (m, size(m))).collect();
-    let total: f64 = sized.iter().map(|(_, size)| size).sum();
-    // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
-    let n = sized.first().map_or(0, |(m, _)| m.nrows());
-    let mut out = Mat::zeros(n, n);
-    for (m, size) in sized.into_iter().filter(|(_, size)| *size != 0.0) {
-        out += m * Scale(total / size);
-    }
-    out
-}
-
-/// No less than twice the product of two lengths, from their squares.
-pub(super) fn twice_the_product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
-    let ratio = size(b) / size(a);
-    // 2 a b <= t a^2 + b^2 / t.
-    if ratio.is_finite() && ratio > 0.0 {
-        a * Scale(ratio) + b * Scale(1.0 / ratio)
-    } else {
-        squared_sum([a, b])
-    }
-}
-
-fn trace(m: &Mat<f64>) -> f64 {
-    (0..m.nrows()).map(|i| m[(i, i)]).sum()
-}
-
-/// The length of which a form has the square; NaN where that is not finite.
-fn size(m: &Mat<f64>) -> f64 {
-    let is_finite = (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].is_finite()));
-    if is_finite { trace(m).max(0.0).sqrt() } else { f64::NAN }
 }

@@ -1,7 +1,7 @@
 //! The grids of base and difference, and what takes functions from one to the other.
 
+use crate::boxes::common_line::common_line;
 use crate::boxes::domain::{Axis, Block, Domain};
-use crate::boxes::two_states::common_line;
 use elastocap_fem::embedding::interpolation as of_lines;
 use elastocap_fem::line::Line;
 use elastocap_fem::tensor::{Dims, SparseRows, Window, clear};

@@ -4,11 +4,9 @@
 //! first (longest-edge propagation path: Rivara, Int. J. Numer. Methods Eng. 40, 1997). The mesh conforms after every
 //! bisection, and a face is only ever bisected at its own longest edge, so that the tetrahedra on its two sides agree.
 
+use super::tetrahedron::EDGES;
 use super::{BoundaryFace, Grading, TetMesh};
 use crate::meshing::indices::OptionalIndex;
-
-/// The pairs of corners that are the edges of a tetrahedron.
-const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// A refined mesh and the origin of its parts.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -10,6 +10,7 @@ mod mesher;
 mod reflection;
 #[cfg(test)]
 mod tests;
+mod tetrahedron;
 
 pub use bisection::Bisected;
 pub use edge_grading::Grading;

@@ -3,9 +3,8 @@
 use elastocap_materials::Rubber;
 use rayon::prelude::*;
 
-use super::{Equations, Expanded, Load, State};
+use super::{Equations, Expanded, GivenForce, Load, State};
 use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
-use crate::solid::given_force::GivenForce;
 
 /// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
 /// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.

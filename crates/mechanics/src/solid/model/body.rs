@@ -6,10 +6,10 @@
 use elastocap_linalg::memory::bytes_in_words;
 use elastocap_materials::Rubber;
 
-use crate::solid::contact::POINTS;
 use crate::solid::dimension::{Dimension, Plane};
 use crate::solid::mesh::Mesh;
-use crate::solid::obstacle::Obstacle;
+use crate::solid::obstacle::{Obstacle, SIDE_POINTS};
+use crate::solid::side::Side;
 
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -143,13 +143,33 @@ impl<S: Dimension> Body<S> {
     /// The body at rest, the obstacles where their shapes put them. Move [`State::shift`] to where they are clear of the body
     /// before the first load: a contact force needs a gap.
     pub fn at_rest(&self) -> State<S> {
-        let points = |o: &Obstacle<S>| POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
+        let points = |o: &Obstacle<S>| SIDE_POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
             contact: vec![0.0; self.obstacles.iter().map(points).sum()],
             shift: vec![S::Point::default(); self.obstacles.len()],
             moving: None,
+        }
+    }
+
+    /// Adds to `force` the nodal forces of a dead traction (Pa, per reference area) on reference sides.
+    /// `traction` takes the reference position and the outward reference normal.
+    pub fn add_traction(
+        &self,
+        sides: &[Side<S>],
+        traction: impl Fn(S::Point, S::Point) -> S::Point,
+        force: &mut [f64],
+    ) {
+        for side in sides {
+            for point in self.mesh.side_points(side, 6) {
+                let t = traction(point.position, point.normal);
+                for (n, value) in side.nodes.as_ref().iter().zip(&point.shape) {
+                    for k in 0..S::AXES {
+                        force[S::AXES * *n as usize + k] += point.weight * value * t[k];
+                    }
+                }
+            }
         }
     }
 }

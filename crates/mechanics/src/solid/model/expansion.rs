@@ -1,7 +1,7 @@
 //! Elements with nodes that hang: their matrices and forces in terms of the nodes that these follow.
 
 use crate::solid::dimension::{Dimension, ElementSystem};
-use crate::solid::refinement::Hanging;
+use crate::solid::hanging::Hanging;
 
 /// The nodes that an element with hanging nodes is coupled to.
 #[derive(Debug, Clone)]

@@ -5,11 +5,15 @@
 //! | `body` | the body, its loads and its configurations |
 //! | `unknowns` | which displacements are unknown |
 //! | `expansion` | elements with nodes that hang |
+//! | `pairs` | the points that may touch an obstacle |
+//! | `given_force` | an indenter whose force is given, and what an assembly says of it |
 //! | `assembly` | residual, tangent and step at a configuration |
 
 mod assembly;
 mod body;
 mod expansion;
+mod given_force;
+mod pairs;
 mod unknowns;
 
 use elastocap_linalg::ldlt::{BlockPlaces, SymmetricSolver};
@@ -18,11 +22,11 @@ use elastocap_materials::Rubber;
 pub(crate) use assembly::Residual;
 pub use body::{Body, Load, ModelError, State};
 use expansion::{Expanded, Expansion};
+pub(crate) use given_force::GivenForce;
+pub(crate) use pairs::{Linearisation, Pair};
 use unknowns::Unknowns;
 
-use super::contact::{Linearisation, Pair};
 use super::dimension::{Dimension, Element, ElementSystem, Numbers, Plane};
-use super::given_force::GivenForce;
 use super::obstacle::Obstacle;
 
 /// The equations of a body: assembled, solved, and assembled again.

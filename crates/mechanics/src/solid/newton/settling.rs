@@ -2,9 +2,8 @@
 
 use super::iteration::{Course, Taken};
 use super::{CLOSING, Effort, Failure, NewtonSettings, ON_THE_WAY, StopReason, Target};
-use crate::solid::contact::Linearisation;
 use crate::solid::dimension::Dimension;
-use crate::solid::model::{Equations, Load, State};
+use crate::solid::model::{Equations, Linearisation, Load, State};
 
 /// The gap at which it starts, over that which is small enough for the displacements: about what is wrong with the gaps of a guess from a
 /// mesh that is half as fine.

@@ -7,12 +7,13 @@ use crate::solid::adaptive::{Adaptive, HalvingsAt, Limits};
 use crate::solid::dimension::Plane;
 use crate::solid::first_mesh::{FirstMesh, fit_to_edges};
 use crate::solid::forecast::{MeshSize, PressingRegime};
-use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, Symmetry, include};
+use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, include};
 use crate::solid::layer_mesh::{check_elements, end_reach};
 use crate::solid::mesh::{Mesh, geometric};
 use crate::solid::model::{Body, ModelError, State};
 use crate::solid::obstacle::IndenterProfile;
 use crate::solid::press::{Goal, LeastErrors, Places, Pressing, Refinement, deepest};
+use crate::solid::symmetry::Symmetry;
 use elastocap_materials::Rubber;
 
 /// A layer in plane strain, the bodies in it and its indenter. Lengths in m.

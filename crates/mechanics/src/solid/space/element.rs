@@ -7,10 +7,9 @@
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_linalg::gemm::{Left, Right, Target, multiply};
 
-use super::stress::SpaceStress;
-use crate::solid::dimension::{Element, ElementSystem, Space};
-use crate::solid::element::quadratic;
-use crate::solid::estimate::Stress;
+use crate::solid::dimension::{Dimension, Element, ElementSystem, Space, Stress};
+use crate::solid::point_stress::SpaceStress;
+use crate::solid::shape_functions::quadratic;
 use elastocap_materials::space::{Tensor, add_cofactor_slope, cofactor, determinant};
 use elastocap_materials::{Response, Rubber};
 
@@ -112,6 +111,38 @@ impl ReferenceElement {
             }
         }
     }
+}
+
+impl Dimension for Space {
+    const AXES: usize = 3;
+    type Point = [f64; 3];
+    type Pressure = [f64; 4];
+    type Nodes = [u32; 27];
+    type SideNodes = [u32; 9];
+    type Element = ReferenceElement;
+    const SIDES: &'static [&'static [usize]] =
+        &[&face(0, 3, 1), &face(18, 1, 3), &face(0, 1, 9), &face(6, 9, 1), &face(0, 9, 3), &face(2, 3, 9)];
+    const SIDE_CORNERS: &'static [usize] = &[0, 2, 6, 8];
+    fn normal(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
+    fn in_space(point: &[f64; 3]) -> [f64; 3] {
+        *point
+    }
+    fn order(nodes: &[[f64; 3]], elements: &[[u32; 27]]) -> Vec<u32> {
+        elastocap_linalg::ordering::dissection_order(nodes, elements)
+    }
+}
+
+/// The face of a hexahedron that begins at node `corner` and goes on in steps of `a` and `b`.
+const fn face(corner: usize, a: usize, b: usize) -> [usize; 9] {
+    let mut nodes = [0; 9];
+    let mut n = 0;
+    while n < 9 {
+        nodes[n] = corner + a * (n % 3) + b * (n / 3);
+        n += 1;
+    }
+    nodes
 }
 
 impl Element<Space> for ReferenceElement {

@@ -5,9 +5,10 @@
 
 use super::mesh::Sweep;
 use crate::solid::dimension::Space;
-use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, Symmetry, include};
+use crate::solid::layer::{End, Inclusion, Indenter, LayerMesh, LayerModel, include};
 use crate::solid::mesh::{Mesh, Patch, uniform};
 use crate::solid::model::{Body, ModelError};
+use crate::solid::symmetry::Symmetry;
 use elastocap_materials::Rubber;
 
 /// The breakpoints and fans of a mesh of a quarter of the layer.

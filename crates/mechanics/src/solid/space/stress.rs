@@ -5,48 +5,9 @@ use rayon::prelude::*;
 use super::element::{NODES, POINTS};
 use crate::solid::dimension::{Element, Space};
 use crate::solid::model::{Equations, State};
-use crate::solid::stress::on_a_line;
-use elastocap_materials::Rubber;
-use elastocap_materials::space::{Tensor, cofactor, determinant};
+use crate::solid::shape_functions::on_a_line;
 
-/// Stress and change of volume at a point. Tension is positive.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct SpaceStress {
-    /// Cauchy stress in Pa: 11, 22, 33, 12, 23, 13.
-    pub cauchy: [f64; 6],
-    /// `J`, deformed volume over reference volume.
-    pub j: f64,
-}
-
-impl SpaceStress {
-    /// The stress of `rubber` under the deformation gradient `f` with the pressure field at `pressure` (Pa, positive in
-    /// tension; without effect where the rubber has no such field).
-    pub fn new(rubber: &Rubber, f: &Tensor, pressure: f64) -> Self {
-        let j = determinant(f);
-        let mut stress = rubber.response(f).stress;
-        if rubber.pressure_compliance().is_some() {
-            for (s, c) in stress.iter_mut().zip(cofactor(f)) {
-                *s += pressure * c;
-            }
-        }
-        // sigma = P F' / J
-        let entry = |i: usize, k: usize| (0..3).map(|m| stress[3 * i + m] * f[3 * k + m]).sum::<f64>() / j;
-        Self { cauchy: [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|(i, k)| entry(i, k)), j }
-    }
-
-    /// Minus the mean normal stress, in Pa: positive in compression.
-    pub fn pressure(&self) -> f64 {
-        -(self.cauchy[0] + self.cauchy[1] + self.cauchy[2]) / 3.0
-    }
-
-    /// `factor` times `other` is added.
-    fn add(&mut self, factor: f64, other: &Self) {
-        for (a, b) in self.cauchy.iter_mut().zip(&other.cauchy) {
-            *a += factor * b;
-        }
-        self.j += factor * other.j;
-    }
-}
+pub use crate::solid::point_stress::SpaceStress;
 
 impl Equations<Space> {
     /// The stress of `state` at each node of the mesh: what the elements around it say, averaged by volume.
@@ -102,36 +63,7 @@ mod tests {
     use crate::solid::dimension::Space;
     use crate::solid::mesh::Mesh;
     use crate::solid::model::Body;
-    use crate::solid::stress::PointStress;
-    use elastocap_materials::{HyperelasticLaw, Volume};
-
-    #[test]
-    fn where_the_third_stretch_is_one_the_stress_is_that_of_plane_strain() {
-        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the materials.
-        let laws = [
-            HyperelasticLaw::Yeoh { constants: [0.5, -0.04, 0.02] },
-            HyperelasticLaw::MooneyRivlin { c10: 0.2, c01: 0.5 },
-            HyperelasticLaw::Ogden { terms: vec![(1.2, 1.3), (0.02, 5.0), (-0.1, -2.0)] },
-        ];
-        let volumes = [
-            Volume::Incompressible,
-            Volume::BulkModulus(30.0),
-            Volume::LogLame(3.0),
-            Volume::DisplacementOnly(7.0),
-        ];
-        let p = [1.2, 0.4, -0.1, 0.8];
-        let f = [p[0], p[1], 0.0, p[2], p[3], 0.0, 0.0, 0.0, 1.0];
-        for (distortion, volume) in laws.iter().flat_map(|d| volumes.map(|v| (d, v))) {
-            let rubber = Rubber { distortion: distortion.clone(), volume, volume_barrier: 0.7 };
-            // A bulk modulus' pressure is the field's only where the volume is the field's.
-            let (plane, space) = (PointStress::new(&rubber, &p, 0.6), SpaceStress::new(&rubber, &f, 0.6));
-            let expected = [plane.s11, plane.s22, plane.s33, plane.s12, 0.0, 0.0];
-            for (a, b) in space.cauchy.iter().zip(expected) {
-                assert!((a - b).abs() < 1e-12, "{rubber:?}: {:?} {expected:?}", space.cauchy);
-            }
-            assert!((space.pressure() - plane.pressure()).abs() < 1e-12 && (space.j - plane.j).abs() < 1e-15);
-        }
-    }
+    use elastocap_materials::Rubber;
 
     #[test]
     fn a_uniform_stress_is_found_at_every_node() {

@@ -1,6 +1,8 @@
 //! The coarse triangulation that follows outlines.
 
-use super::circles::{Circle, Divided, DividedCircle, SAME, TOUCH, apart, divided};
+use super::circle::Circle;
+use super::circles::{DividedCircle, SAME, TOUCH, apart};
+use super::divided::{Divided, divided};
 use super::key;
 use super::outline::Outline;
 use crate::cubic::{Cubic, distance};

@@ -225,7 +225,7 @@ fn comes_to(cubic: &Cubic, divided: &DividedCircle) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::circles::Circle;
+    use super::super::circle::Circle;
     use super::super::{RoundSide, coarse};
     use super::*;
     use crate::drawing::{Drawn, Entry, drawn};

@@ -5,14 +5,16 @@
 //! polynomials on such meshes the error falls exponentially with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
 
 mod bands;
+mod circle;
 mod circles;
 mod coarse;
 mod cubics;
+mod divided;
 mod grading;
 mod outline;
 
 pub use bands::{Band, bands};
-pub use circles::Circle;
+pub use circle::Circle;
 pub use coarse::{Coarse, RoundSide, Triangles, coarse};
 pub use outline::{Course, Outline, Side};
 

@@ -1,6 +1,6 @@
 //! Closed outlines of straight sides and curves.
 
-use super::circles::Circle;
+use super::circle::Circle;
 use crate::cubic::Cubic;
 use crate::outline::passes;
 use crate::shapes::{Arc, Curve};

@@ -4,8 +4,7 @@
 //! surfaces; so do faces covered by a sheet.
 
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
-use super::regions::Region;
-use super::scene_surfaces::largest_extent;
+use super::region::Region;
 use super::{MeshError, Point, Sizing};
 use crate::scene::{Box3, Scene};
 
@@ -239,8 +238,8 @@ fn add_edge(
         .boxes
         .iter()
         .filter(adjoins)
-        .map(|b| sizing.facet * largest_extent(&b.region))
-        .fold(largest_extent(domain), f64::min);
+        .map(|b| sizing.facet * b.region.largest_extent())
+        .fold(domain.largest_extent(), f64::min);
     let [p, q] = [at, end].map(|x| out.point(grid.point(x), size));
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
     for (normal, face) in [(v, a.or(b)), (u, c.or(d))] {

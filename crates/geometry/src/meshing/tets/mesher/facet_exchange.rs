@@ -9,8 +9,9 @@
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
-use super::delaunay::{EDGES, TetFace, orientation, rotated, sorted};
+use super::delaunay::{TetFace, orientation, rotated, sorted};
 use super::facet_recovery::Region;
+use crate::meshing::tets::tetrahedron::EDGES;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 

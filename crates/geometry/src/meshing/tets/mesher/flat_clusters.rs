@@ -6,8 +6,8 @@
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
-use super::delaunay::{EDGES, Insertion};
-use super::quality::{Measure, angle_below_flat};
+use super::delaunay::Insertion;
+use crate::meshing::tets::tetrahedron::{EDGES, Measure, angle_below_flat};
 use elastocap_linalg::vector::{length, minus, normal};
 
 /// Tetrahedra are flat whose largest angle between two faces is nearer to 180 degrees than this, rad.

@@ -4,10 +4,10 @@
 //! two sides do not match. A single one of some size, a thousand times as wide as high, can cost the whole lower bound.
 
 use super::boundary_recovery::MeshInProgress;
-use super::delaunay::{EDGES, Insertion};
+use super::delaunay::Insertion;
 use super::flat_clusters::{FLAT_ANGLE, GAIN};
-use super::quality::{angle_below_flat, roundness};
 use super::{Point, Sizing};
+use crate::meshing::tets::tetrahedron::{EDGES, angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeSet, HashSet};
 

@@ -5,8 +5,8 @@
 //! Eng. 40, 1997). Kept faces and edges stay.
 
 use super::boundary_recovery::MeshInProgress;
-use super::delaunay::{EDGES, orientation, sorted};
-use super::quality::angle_below_flat;
+use super::delaunay::{orientation, sorted};
+use crate::meshing::tets::tetrahedron::{EDGES, angle_below_flat};
 
 /// Largest number of tetrahedra around an edge that is removed.
 const MAX_RING: usize = 9;

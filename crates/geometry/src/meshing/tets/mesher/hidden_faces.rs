@@ -3,7 +3,7 @@
 use super::Point;
 use super::delaunay::sorted;
 use super::piecewise_linear_complex::PiecewiseLinearComplex;
-use super::regions::Region;
+use super::region::Region;
 use crate::meshing::indices::Renumbering;
 use crate::scene::Box3;
 use elastocap_linalg::vector::{length, minus, normal};

@@ -36,6 +36,7 @@ mod hidden_faces;
 mod piecewise_linear_complex;
 mod quality;
 mod refinement;
+mod region;
 mod regions;
 mod result_mesh;
 mod scene_surfaces;

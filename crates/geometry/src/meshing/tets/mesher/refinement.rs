@@ -5,10 +5,10 @@
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{
-    EDGES, Encroachment, FlatTets, Insertion, Refusal, TetFace, circumcenter, circumsphere_center, sorted,
+    Encroachment, FlatTets, Insertion, Refusal, TetFace, circumcenter, circumsphere_center, sorted,
 };
-use super::quality::roundness;
 use super::{Point, Sizing};
+use crate::meshing::tets::tetrahedron::{EDGES, roundness};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::VecDeque;
 

@@ -2,6 +2,7 @@
 
 use super::delaunay::Delaunay;
 use super::faceting::faceted;
+use super::region::Region;
 use super::{MeshError, Point, Sizing};
 use crate::meshing::tets::determinant;
 use crate::scene::Scene;
@@ -13,33 +14,6 @@ const MAX_SAMPLES: usize = 24;
 
 /// A tetrahedron is sampled if its volume is at least this share of that of the largest one of its part.
 const SAMPLED_VOLUME: f64 = 1e-3;
-
-/// What fills a part of space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Region {
-    /// No body.
-    #[default]
-    Background,
-    /// The dielectric with this index.
-    Dielectric(u32),
-    /// The conductor with this index.
-    Conductor(u32),
-}
-
-impl Region {
-    /// The conductor that fills it, if one does.
-    pub(super) fn conductor(self) -> Option<u32> {
-        match self {
-            Self::Conductor(c) => Some(c),
-            Self::Background | Self::Dielectric(_) => None,
-        }
-    }
-
-    /// Whether a conductor fills it: then it is no part of the final mesh.
-    pub(super) fn is_conductor(self) -> bool {
-        self.conductor().is_some()
-    }
-}
 
 /// The parts of bodies as they are meshed, to ask what fills a point.
 pub(super) struct Filling {

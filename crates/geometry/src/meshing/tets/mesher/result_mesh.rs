@@ -1,10 +1,11 @@
 //! The mesh that leaves the mesher: without the inside of conductors, and with the roles of its boundary faces.
 
 use super::boundary_recovery::MeshInProgress;
-use super::regions::Region;
+use super::region::Region;
 use super::{MeshError, Point, scene_surfaces};
 use crate::meshing::indices::Renumbering;
 use crate::meshing::tets::beyond_mesh::permittivity_beyond;
+use crate::meshing::tets::tetrahedron::FACES;
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::{Box3, Scene, Wall};
 use crate::shapes::Shape;
@@ -30,7 +31,7 @@ pub(super) fn extract(work: &MeshInProgress, scene: &Scene, domain: &Box3) -> Re
         out.regions.push(region);
         for i in 0..4 {
             if let Some(role) = role(work, scene, domain, out.center, (t, i))? {
-                let corners = super::delaunay::FACES[i].map(|k| tet[k]);
+                let corners = FACES[i].map(|k| tet[k]);
                 out.boundary.push(BoundaryFace { face: corners, role });
             }
         }

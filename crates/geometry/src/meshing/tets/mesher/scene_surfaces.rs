@@ -18,11 +18,6 @@ pub(crate) fn bounds(shape: &Shape) -> Box3 {
     shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
-/// The largest finite extent, m.
-pub(super) fn largest_extent(b: &Box3) -> f64 {
-    (0..3).map(|a| b.extent(a)).filter(|e| e.is_finite()).fold(0.0, f64::max)
-}
-
 /// Where the mesh ends: at the walls, and far from the bodies on open sides. Around a shell it ends a little outside the
 /// hollow, or at walls that lie inside it.
 ///
@@ -31,7 +26,7 @@ pub(super) fn largest_extent(b: &Box3) -> f64 {
 pub(super) fn domain(scene: &Scene, sizing: &Sizing) -> Result<Box3, MeshError> {
     if let Some(shell) = scene.shapes().find(|s| matches!(s, Shape::Shell { .. })) {
         let b = bounds(shell);
-        let grown = 0.25 * largest_extent(&b);
+        let grown = 0.25 * b.largest_extent();
         let mut out = Box3 { min: b.min.map(|x| x - grown), max: b.max.map(|x| x + grown) };
         for a in 0..3 {
             if scene.domain.min[a] > b.min[a] {
@@ -119,7 +114,7 @@ pub(super) fn complex(
         conductor: part.conductor,
         ball: matches!(part.shape, Shape::Sphere { .. } | Shape::Shell { .. }),
     }));
-    let tiny = SMALLEST * largest_extent(domain);
+    let tiny = SMALLEST * domain.largest_extent();
     let too_small = |part: &&BodyPart<'_>| {
         // A group of a volume mesh has no bounds of its own.
         part.shape.bounds().is_some_and(|b| (0..3).all(|a| b.extent(a) < tiny))
@@ -170,7 +165,7 @@ fn add_part(
         }
         Shape::Cylinder { radius, .. } | Shape::Tube { radii: [radius, _], .. } => sizing.facet * radius,
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => {
-            sizing.facet * largest_extent(&bounds(part.shape))
+            sizing.facet * bounds(part.shape).largest_extent()
         }
     };
     let ball = out.parts[part.number as usize].ball;
@@ -241,7 +236,7 @@ fn add_surface(
 /// coordinate, m.
 fn planes_through(scene: &Scene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
     // The flat faces of a round body stand out from it a little.
-    let room = 0.1 * largest_extent(around);
+    let room = 0.1 * around.largest_extent();
     let mut out = Vec::new();
     for (_, part) in scene.dielectric_parts() {
         let Some(b) = part.as_box() else { continue };

@@ -3,7 +3,7 @@
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
 use super::flat_clusters::FLAT_ANGLE;
-use super::quality::{angle_below_flat, roundness};
+use crate::meshing::tets::tetrahedron::{angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus};
 
 /// Points move only where a tetrahedron is less round than this.

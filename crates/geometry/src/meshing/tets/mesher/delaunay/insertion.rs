@@ -5,7 +5,8 @@
 //! those from which the point could not see the whole rim.
 
 use super::predicates::{circumcenter, in_sphere, orientation};
-use super::{Delaunay, EDGES, OptionalIndex, Point, TetFace, sorted};
+use super::{Delaunay, OptionalIndex, Point, TetFace, sorted};
+use crate::meshing::tets::tetrahedron::EDGES;
 
 /// Longest walk of the search for the tetrahedron that contains a point, in tetrahedra.
 const MAX_STEPS: usize = 20_000;

@@ -11,18 +11,13 @@ mod predicates;
 mod retriangulation;
 
 use super::Point;
-use super::quality::Measure;
-use super::regions::Region;
+use super::region::Region;
 use crate::meshing::indices::OptionalIndex;
+use crate::meshing::tets::tetrahedron::{FACES, Measure};
 pub(super) use insertion::{Encroachment, FlatTets, Insertion, Refusal};
 pub(super) use predicates::{circumcenter, circumsphere_center, orientation};
 pub(super) use retriangulation::rotated;
 use std::collections::HashMap;
-
-/// Corners of the face opposite each corner; with that corner they make a positive determinant.
-pub(super) const FACES: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
-/// Corners of the edges.
-pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// A face of a tetrahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,9 @@
 //! rounding has done to the points.
 
 use super::predicates::{in_sphere, orientation};
-use super::{Delaunay, FACES, OptionalIndex, Point, TetFace};
+use super::{Delaunay, OptionalIndex, Point, TetFace};
 use crate::import::intersect::flat_turn;
+use crate::meshing::tets::tetrahedron::FACES;
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
 

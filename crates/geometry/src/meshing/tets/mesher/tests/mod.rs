@@ -3,8 +3,9 @@ mod flat_tetrahedra;
 mod sharp_surfaces;
 mod thin_metal;
 
-use super::delaunay::{self, Delaunay};
+use super::delaunay::{Delaunay, Insertion, Refusal};
 use super::{MeshError, Meshed, Sizing, mesh, mesh_unless};
+use crate::meshing::tets::tetrahedron::FACES;
 use crate::meshing::tets::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::samples::{self, scene};
 use crate::scene::{Body, Box3, Wall};
@@ -30,7 +31,7 @@ fn check(meshed: &Meshed) {
     let mut faces: HashMap<[u32; 3], usize> = HashMap::new();
     for (t, tet) in mesh.tets.iter().enumerate() {
         assert!(mesh.determinant(t) > 0.0, "tetrahedron {t}: {}", mesh.determinant(t));
-        for face in delaunay::FACES {
+        for face in FACES {
             let mut ids = face.map(|k| tet[k]);
             ids.sort_unstable();
             *faces.entry(ids).or_default() += 1;
@@ -65,8 +66,8 @@ fn a_regular_grid_is_triangulated_without_gaps() {
     for k in 0..729_u32 {
         let p = [k % 9, k / 9 % 9, k / 81].map(f64::from);
         let hint = mesh.tet_at(mesh.points.len() as u32 - 1);
-        let taken = mesh.insert(&delaunay::Insertion::free(p, hint));
-        assert!(matches!(taken, Ok(_) | Err(delaunay::Refusal::Duplicate(_))), "{p:?}: {taken:?}");
+        let taken = mesh.insert(&Insertion::free(p, hint));
+        assert!(matches!(taken, Ok(_) | Err(Refusal::Duplicate(_))), "{p:?}: {taken:?}");
     }
     let whole: f64 = (0..mesh.tets.len() as u32)
         .filter(|&t| mesh.alive(t))

@@ -1,0 +1,42 @@
+//! The values of fluxes with unit coordinates at Gauss points of an axis.
+
+use super::{Lines, Segment};
+use crate::boxes::domain::Domain;
+use crate::boxes::mapped::points::AxisPoints;
+use elastocap_fem::line::Numbering;
+use elastocap_fem::mixed::FluxEnd;
+use elastocap_fem::tensor::Dense;
+use elastocap_linalg::dense;
+use faer::Mat;
+
+/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
+/// coordinates are unit vectors.
+pub(super) struct RunValues {
+    /// The first of the points, and a row for each.
+    pub(super) first: usize,
+    pub(super) matrix: Dense<f64>,
+}
+
+impl Lines {
+    /// For each segment of an axis, the values at `points` of fluxes with unit coordinates.
+    pub(super) fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
+        let axis = &domain.axes[a];
+        let numbering = Numbering::new(&axis.line);
+        let [all, _] = points.all_functions(axis, 0..numbering.len);
+        let of = |segment: &Segment| {
+            let [lo, hi] = segment.intervals;
+            let elements = axis.cuts[lo]..axis.cuts[hi];
+            let first = points.element.partition_point(|e| *e < elements.start);
+            let end = points.element.partition_point(|e| *e < elements.end);
+            let blocked = usize::from(segment.ends[0] == FluxEnd::Blocked);
+            let from = numbering.vertex[axis.cuts[lo]] + blocked;
+            let none = Mat::zeros(0, 0);
+            let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
+            let n = coefficients.nrows();
+            let values = all.as_ref().submatrix(first, from, end - first, n);
+            let product = dense::product(values, coefficients.as_ref());
+            RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
+        };
+        self.segments[a].iter().map(of).collect()
+    }
+}

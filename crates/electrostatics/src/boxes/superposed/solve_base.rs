@@ -1,0 +1,242 @@
+//! The scene without the body that comes near: solved once, for all its positions.
+
+use super::base::{Base, BasePart};
+use crate::SolveError;
+use crate::boxes::grid_problem::{GridProblem, InFrame};
+use crate::boxes::grid_refinement::{missing, refine};
+use crate::boxes::grid_search::{STEP, Search};
+use crate::boxes::layout::{Frame, Layout};
+use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::one_grid::{Lower, on_grid};
+use crate::boxes::open_space::OpenSpace;
+use crate::boxes::superposed::{Added, Sight};
+use crate::boxes::symmetry::Part;
+use crate::floating::Floating;
+use crate::solution::Settings;
+use elastocap_geometry::scene::Scene;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for, where that is a small share.
+const MOST: f64 = 0.8;
+const MOST_OF_SHARE: f64 = 2.0;
+
+/// What is added to a base.
+#[derive(Debug, Clone, Copy)]
+pub struct Additions {
+    /// Distance from the middle of the conductors beyond which no face of any scene lies, m.
+    pub reach: f64,
+    /// What they change of the target at most, over its value without them; one where nothing is known of it. Where the grids end in open
+    /// space follows from it: bounds hold whatever is given, but too small a value makes them wide.
+    pub change: f64,
+    /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
+    pub share: f64,
+    /// Set where differences between the scenes alone are to be known to the tolerance: how much nearer to the conductors of the base, m,
+    /// than in the scene that is given the body may be.
+    pub nearer: Option<f64>,
+}
+
+/// The largest share of the error of a base that a body may see where it is to cancel.
+const MOST_SEEN: f64 = 0.35;
+
+/// What a body may see of the error of each part of a base, over the tolerance; the error over the tolerance at most, beyond which it counts
+/// too much in the product with the error of what is added.
+const SEEN: f64 = 0.2;
+const MOST_OF_PART: f64 = 1.2;
+
+/// The largest error that the base may leave by itself, over the tolerance.
+const LEFT: f64 = 0.6;
+
+/// The largest relative error of a part.
+const ROUGH: f64 = 0.1;
+
+/// Where rays begin at least, over the distance of the farthest face: twice as far as any plane, and a little more for the places from which
+/// the two distances are measured.
+const NEAREST: f64 = 2.5;
+
+/// The energy of what is added over the change that it makes, where the grids end.
+const ENERGY: f64 = 2.0;
+
+/// Solves a scene as the base of others, for the tolerance that these are to have. `like` is one of these, whose symmetry all have. `None`
+/// where the scene cannot serve as a base.
+///
+/// # Errors
+/// Those of [`crate::solve`].
+pub fn solve_base(
+    scene: &Scene,
+    like: (&Scene, &Arc<SceneMap>),
+    additions: Additions,
+    settings: &Settings,
+) -> Result<Option<Base>, SolveError> {
+    let frame = Frame::of(scene)?;
+    let other = Layout::in_frame(like.0, Some(like.1), Some(frame), settings.memory_limit)?;
+    let mirrored = other.mirror.map(|plane| plane.is_some());
+    let settings = Settings { field: false, ..settings.clone() };
+    let tolerance = settings.relative_tolerance;
+    let of_energy = tolerance / (ENERGY * additions.change).min(1.0);
+    let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(of_energy);
+    let in_frame =
+        InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(NEAREST), radius: None };
+    let sight = additions.nearer.and_then(|nearer| sight(scene, like, &frame, nearer, &settings));
+    let mut out = Base {
+        conductors: scene.conductors().count(),
+        frame,
+        radius: 0.0,
+        parts: Vec::new(),
+        spread: 0.0,
+        cancels: false,
+        value: None,
+        unknowns: 0,
+    };
+    let problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
+    let farthest = problem.core.size();
+    if let Some(sight) = sight.filter(|sight| sight.is_far(farthest)) {
+        out.cancels = true;
+        if out.solve_in_parts((scene, like), &problem, &in_frame, &sight)? {
+            return Ok(Some(out));
+        }
+        out.cancels = false;
+        (out.parts, out.spread, out.value, out.unknowns) = (Vec::new(), 0.0, None, 0);
+    }
+    let goal = additions.share * tolerance;
+    let accepted = (MOST_OF_SHARE * additions.share).min(MOST) * tolerance;
+    Ok(if out.solve(problem, goal, accepted)? { Some(out) } else { None })
+}
+
+/// Missing energy and error of the linear solver, over the energy, for a first look: shares of the parts are known to a twentieth then.
+const ROUGH_ENERGY: f64 = 0.2;
+const ROUGH_SHARE: f64 = 1e-3;
+
+/// What a gap of the energies of each part, as large as these, would make of the target, over its value: by a small grid.
+fn weights(problem: &GridProblem<'_>) -> Result<Vec<f64>, SolveError> {
+    let settings = problem.settings;
+    let far =
+        OpenSpace::new(&problem.layout, &problem.floating, settings).distance(settings.relative_tolerance);
+    let mut grid = problem.first_grid(far)?;
+    loop {
+        problem.check_memory(&grid)?;
+        let rough = on_grid(problem, &grid, ROUGH_SHARE, Lower::None, None)?;
+        let indicator = rough.indicator(problem);
+        let missing = missing(&grid, &indicator);
+        if missing <= ROUGH_ENERGY {
+            return Ok(rough.of_gaps(problem, |part| part.energies.matrix.clone()));
+        }
+        let unknowns = problem.unknowns(&grid);
+        refine(&mut grid, &indicator, (STEP * missing).max(0.5 * ROUGH_ENERGY));
+        if problem.unknowns(&grid) == unknowns {
+            return Ok(rough.of_gaps(problem, |part| part.energies.matrix.clone()));
+        }
+    }
+}
+
+/// What the body of a scene sees of the error of a base, where that can cancel.
+fn sight(
+    base: &Scene,
+    (scene, map): (&Scene, &Arc<SceneMap>),
+    frame: &Frame,
+    nearer: f64,
+    settings: &Settings,
+) -> Option<Sight> {
+    let can_cancel = settings.target.is_linear(scene.driven().count())
+        && scene.floating().next().is_none()
+        && scene.conductors().count() > base.conductors().count();
+    let own = || Sight::of(scene, map, base.conductors().count(), frame, nearer);
+    can_cancel.then(own).flatten().filter(|sight| sight.share(false) <= MOST_SEEN)
+}
+
+impl Base {
+    /// Each part on a grid of its own, so that the error cancels in differences between what is added to it. Says whether it is then known
+    /// well enough: where it is not, the body sees more of the error than was expected.
+    fn solve_in_parts(
+        &mut self,
+        (scene, like): (&Scene, (&Scene, &Arc<SceneMap>)),
+        problem: &GridProblem<'_>,
+        in_frame: &InFrame,
+        sight: &Sight,
+    ) -> Result<bool, SolveError> {
+        let settings = problem.settings;
+        let tolerance = settings.relative_tolerance;
+        let weights = weights(problem)?;
+        let solved = (0..problem.parts.len()).filter(|k| !problem.parts[*k].potentials.is_empty());
+        for (k, weight) in solved.zip(&weights) {
+            let mut own = GridProblem::new(scene, None, Some(in_frame), settings)?;
+            let is_odd = own.parts[k].odd.contains(&true);
+            own.leave_part(k);
+            own.seen_by = Some(*sight);
+            let goal = (SEEN / sight.share(is_odd)).min(MOST_OF_PART) * tolerance / weight;
+            let goal = if goal.is_finite() { goal.min(ROUGH) } else { return Ok(false) };
+            if !self.solve(own, goal, MOST_OF_SHARE * goal)? {
+                return Ok(false);
+            }
+        }
+        match self.least_apart(like, sight, settings) {
+            Ok(apart) => {
+                let all: f64 = apart.iter().zip(&weights).map(|(apart, weight)| apart * weight).sum();
+                Ok(all <= LEFT * tolerance)
+            }
+            Err(SolveError::Superposition) => Ok(false),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// [`Added::least_apart`] of each part.
+    fn least_apart(
+        &self,
+        like: (&Scene, &Arc<SceneMap>),
+        sight: &Sight,
+        settings: &Settings,
+    ) -> Result<Vec<f64>, SolveError> {
+        let in_frame = InFrame {
+            frame: self.frame,
+            mirrored: [true; 3],
+            reach: 0.0,
+            far: 0.0,
+            radius: Some(self.radius),
+        };
+        let problem = GridProblem::new(like.0, Some(like.1), Some(&in_frame), settings)?;
+        let grid = problem.first_grid(0.0)?.reflected(problem.reflected);
+        let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
+        let of_part = |part: &Part| {
+            let (domain, held) = part.layout.domain(&grid);
+            Added::new(self, part, &domain, &held)?.least_apart(&domain, sight)
+        };
+        let solved: Vec<&Part> = solved.collect();
+        solved.into_par_iter().map(of_part).collect()
+    }
+
+    /// Solves for the parts of a problem and takes them over; says whether an error that is accepted was reached.
+    fn solve(&mut self, mut problem: GridProblem<'_>, goal: f64, accepted: f64) -> Result<bool, SolveError> {
+        problem.keeps_fluxes = true;
+        let mut search = Search::new(&problem)?;
+        let met = search.pursue(goal, accepted)?;
+        let found = search.finish(met)?;
+        let is_other = !self.parts.is_empty() && self.radius != found.grid.radius;
+        if !met || is_other {
+            return Ok(false);
+        }
+        let settings = problem.settings;
+        self.radius = found.grid.radius;
+        self.spread += found.outcome.error(settings);
+        let value = match self.cancels {
+            true => settings.target.within(&found.outcome.bounds).map(|own| own.value),
+            false => settings.target.value(&found.outcome.bounds.upper),
+        };
+        self.value = value.map(|value| self.value.unwrap_or(0.0) + value);
+        self.unknowns = self.unknowns.max(found.outcome.unknowns);
+        let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
+        for (part, (_, own)) in solved.zip(found.outcome.solved) {
+            let (Some(mut fluxes), Some(lower)) = (own.fluxes, own.lower) else { return Ok(false) };
+            fluxes.prepare()?;
+            self.parts.push(BasePart {
+                odd: part.odd,
+                potentials: part.potentials.clone(),
+                domain: own.domain,
+                coefficients: own.energies.coefficients,
+                upper: own.energies.matrix,
+                lower,
+                fluxes,
+            });
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,42 @@
+//! What the solver on tetrahedra is asked for.
+
+use crate::target::Target;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Tolerance, order and limits of the solver on tetrahedra.
+///
+/// It always proves both bounds: the flux behind the lower one steers the refinement.
+#[derive(Debug, Clone)]
+pub struct TetrahedraSettings {
+    /// Largest relative spread (upper - lower) / value of the target.
+    pub relative_tolerance: f64,
+    /// What the spread is compared with where the value is smaller, F: see [`Settings::least_scale`](crate::Settings::least_scale).
+    pub least_scale: f64,
+    /// The quantity that the tolerance applies to.
+    pub target: Target,
+    /// Order of the potentials, 1 to 3.
+    pub order: usize,
+    /// Largest memory the solve may take, bytes.
+    pub memory_limit: u64,
+    /// Set from outside to stop at the next opportunity, with [`SolveError::Cancelled`].
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl TetrahedraSettings {
+    /// The default order. Quadratic potentials are the best choice at edges, where higher orders cost more than they gain.
+    pub const USUAL_ORDER: usize = 2;
+}
+
+impl Default for TetrahedraSettings {
+    fn default() -> Self {
+        Self {
+            relative_tolerance: 1e-3,
+            least_scale: 0.0,
+            target: Target::Matrix,
+            order: Self::USUAL_ORDER,
+            memory_limit: 16 << 30,
+            cancel: None,
+        }
+    }
+}

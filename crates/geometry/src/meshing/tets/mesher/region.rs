@@ -1,0 +1,28 @@
+//! What may fill a part of space.
+
+/// What fills a part of space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Region {
+    /// No body.
+    #[default]
+    Background,
+    /// The dielectric with this index.
+    Dielectric(u32),
+    /// The conductor with this index.
+    Conductor(u32),
+}
+
+impl Region {
+    /// The conductor that fills it, if one does.
+    pub(super) fn conductor(self) -> Option<u32> {
+        match self {
+            Self::Conductor(c) => Some(c),
+            Self::Background | Self::Dielectric(_) => None,
+        }
+    }
+
+    /// Whether a conductor fills it: then it is no part of the final mesh.
+    pub(super) fn is_conductor(self) -> bool {
+        self.conductor().is_some()
+    }
+}

@@ -1,0 +1,61 @@
+//! An indenter whose force is given, and what an assembly says of it; how its place is found is in [`crate::solid::given_force`].
+
+use std::ops::Range;
+
+/// The indenter, its force, and what the last assembly says of them.
+#[derive(Debug)]
+pub(crate) struct GivenForce {
+    /// The obstacles that move together.
+    obstacles: Range<usize>,
+    /// The force in N, in the plane N per metre of width, by which they press the modelled part of the body.
+    pub(crate) force: f64,
+    /// That force in the assembled configuration.
+    now: f64,
+    /// That force after a step in which neither the free displacements nor the obstacles move.
+    pub(crate) staying: f64,
+    /// The force on each unknown displacement, in N/m, when the obstacles move up by 1 m.
+    pub(crate) column: Vec<f64>,
+    /// The stiffness of all contact along `x2` in N/m.
+    pub(crate) stiffness: f64,
+}
+
+impl GivenForce {
+    /// Nothing assembled yet.
+    pub(crate) fn new(obstacles: Range<usize>, force: f64) -> Self {
+        Self { obstacles, force, now: 0.0, staying: 0.0, column: Vec::new(), stiffness: 0.0 }
+    }
+
+    /// Forgets the last assembly of `unknowns` displacements.
+    pub(crate) fn clear(&mut self, unknowns: usize) {
+        (self.now, self.staying, self.stiffness) = (0.0, 0.0, 0.0);
+        self.column.clear();
+        self.column.resize(unknowns, 0.0);
+    }
+
+    /// Whether the place of `obstacle` is unknown.
+    pub(crate) fn moves(&self, obstacle: usize) -> bool {
+        self.obstacles.contains(&obstacle)
+    }
+
+    /// Adds a contact whose force along `x2` on the body is `now`, and `staying` after a step in which nothing free moves, in N.
+    pub(crate) fn add_contact(&mut self, now: f64, staying: f64, stiffness: f64) {
+        self.now -= now;
+        self.staying -= staying;
+        self.stiffness += stiffness;
+    }
+
+    /// Adds the force (N/m) on an unknown displacement for 1 m of the obstacle's way up.
+    pub(crate) fn add_to_column(&mut self, unknown: usize, force: f64) {
+        self.column[unknown] += force;
+    }
+
+    /// Adds what a displacement that is held, and moves by `step` (m), adds to the force.
+    pub(crate) fn add_held(&mut self, force: f64, step: f64) {
+        self.staying += force * step;
+    }
+
+    /// How far the force of the assembled configuration is from the given one, relatively.
+    pub(crate) fn miss(&self) -> f64 {
+        (self.now / self.force - 1.0).abs()
+    }
+}

@@ -1,0 +1,56 @@
+//! The files with the fields of a run: their names, and what could not be written.
+
+use std::collections::BTreeMap;
+
+/// The name of a step's field file.
+pub fn field_file(index: usize) -> String {
+    format!("step_{index:03}.vtu")
+}
+
+/// What became of the fields of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FieldFiles {
+    pub(crate) steps: BTreeMap<usize, FieldFile>,
+    /// Pictures of the field, for the report.
+    pub(crate) sections: BTreeMap<usize, Vec<String>>,
+    pub(crate) layer_warnings: Vec<String>,
+}
+
+/// What became of the field of a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct FieldFile {
+    pub(crate) name: Option<String>,
+    pub(crate) warning: Option<String>,
+    pub(crate) seconds: f64,
+}
+
+impl FieldFiles {
+    /// The file with the field of a step, if there is one.
+    pub fn name(&self, step: usize) -> Option<&str> {
+        self.steps.get(&step)?.name.as_deref()
+    }
+
+    /// Why the field of a step was not written, if it could not be.
+    pub fn warning(&self, step: usize) -> Option<&str> {
+        self.steps.get(&step)?.warning.as_deref()
+    }
+
+    /// Wall-clock seconds that making and writing the field of a step took.
+    pub fn seconds(&self, step: usize) -> f64 {
+        self.steps.get(&step).map_or(0.0, |file| file.seconds)
+    }
+
+    /// The sections through the field of a step as SVG, none if none was drawn.
+    pub fn sections(&self, step: usize) -> &[String] {
+        self.sections.get(&step).map_or(&[], Vec::as_slice)
+    }
+
+    /// What the files of the layer could not hold.
+    pub fn layer_warnings(&self) -> &[String] {
+        &self.layer_warnings
+    }
+
+    pub(crate) fn set_name(&mut self, step: usize, name: String) {
+        self.steps.entry(step).or_default().name = Some(name);
+    }
+}

@@ -1,0 +1,86 @@
+//! What runs left behind that were killed.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::disk::{lock, number, remove_files, same_file};
+use super::in_place;
+use super::index::is_result_name;
+use super::staging::{OLD, STAGING, SWAP, prefix_beside};
+
+/// Completes or removes what killed runs left at `place`. Returns what the user should know.
+pub(super) fn recover(place: &Path) -> Vec<String> {
+    let mut notes = Vec::new();
+    for left in abandoned(place, OsStr::new(STAGING)) {
+        match in_place::complete(&left, place) {
+            Ok(true) => notes.push(format!(
+                "an earlier run was ended while it put its files in place in `{}`; that is completed now",
+                place.display()
+            )),
+            Ok(false) => remove_files(&left),
+            Err(error) => notes.push(format!(
+                "an earlier run was ended while it put its files in place in `{}`, and that cannot be completed: {error}; \
+                 the rest of its files is in `{}`",
+                place.display(),
+                left.display()
+            )),
+        }
+    }
+    let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else { return notes };
+    for left in abandoned(parent, &prefix_beside(name)) {
+        match stage_of(&left) {
+            Stage::New => remove_files(&left),
+            Stage::Old if !place.exists() && fs::rename(&left, place).is_ok() => notes.push(format!(
+                "an earlier run was ended while it put its files in place in `{}`; the result before it is there again",
+                place.display()
+            )),
+            Stage::Old => notes.extend(clear(&left, place)),
+        }
+    }
+    notes
+}
+
+/// What a folder beside an output folder holds.
+enum Stage {
+    /// Files that were never put in place, and links to some that are in place.
+    New,
+    /// What was in place before.
+    Old,
+}
+
+fn stage_of(left: &Path) -> Stage {
+    let name = left.file_name().map(OsStr::to_string_lossy).unwrap_or_default();
+    match name.rsplit_once(SWAP) {
+        Some((_, of_new)) if of_new.parse().ok() != number(left) => Stage::Old,
+        None if name.ends_with(OLD) => Stage::Old,
+        Some(_) | None => Stage::New,
+    }
+}
+
+/// Folders in `parent` whose names begin like this and whose process has ended.
+fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
+    let entries = fs::read_dir(parent).into_iter().flatten().flatten();
+    let ours = entries.filter(|entry| {
+        entry.file_name().as_encoded_bytes().starts_with(prefix.as_encoded_bytes())
+            && entry.file_type().is_ok_and(|kind| kind.is_dir())
+    });
+    ours.map(|entry| entry.path()).filter(|path| lock(path).is_some()).collect()
+}
+
+/// Removes a folder that is not an output folder any more, or never became one: the files of a run in it, and those that `place`
+/// has too. A file that came in while the folders changed places goes to `place`. Returns what is left, if anything.
+pub(super) fn clear(left: &Path, place: &Path) -> Option<String> {
+    for entry in fs::read_dir(left).into_iter().flatten().flatten() {
+        let (name, path) = (entry.file_name(), entry.path());
+        let there = place.join(&name);
+        let ours = name.to_str().is_some_and(is_result_name);
+        if ours || same_file(&path, &there) {
+            let _ = fs::remove_file(path);
+        } else if there.symlink_metadata().is_err() && place.exists() {
+            let _ = fs::rename(path, there);
+        }
+    }
+    let removed = fs::remove_dir(left).is_ok() || !left.exists();
+    (!removed).then(|| format!("`{}` is left over and can be removed; look into it first", left.display()))
+}
