@@ -64,6 +64,7 @@
 mod bounded;
 mod boxes;
 mod consistency;
+mod error;
 mod extruded;
 mod far;
 mod floating;
@@ -74,12 +75,15 @@ mod shortfall;
 mod solution;
 mod target;
 mod tets;
+mod vacuum;
 
 pub use bounded::Bounded;
 pub use boxes::forecast::{Effort, forecast, symmetries};
 pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
-pub use boxes::superposed::{Additions, Base, solve_base};
+pub use boxes::solve_base::{Additions, solve_base};
+pub use boxes::superposed::Base;
+pub use error::SolveError;
 pub use extruded::search::ExtrudedSolution;
 pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
 pub use shortfall::Shortfall;
@@ -94,148 +98,4 @@ pub use tets::forecast::{forecast_mesh, forecast_without_mesh};
 pub use tets::mesh_scene::{MeshScene, MeshSolution};
 pub use tets::potentials::{NotReached, PotentialError, PotentialProblem, PotentialSettings, Potentials};
 pub use tets::settings::TetrahedraSettings;
-
-/// Permittivity of vacuum, eps_0, F/m (CODATA 2018): the only definition of it in the project.
-pub const VACUUM_PERMITTIVITY: f64 = 8.854_187_812_8e-12;
-
-/// Why a solve failed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SolveError {
-    /// The box solver was given a body of another shape.
-    #[error(
-        "`{body}` is neither a box nor a sheet, and the box solver takes no other shape; solve the scene on tetrahedra"
-    )]
-    NotBoxes {
-        /// Name of the body.
-        body: String,
-    },
-    /// The solver for extruded scenes was given bodies that are not outlines pulled along one axis.
-    #[error("the bodies are not outlines pulled along one axis; solve the scene on tetrahedra")]
-    NotExtruded,
-    /// The outlines of an extruded scene have no mesh of a reasonable size.
-    #[error(
-        "the outlines cannot be divided into triangles: some of them are too close together or touch where they are round; solve the \
-         scene on tetrahedra"
-    )]
-    NoPlan,
-    /// A conductor of an extruded scene has a point in common with a grounded wall.
-    #[error("{conductor} touches a grounded wall; keep them apart")]
-    OnGround {
-        /// Its name.
-        conductor: String,
-    },
-    /// Two conductors of an extruded scene have a point in common.
-    #[error("{first} and {second} touch or overlap; keep them apart")]
-    Touching {
-        /// Name of one conductor.
-        first: String,
-        /// Name of the other.
-        second: String,
-    },
-    /// The first grid would take more memory than there is; nothing was solved.
-    #[error(
-        "even the coarsest grid takes about {}, more than the limit of {}: there are too many bodies for the memory, or too many \
-         different faces",
-        elastocap_linalg::memory::bytes_in_words(*bytes),
-        elastocap_linalg::memory::bytes_in_words(*limit)
-    )]
-    TooLarge {
-        /// Bytes it would take, about.
-        bytes: u64,
-        /// Bytes that may be taken.
-        limit: u64,
-    },
-    /// The eigenvalue problem of a grid line failed.
-    #[error(
-        "an eigenvalue problem of the grid failed: its elements differ too much in size for double precision"
-    )]
-    Eigenvalues,
-    /// The linear solver ended far from its goal, so that no bounds are given.
-    #[error(
-        "the iteration does not converge: sizes or permittivities are too unequal; bring the largest and the smallest permittivity, or \
-         the largest and the smallest length, closer together"
-    )]
-    NotConverged,
-    /// A scene was to be solved as a base and what a body changes there, and differs from the base by more.
-    #[error("the scene differs from its base by more than a body and what is bent around it")]
-    Superposition,
-    /// The result contradicts itself, so that none of its numbers is reported; not expected.
-    #[error(
-        "the result contradicts itself, {0}: sizes or permittivities are too unequal for double precision, or there is an \
-         error in elastocap; please report it with the case"
-    )]
-    Contradiction(String),
-    /// A mirror plane does not say of every conductor of the scene which one of them is its image.
-    #[error(
-        "the mirror plane across axis {axis} does not have an image for each of the {conductors} conductors"
-    )]
-    MirrorPlane {
-        /// 0 to 2.
-        axis: usize,
-        /// Conductors of the whole scene.
-        conductors: usize,
-    },
-    /// A map that bends a scene of boxes turns a part of space inside out.
-    #[error("the map that bends the scene turns a part of space inside out")]
-    InsideOut,
-    /// A map that bends a scene of boxes moves points where it ends, away from the walls of the scene.
-    #[error("the map that bends the scene is not continuous where it ends")]
-    TornMap,
-    /// Stopped on request: the caller has set the cancel flag of the settings.
-    #[error("stopped on request")]
-    Cancelled,
-    /// A matrix of a grid line could not be factorised.
-    #[error(transparent)]
-    IllConditioned(#[from] elastocap_fem::mixed::IllConditioned),
-    /// The potentials on a mesh could not be solved for.
-    #[error(transparent)]
-    Potentials(tets::potentials::PotentialError),
-    /// The linear solver ended too far from the potentials on a mesh for useful bounds.
-    #[error(transparent)]
-    NotReached(#[from] tets::potentials::NotReached),
-    /// The fluxes on a mesh could not be made.
-    #[error(transparent)]
-    Flux(#[from] tets::flux::FluxError),
-}
-
-impl SolveError {
-    /// Whether proved bounds contradict each other, which no input excuses.
-    pub fn is_contradiction(&self) -> bool {
-        matches!(self, Self::Contradiction(_))
-    }
-
-    /// Whether nothing is wrong with the scene but that this solver cannot take it: another one may.
-    pub fn another_solver_may_serve(&self) -> bool {
-        match self {
-            Self::NotBoxes { .. }
-            | Self::NotExtruded
-            | Self::NoPlan
-            | Self::TooLarge { .. }
-            | Self::Eigenvalues
-            | Self::IllConditioned(_)
-            | Self::NotConverged
-            | Self::Potentials(_)
-            | Self::NotReached(_)
-            | Self::Flux(_)
-            | Self::Superposition
-            | Self::InsideOut
-            | Self::TornMap => true,
-            Self::OnGround { .. }
-            | Self::Touching { .. }
-            | Self::Contradiction(_)
-            | Self::MirrorPlane { .. }
-            | Self::Cancelled => false,
-        }
-    }
-}
-
-impl From<tets::potentials::PotentialError> for SolveError {
-    fn from(error: tets::potentials::PotentialError) -> Self {
-        if error == tets::potentials::PotentialError::Cancelled {
-            Self::Cancelled
-        } else {
-            Self::Potentials(error)
-        }
-    }
-}
+pub use vacuum::VACUUM_PERMITTIVITY;

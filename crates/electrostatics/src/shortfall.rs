@@ -2,7 +2,7 @@
 
 use elastocap_linalg::memory::bytes_in_words;
 
-use crate::SolveError;
+use crate::error::SolveError;
 
 /// Why a [`Solution`](crate::Solution) did not reach its tolerance. The text is a sentence for the user.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

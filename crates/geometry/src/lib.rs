@@ -6,6 +6,7 @@ pub mod cubic;
 pub mod drawing;
 pub mod export;
 pub mod import;
+mod intersect;
 pub mod meshing;
 pub mod mirror;
 pub mod outline;

@@ -1,12 +1,12 @@
 //! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower ones by the dual
 //! problem (Thomson's principle).
 
-use crate::SolveError;
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
 use crate::boxes::dual::across_grids::{Fluxes, State};
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::primal::Primal;
+use crate::error::SolveError;
 use elastocap_fem::tensor::{add, dot};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;

@@ -2,7 +2,6 @@
 //! tolerance without carrying it out. How much work that is is counted beforehand, and where it is too much the forecast is a rough one:
 //! so a forecast takes seconds whatever the scene, and does not depend on what else the machine does.
 
-use crate::SolveError;
 use crate::boxes::conductor_free::{Work, free_boxes_within};
 use crate::boxes::domain::Block;
 use crate::boxes::grid_problem::GridProblem;
@@ -15,6 +14,7 @@ use crate::boxes::primal::axis_keys;
 use crate::boxes::primal::terms::separable_terms;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, USUAL_OVERLAP, first, graded};
 use crate::boxes::two_states;
+use crate::error::SolveError;
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::{Potential, Scene};
 use std::collections::BTreeMap;

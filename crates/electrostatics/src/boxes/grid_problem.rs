@@ -1,13 +1,13 @@
 //! A scene laid out for the box solver, with its symmetric parts and the settings.
 
-use crate::SolveError;
-use crate::boxes::half_turn::ACROSS;
 use crate::boxes::half_turn::halves::core_of;
+use crate::boxes::holders::ACROSS;
 use crate::boxes::layout::{Frame, Grid, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
 use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::symmetry::{Part, leave_opposite, parts};
+use crate::error::SolveError;
 use crate::far::without_far_faces;
 use crate::floating::Floating;
 use crate::solution::Settings;

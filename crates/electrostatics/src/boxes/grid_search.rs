@@ -4,7 +4,6 @@
 //! before, so that together they cost little compared with the last. Both problems are solved on the grid that should meet the
 //! tolerance. The iterations on each start from the potentials on the one before.
 
-use crate::SolveError;
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, missing, refine_weighted};
 use crate::boxes::layout::Grid;
@@ -13,6 +12,7 @@ use crate::boxes::one_part::Potentials;
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::resolution::{MAX_UNKNOWNS, MIN_TOLERANCE, coarser, graded, iteration_share};
 use crate::consistency::is_usable;
+use crate::error::SolveError;
 use crate::shortfall::Shortfall;
 use crate::solution::{Foresight, ResolutionLevel};
 use faer::Mat;

@@ -3,12 +3,11 @@
 //! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The layout also finds the
 //! mirror planes of the scene and cuts itself in half there.
 
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
-use crate::boxes::half_turn::ACROSS;
-use crate::boxes::half_turn::holders::{HalfTurn, Holders};
+use crate::boxes::holders::{ACROSS, HalfTurn, Holders};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::mapped::placed::PlacedMap;
+use crate::error::SolveError;
 use crate::solution::ResolutionLevel;
 use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};

@@ -3,8 +3,6 @@
 //! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
 //! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
 
-use crate::SolveError;
-use crate::VACUUM_PERMITTIVITY;
 use crate::bounded::Bounded;
 use crate::boxes::energy::Energies;
 use crate::boxes::field::{Share, sample};
@@ -13,10 +11,12 @@ use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_part::{OnBase, PartPotentials, Potentials, SolvedPart, combined, solve_part};
 use crate::boxes::superposed::Sight;
+use crate::error::SolveError;
 use crate::matrix::{MatrixBounds, contrast_of, from_energies, of_squares, rounding_scale};
 use crate::shortfall::Shortfall;
 use crate::solution::{Discretisation, Field, PhaseSeconds, Settings, Solution};
 use crate::target::{SHARE_OF_DIAGONAL, Target};
+use crate::vacuum::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::{Mat, Scale};

@@ -1,6 +1,5 @@
 //! One symmetric part on one grid: its problems, and its potentials on the next grid.
 
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
@@ -10,6 +9,7 @@ use crate::boxes::half_turn::images::{Image, images};
 use crate::boxes::layout::Grid;
 use crate::boxes::primal::Primal;
 use crate::boxes::superposed::added::Added;
+use crate::error::SolveError;
 use elastocap_fem::tensor::{SparseRows, along, axpy};
 use faer::Mat;
 

@@ -1,12 +1,12 @@
 //! The box solver from a scene to its Maxwell matrix: the grid that is asked for, or the search for one, and what it gives.
 
-use crate::SolveError;
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search;
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::two_states;
 use crate::consistency::contradiction;
+use crate::error::SolveError;
 use crate::solution::{Settings, Solution};
 use elastocap_geometry::scene::Scene;
 use std::sync::Arc;

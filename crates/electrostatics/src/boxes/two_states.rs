@@ -15,8 +15,6 @@
 //! Schwarz twice, for U - C and C - L as forms, and once for the sum. That is what one grid for both states proves from the same gaps,
 //! so that two pay where they need fewer unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
 
-use crate::SolveError;
-use crate::VACUUM_PERMITTIVITY;
 use crate::boxes::common_line::common_line;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::grid_problem::GridProblem;
@@ -27,9 +25,11 @@ use crate::boxes::one_grid::{Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
 use crate::boxes::primal::Primal;
 use crate::boxes::resolution::first;
+use crate::error::SolveError;
 use crate::matrix::{MatrixBounds, contrast_of, of_squares};
 use crate::solution::Settings;
 use crate::target::Target;
+use crate::vacuum::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::{Potential, Role, Scene};
 use faer::Mat;
 use std::time::Instant;

@@ -3,8 +3,8 @@
 use super::dual::Dual;
 use super::mesh::PlanMesh;
 use super::primal::Primal;
-use crate::SolveError;
 use crate::boxes::domain::Axis;
+use crate::error::SolveError;
 use elastocap_fem::tensor::dot;
 use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::{

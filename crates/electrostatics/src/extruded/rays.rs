@@ -5,8 +5,8 @@
 
 use super::mesh::PlanMesh;
 use super::plane_system::Beyond;
-use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
+use crate::error::SolveError;
 use elastocap_fem::line::{hierarchical, line_matrices, radial_matrices};
 use elastocap_fem::modes::{LineModes, primal_modes_beyond};
 use elastocap_fem::quadrature::gauss_legendre;

@@ -4,7 +4,7 @@ use super::family::Level;
 use super::layout::Layout;
 use super::search::{ExtrudedSolution, Search};
 use super::size::Size;
-use crate::SolveError;
+use crate::error::SolveError;
 use crate::parity::Parity;
 use crate::solution::{Forecast, Settings};
 use elastocap_geometry::mirror;

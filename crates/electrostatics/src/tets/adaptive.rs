@@ -6,8 +6,8 @@
 //!
 //! One part of a symmetric scene is solved once for each parity of potentials ([`crate::tets::parity`]), on one mesh.
 
-use crate::SolveError;
 use crate::consistency::contradiction;
+use crate::error::SolveError;
 use crate::shortfall::Shortfall;
 use crate::solution::{Discretisation, PhaseSeconds, Solution};
 use crate::tets::mesh_scene::{MeshScene, MeshSolution};

@@ -1,6 +1,6 @@
 //! What the solver on tetrahedra will take: a small mesh is solved, and the spread of its bounds extrapolated.
 
-use crate::SolveError;
+use crate::error::SolveError;
 use crate::parity::Parity;
 use crate::solution::Forecast;
 use crate::tets::adaptive::solve_mesh;

@@ -1,6 +1,6 @@
 //! A mesh that stands for a scene, and the solution on it.
 
-use crate::SolveError;
+use crate::error::SolveError;
 use crate::solution::Solution;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_geometry::scene::{MirrorPlane, Potential};

@@ -1,8 +1,7 @@
 //! Potentials, fluxes and the bounds that follow from them, on one mesh.
 
-use crate::SolveError;
-use crate::VACUUM_PERMITTIVITY;
 use crate::bounded::Bounded;
+use crate::error::SolveError;
 use crate::floating::Floating;
 use crate::matrix::{MatrixBounds, contrast_of, of_squares, rounding_scale};
 use crate::parity::Parity;
@@ -17,6 +16,7 @@ use crate::tets::potentials::{
 };
 use crate::tets::settings::TetrahedraSettings;
 use crate::tets::spread::{Spread, spread};
+use crate::vacuum::VACUUM_PERMITTIVITY;
 use elastocap_geometry::meshing::tets::TetMesh;
 use faer::Mat;
 use std::time::Instant;

@@ -6,7 +6,6 @@
 pub mod audit;
 mod error;
 pub mod gmsh;
-pub(crate) mod intersect;
 mod kinds;
 pub mod obj;
 mod polygon;

@@ -1,6 +1,6 @@
 //! Plane polygons, concave ones too, cut into triangles by clipping ears.
 
-use super::intersect::{Point, flat_turn};
+use crate::intersect::{Point, flat_turn};
 
 /// Polygons with more corners than this are cut as a fan, which only some of them allow: clipping ears would take time
 /// that grows with the third power of the corners.

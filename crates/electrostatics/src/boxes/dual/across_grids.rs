@@ -18,8 +18,8 @@ use super::lines::{Bundle, Run, Segment};
 use super::rays::inner;
 use super::repair::{Repair, Repairs};
 use super::{Basis, Dual, Lines, Strip, others};
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
+use crate::error::SolveError;
 use elastocap_fem::embedding::{embedding, mode_embedding};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, along, dot, multiply, right, target};
 use elastocap_linalg::dense;
@@ -341,7 +341,6 @@ fn oblique(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::VACUUM_PERMITTIVITY;
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
     use crate::boxes::one_grid::{Lower, Outcome, on_grid};
@@ -349,6 +348,7 @@ mod tests {
     use crate::boxes::resolution::graded;
     use crate::boxes::two_states::common;
     use crate::solution::{ResolutionLevel, Settings};
+    use crate::vacuum::VACUUM_PERMITTIVITY;
     use elastocap_geometry::meshing::grid::Change;
     use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
     use elastocap_geometry::shapes::Shape;

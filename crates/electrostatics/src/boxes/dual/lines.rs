@@ -2,9 +2,9 @@
 
 use super::rays::Leaving;
 use super::{Basis, others};
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
+use crate::error::SolveError;
 use elastocap_fem::condensed::Condensed;
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::{FluxCoordinates, FluxEnd, MixedSegment, mixed_segment};

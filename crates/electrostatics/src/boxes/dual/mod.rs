@@ -26,13 +26,13 @@ mod repair;
 mod run_values;
 pub(crate) mod superposed;
 
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::half_turn::exchange::Exchange;
 use crate::boxes::half_turn::fold::Fold;
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Schwarz, SchwarzWork};
+use crate::error::SolveError;
 use elastocap_fem::mixed::{ones, potential_modes_of};
 use elastocap_fem::radial::RadialBasis;
 use elastocap_fem::reflection::reflected_modes;

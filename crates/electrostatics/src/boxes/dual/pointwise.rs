@@ -3,11 +3,11 @@
 use super::flux::Flux;
 use super::run_values::RunValues;
 use super::{Basis, Dual, Lines, OtherLines};
-use crate::SolveError;
 use crate::boxes::domain::{Domain, OtherParts};
 use crate::boxes::mapped::metric::{Of, Rule};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
+use crate::error::SolveError;
 use elastocap_fem::tensor::{Dense, Left, SparseRows, Strips, multiply, right, target};
 use faer::Mat;
 use rayon::prelude::*;

@@ -2,12 +2,12 @@
 //! is continued at a mean obliqueness.
 
 use super::Basis;
-use crate::SolveError;
 use crate::boxes::conductor_free::free_boxes;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::half_turn::halves::not_in_quarters;
 use crate::boxes::primal::{AxisKey, axis_keys};
 use crate::boxes::schwarz::{Modes, Schwarz, SeparableBox};
+use crate::error::SolveError;
 use elastocap_fem::mixed::FluxEnd;
 use elastocap_fem::modes::{LineModes, dual_modes};
 use elastocap_fem::tensor::Dims;

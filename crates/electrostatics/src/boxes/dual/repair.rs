@@ -5,11 +5,11 @@
 use super::lines::mixed;
 use super::precondition::modes_of;
 use super::{Basis, Weights, others};
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Block, Domain, per_element};
 use crate::boxes::half_turn::fold::Fold;
 use crate::boxes::ray_permittivity::RayPermittivity;
 use crate::boxes::schwarz::{Modes, SeparableBox, row_block};
+use crate::error::SolveError;
 use elastocap_fem::condensed::Condensed;
 use elastocap_fem::line::Numbering;
 use elastocap_fem::mixed::{FluxCoordinates, FluxEnd};

@@ -4,7 +4,7 @@
 //! half has and the other has not is the turned rest of it.
 
 use super::mirror_images;
-use crate::SolveError;
+use crate::error::SolveError;
 use elastocap_fem::tensor::{Dims, sized};
 use faer::Mat;
 use rayon::prelude::*;

@@ -6,7 +6,7 @@
 //! ([`crate::boxes::domain::OtherParts::quarters`]).
 
 use super::mirror_images;
-use crate::SolveError;
+use crate::error::SolveError;
 use elastocap_fem::tensor::{Dims, Real, sized};
 use faer::MatRef;
 use rayon::prelude::*;

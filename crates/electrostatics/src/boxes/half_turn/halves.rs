@@ -12,9 +12,10 @@
 //!   a quarter of the scene: what is odd across x3 = 0, and what is even. With it do the repair of a divergence, and the boxes of the
 //!   preconditioner that meet no conductor on either side ([`Fold`](super::fold::Fold)).
 
-use super::{ACROSS, mirror_images};
+use super::mirror_images;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Axis, Block, Domain, OtherParts};
+use crate::boxes::holders::ACROSS;
 use crate::boxes::layout::{Grid, Layout};
 use elastocap_fem::reflection::reflected_functions;
 use elastocap_geometry::scene::Wall;

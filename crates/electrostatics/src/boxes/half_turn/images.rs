@@ -5,8 +5,8 @@
 //! not the solution costs iterations, and a flux that aims at another field costs sharpness of the lower bound.
 
 use super::halves::reflected;
-use super::holders::{HalfTurn, Holders, places};
 use crate::boxes::domain::{Axis, Domain};
+use crate::boxes::holders::{HalfTurn, Holders, places};
 use elastocap_fem::tensor::{Dims, SparseRows, along};
 use faer::Mat;
 use rayon::prelude::*;

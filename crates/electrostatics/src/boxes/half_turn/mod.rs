@@ -7,13 +7,9 @@
 pub(crate) mod exchange;
 pub(crate) mod fold;
 pub(crate) mod halves;
-pub(crate) mod holders;
 pub(crate) mod images;
 
 use faer::MatRef;
-
-/// Axes whose middle the turn is across.
-pub(crate) const ACROSS: [usize; 2] = [0, 2];
 
 /// How far the entries of a reflection may be from one or minus one, by rounding.
 const ROUNDING: f64 = 1e-9;

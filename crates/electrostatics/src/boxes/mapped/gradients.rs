@@ -3,8 +3,8 @@
 use super::metric::{Metric, Of, Rule};
 use super::points::AxisPoints;
 use super::sums::{Fields, Tensors, at_least, at_points, products};
-use crate::SolveError;
 use crate::boxes::domain::Domain;
+use crate::error::SolveError;
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, Window, multiply, right, sized, target};
 use faer::Mat;
 use rayon::prelude::*;

@@ -4,9 +4,9 @@
 //! like 1 / h. Here differences of potentials are taken first, and nothing cancels.
 
 use super::{Primal, Term};
-use crate::SolveError;
 use crate::boxes::domain::{Axis, per_element};
 use crate::boxes::mapped::gradients::{FINER, add_with_error, added_energies};
+use crate::error::SolveError;
 use elastocap_fem::mixed::{divergence_matrix, potential_offsets};
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, axpy, dot, target};
 use faer::Mat;

@@ -11,13 +11,13 @@ pub(crate) mod terms;
 #[cfg(test)]
 mod tests;
 
-use crate::SolveError;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
 use crate::boxes::domain::{Domain, per_element};
 use crate::boxes::half_turn::fold::Fold;
 use crate::boxes::half_turn::halves::{not_in_quarters, reflected};
 use crate::boxes::mapped::gradients::{EXTRA, Gradients, Work};
 use crate::boxes::schwarz::{Modes, Schwarz, SchwarzWork, SeparableBox};
+use crate::error::SolveError;
 use elastocap_fem::line::line_matrices;
 use elastocap_fem::modes::primal_modes;
 use elastocap_fem::tensor::{Dims, SparseRows, Strips, Window, axpy, clear, target};

@@ -4,12 +4,12 @@ use super::added::Added;
 use super::grids::at_planes;
 use super::sight::Sight;
 use super::squares::{size, trace};
-use crate::SolveError;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::superposed::Weights;
 use crate::boxes::mapped::gradients::{add_with_error, gradients_at};
 use crate::boxes::mapped::metric::{Metric, Of};
 use crate::boxes::mapped::points::AxisPoints;
+use crate::error::SolveError;
 use faer::{Mat, Scale};
 use std::ops::Range;
 

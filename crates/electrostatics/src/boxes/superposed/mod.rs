@@ -46,10 +46,9 @@ mod errors;
 mod grids;
 mod products;
 mod sight;
-mod solve_base;
 mod squares;
 
 pub(crate) use added::Added;
 pub use base::Base;
+pub(crate) use base::BasePart;
 pub(crate) use sight::Sight;
-pub use solve_base::{Additions, solve_base};

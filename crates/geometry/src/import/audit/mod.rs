@@ -5,7 +5,8 @@ mod topology;
 mod weld;
 
 use super::triangles::Triangles;
-use super::{ImportError, ImportProblem, Place, intersect};
+use super::{ImportError, ImportProblem, Place};
+use crate::intersect;
 use crate::shapes::TriangleSurface;
 use crate::winding::contains;
 

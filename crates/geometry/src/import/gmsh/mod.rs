@@ -18,7 +18,8 @@ use std::path::Path;
 use super::audit::{check_size, middle};
 use super::kinds::Wanted;
 use super::obj::Placement;
-use super::{ImportError, ImportProblem, Place, intersect, read_file};
+use super::{ImportError, ImportProblem, Place, read_file};
+use crate::intersect;
 use crate::meshing::tets::determinant;
 
 /// A physical group of surfaces or volumes.

@@ -7,7 +7,7 @@
 
 use super::predicates::{in_sphere, orientation};
 use super::{Delaunay, OptionalIndex, Point, TetFace};
-use crate::import::intersect::flat_turn;
+use crate::intersect::flat_turn;
 use crate::meshing::tets::tetrahedron::FACES;
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};

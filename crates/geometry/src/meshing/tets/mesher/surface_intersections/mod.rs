@@ -10,7 +10,7 @@ mod coplanar_facets;
 use super::delaunay::sorted;
 use super::piecewise_linear_complex::{AxisPlane, PiecewiseLinearComplex, Polygon};
 use super::{MeshError, Point};
-use crate::import::intersect::{Frame, Search};
+use crate::intersect::{Frame, Search};
 use crate::outline;
 use elastocap_linalg::vector::{dot, length, minus};
 use std::collections::{BTreeMap, BTreeSet, HashMap};

@@ -1,7 +1,5 @@
 //! The scene without the body that comes near: solved once, for all its positions.
 
-use super::base::{Base, BasePart};
-use crate::SolveError;
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_refinement::{missing, refine};
 use crate::boxes::grid_search::{STEP, Search};
@@ -9,8 +7,9 @@ use crate::boxes::layout::{Frame, Layout};
 use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::one_grid::{Lower, on_grid};
 use crate::boxes::open_space::OpenSpace;
-use crate::boxes::superposed::{Added, Sight};
+use crate::boxes::superposed::{Added, Base, BasePart, Sight};
 use crate::boxes::symmetry::Part;
+use crate::error::SolveError;
 use crate::floating::Floating;
 use crate::solution::Settings;
 use elastocap_geometry::scene::Scene;

@@ -3,6 +3,9 @@
 use crate::boxes::domain::Block;
 use std::collections::BTreeSet;
 
+/// Axes whose middle the turn is across.
+pub(crate) const ACROSS: [usize; 2] = [0, 2];
+
 /// Mirrors of some axes, together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct HalfTurn {
@@ -15,12 +18,12 @@ impl HalfTurn {
         Self { across }
     }
 
-    pub(super) fn is_across(self, axis: usize) -> bool {
+    pub(crate) fn is_across(self, axis: usize) -> bool {
         self.across[axis]
     }
 
     /// Where it brings a place, one of `n` on each axis.
-    pub(super) fn of(self, place: [usize; 3], n: [usize; 3]) -> [usize; 3] {
+    pub(crate) fn of(self, place: [usize; 3], n: [usize; 3]) -> [usize; 3] {
         [0, 1, 2].map(|a| if self.across[a] { n[a] - 1 - place[a] } else { place[a] })
     }
 }
@@ -67,6 +70,6 @@ impl Holders {
 }
 
 /// All places, `n` on each axis.
-pub(super) fn places(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+pub(crate) fn places(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..n[0]).flat_map(move |i| (0..n[1]).flat_map(move |j| (0..n[2]).map(move |k| [i, j, k])))
 }
