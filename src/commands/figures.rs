@@ -6,9 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use elastocap_evidence::figures::{Drawn, Item, Session};
-use elastocap_results::OutputFolder;
+use elastocap_evidence::figures::{Drawn, FigureError, Item, Session};
+use elastocap_results::{OutputError, OutputFolder};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use thiserror::Error;
 
 use super::arguments::ArgumentError;
 use super::stop::{end_in_time, stop_on_signal};
@@ -71,12 +72,21 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     };
     match end_in_time(&stop, || draw(&items, &folder, &drawn, &stop, common.quiet), conclude) {
         Ok(Ok(())) => conclude(),
-        Ok(Err(message)) => {
-            output::error(&message);
+        Ok(Err(error)) => {
+            output::error(&error.to_string());
             Exit::Failure
         }
         Err(exit) => exit,
     }
+}
+
+/// Why an item is not drawn.
+#[derive(Debug, Error)]
+enum NotDrawn {
+    #[error("{item}: {error}")]
+    Figure { item: &'static str, error: FigureError },
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 /// Draws the items one after the other, until a signal stops it.
@@ -86,7 +96,7 @@ fn draw(
     all: &Mutex<Vec<(Item, Drawn)>>,
     stop: &AtomicBool,
     quiet: bool,
-) -> Result<(), String> {
+) -> Result<(), NotDrawn> {
     let bar = progress_bar(items.len(), quiet);
     let mut session = Session::default();
     for item in items {
@@ -94,9 +104,9 @@ fn draw(
             break;
         }
         bar.set_message(item.title());
-        let drawn = session.draw(*item).map_err(|error| format!("{}: {error}", item.name()))?;
+        let drawn = session.draw(*item).map_err(|error| NotDrawn::Figure { item: item.name(), error })?;
         for (name, text) in &drawn.files {
-            folder.stage(name, text.as_bytes()).map_err(|error| error.to_string())?;
+            folder.stage(name, text.as_bytes())?;
         }
         all.lock().unwrap_or_else(PoisonError::into_inner).push((*item, drawn));
         bar.inc(1);

@@ -23,6 +23,7 @@ mod resume;
 pub mod scene_files;
 mod section;
 mod space_layer_files;
+mod typeset;
 mod wanted;
 
 use std::path::PathBuf;

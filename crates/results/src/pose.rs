@@ -5,7 +5,7 @@ use elastocap_coupling::outcome::{Outcome, StepResult};
 use elastocap_coupling::words::prefixed;
 
 use crate::csv::number;
-use crate::report::html::quantity;
+use crate::typeset::quantity;
 
 /// More poses than this beside the curve get one entry of a legend together.
 const MOST_ENTRIES: usize = 3;

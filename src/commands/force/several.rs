@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use elastocap_case::{MeasuredCapacitance, MeasuredCapacitanceError};
 use elastocap_results::load_answer::{Found, LoadAnswer, LoadTable, MeasuredEntry, NoLoad, read_table};
+use thiserror::Error;
 
 use crate::units::prefixed;
 use crate::{Exit, output};
@@ -38,8 +39,9 @@ pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Ex
             return Exit::BadInput;
         }
     };
-    let entries: Result<Vec<MeasuredEntry>, String> =
+    let entries: Result<Vec<MeasuredEntry>, NoEntry> =
         measured.iter().map(|argument| entry(&table.terminals, argument)).collect();
+    let entries = entries.map_err(|error| error.to_string());
     let answer = entries.and_then(|entries| table.load(&entries).map_err(|error| refusal(&error)));
     let answer = match answer {
         Ok(answer) => answer,
@@ -59,14 +61,29 @@ pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Ex
     }
 }
 
+/// Why an argument names no entry of the matrix.
+#[derive(Debug, Error)]
+enum NoEntry {
+    #[error(
+        "with several capacitances each needs the name of its terminal, such as {example}=41.2fF+-0.05fF, or of two, such as A/B=2.3fF"
+    )]
+    Nameless { example: String },
+    #[error("`{0}` names one terminal twice; write its name alone")]
+    Twice(String),
+    #[error("the result has no terminal `{written}`; it has {}, and pairs of them as A/B", quoted(known))]
+    Unknown { written: String, known: Vec<String> },
+}
+
+/// Names in quotation marks, with commas.
+fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}
+
 /// The entry of the matrix that an argument names.
-fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, String> {
-    let known = || terminals.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, NoEntry> {
     let Some(written) = &argument.terminals else {
-        return Err(format!(
-            "with several capacitances each needs the name of its terminal, such as {}=41.2fF+-0.05fF, or of two, such as A/B=2.3fF",
-            terminals.first().map_or("A", String::as_str)
-        ));
+        let example = terminals.first().map_or("A", String::as_str).to_owned();
+        return Err(NoEntry::Nameless { example });
     };
     let place = |name: &str| terminals.iter().position(|own| own == name.trim());
     let capacitance = argument.capacitance;
@@ -80,11 +97,8 @@ fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, Str
         Some((terminal, other)) if terminal != other => {
             Ok(MeasuredEntry { terminal, other: Some(other), capacitance })
         }
-        Some(_) => Err(format!("`{written}` names one terminal twice; write its name alone")),
-        None => Err(format!(
-            "the result has no terminal `{written}`; it has {}, and pairs of them as A/B",
-            known()
-        )),
+        Some(_) => Err(NoEntry::Twice(written.clone())),
+        None => Err(NoEntry::Unknown { written: written.clone(), known: terminals.to_vec() }),
     }
 }
 

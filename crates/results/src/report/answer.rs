@@ -7,8 +7,9 @@ use elastocap_coupling::terminals::in_words;
 use elastocap_coupling::words::seconds;
 
 use super::Report;
-use super::html::{escape, percent, quantity};
+use super::html::escape;
 use crate::pairs::{first_and_most_loaded, largest_certain, pair_changes};
+use crate::typeset::{percent, quantity};
 
 /// A figure with what it is, and a remark below it.
 struct Figure {

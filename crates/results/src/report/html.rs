@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::typeset::{percent, typeset};
 use elastocap_coupling::words::prefixed;
 use serde_json::Value;
 
@@ -36,38 +37,6 @@ pub(super) fn json_in_script(value: &Value) -> String {
             .replace('\u{2029}', "\\u2029");
     }
     text
-}
-
-/// With a minus sign in place of a hyphen, and a micro sign in place of the letter u before a unit.
-fn typeset(text: &str) -> String {
-    let text = match text.split_once(' ') {
-        Some((number, unit)) if unit.len() > 1 && unit.starts_with('u') => {
-            format!("{number} \u{b5}{}", &unit[1..])
-        }
-        _ => text.to_owned(),
-    };
-    match text.strip_prefix('-') {
-        Some(rest) => format!("\u{2212}{rest}"),
-        None => text,
-    }
-}
-
-/// A quantity with its unit: `43.97 fF`, with a space that does not break.
-pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
-    typeset(&prefixed(value, digits, unit)).replace(' ', "\u{a0}")
-}
-
-/// A share as percent with two digits: `0.026 %`.
-pub(super) fn percent(share: f64) -> String {
-    let value = 100.0 * share;
-    if value == 0.0 {
-        return "0\u{a0}%".to_owned();
-    }
-    if !value.is_finite() {
-        return "unknown".to_owned();
-    }
-    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
-    typeset(&format!("{value:.places$} %")).replace(' ', "\u{a0}")
 }
 
 /// Places after the point with which a number has so many digits.
@@ -215,13 +184,5 @@ mod tests {
         );
         assert_eq!(column(&[Some(50e-6)], 3, "m").0, "\u{b5}m");
         assert_eq!(column(&[Some(0.1)], 3, "").1, ["0.100"]);
-    }
-
-    #[test]
-    fn quantities_and_shares_read_as_in_print() {
-        assert_eq!(quantity(-8.07e-14, 3, "F/N"), "\u{2212}80.7\u{a0}fF/N");
-        assert_eq!(quantity(50e-6, 3, "m"), "50.0\u{a0}\u{b5}m");
-        assert_eq!(percent(2.555e-4), "0.026\u{a0}%");
-        assert_eq!(percent(0.259), "26\u{a0}%");
     }
 }

@@ -9,11 +9,12 @@ use elastocap_coupling::terminals::in_words;
 use elastocap_coupling::words::grouped;
 
 use super::Report;
-use super::html::{Table, column, escape, quantity};
+use super::html::{Table, column, escape};
 use crate::csv::{number, optional};
 use crate::pairs::{PairChange, measured_changes};
 use crate::pose;
 use crate::scene_files::label;
+use crate::typeset::quantity;
 
 /// The largest number of entries of all matrices together; of larger results the page shows the first and the last step.
 const MOST_ENTRIES: usize = 6000;
