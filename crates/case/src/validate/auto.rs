@@ -71,8 +71,21 @@ fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut 
                 .help("add for example `width = \"10 mm\"`: the layer along x3, from side to side"),
         );
     }
+    let lacks_half_length = given(&raw.layer).is_some_and(|layer| layer.half_length.is_none());
     let ends = auto.end.as_ref().filter(|end| !matches!(end.get(), Some(raw::LayerEnd::Far) | None));
-    let end = ends.filter(|_| given(&raw.layer).is_some_and(|layer| layer.half_length.is_none()));
+    let is_whole = matches!(auto.indenter.get(), Some(Either::First(raw::WholeTop::WholeTop)));
+    if lacks_half_length && is_whole && ends.is_none() {
+        let layer = raw.layer.as_ref().map_or_else(|| span.clone(), |layer| layer.span.clone());
+        log.push(
+            Diagnostic::at(&layer, "[layer] lacks `half_length`")
+                .label(
+                    "what presses goes all along x1, so that the force depends on where the layer ends there",
+                )
+                .help("add for example `half_length = \"4 mm\"`: from the middle of the layer to its end"),
+        );
+        return false;
+    }
+    let end = ends.filter(|_| lacks_half_length);
     if let Some(end) = end {
         log.push(
             Diagnostic::at(&end.span, "the layer has an end, and [layer] lacks `half_length`")

@@ -119,6 +119,9 @@ fn what_presses_has_no_default_and_neither_has_a_width_that_the_force_depends_on
     assert!(message(rod).contains("[mechanics.auto] lacks `width`"), "{}", message(rod));
     let ended = "[mechanics.auto]\nindenter = { sphere = { radius = \"2 mm\" } }\nend = \"free\"";
     assert!(message(ended).contains("[layer] lacks `half_length`"), "{}", message(ended));
+    let plate = "[mechanics.auto]\nwidth = \"5 mm\"\nindenter = \"whole-top\"";
+    assert!(message(plate).contains("[layer] lacks `half_length`"), "{}", message(plate));
+    assert!(message(plate).contains("goes all along x1"), "{}", message(plate));
     let nothing = "[mechanics.auto]\nwidth = \"2 mm\"";
     assert!(message(nothing).contains("lacks `indenter`"), "{}", message(nothing));
 }
