@@ -19,7 +19,7 @@ pub struct TetrahedraSettings {
     pub order: usize,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
-    /// Set from outside to stop at the next opportunity, with [`SolveError::Cancelled`].
+    /// Set from outside to stop at the next opportunity, with [`SolveError::Cancelled`](crate::SolveError::Cancelled).
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
