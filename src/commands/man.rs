@@ -57,9 +57,9 @@ fn failed(why: &str) -> Exit {
 
 /// A manual page.
 struct Page {
-    /// Of its file.
+    /// The name of the file.
     name: String,
-    /// In roff.
+    /// The text of the page in roff.
     text: String,
 }
 

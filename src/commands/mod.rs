@@ -48,7 +48,8 @@ fn load(path: &Path) -> Result<Case, Exit> {
     load_with_text(path).map(|(_, case)| case)
 }
 
-/// The same, with the text that was read: the standard input cannot be read again, and a file may change meanwhile.
+/// Loads the case as [`load`] does, and gives the text that was read with it: the standard input cannot be read again, and a file may change
+/// meanwhile.
 fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
     let loaded = match path.as_os_str() == STDIN {
         true => {

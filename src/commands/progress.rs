@@ -143,7 +143,7 @@ pub(super) struct CaseProgress {
 }
 
 impl CaseProgress {
-    /// Of `all` cases, of which `before` are finished already.
+    /// Shows the progress of `all` cases, of which `before` are finished already; nothing is shown if `quiet`.
     pub(super) fn new(all: usize, before: usize, quiet: bool) -> Self {
         let begun = Instant::now();
         let done = Arc::new(AtomicUsize::new(0));

@@ -72,7 +72,8 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     );
 }
 
-/// The same for a command that fills one folder after another: the handler is installed once, and knows the folder that is being filled.
+/// What signals do, as [`stop_on_signal`] has it, to a command that fills one folder after another: the handler is installed once, and knows
+/// the folder that is being filled.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stop {
     cancel: Arc<AtomicBool>,
@@ -116,7 +117,7 @@ impl Stop {
     }
 }
 
-/// The same where no files are staged.
+/// The first signal ends the work and keeps what is finished, and the second ends the process, where no files are staged.
 pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
     on_signal(cancel, || true, || ());
 }

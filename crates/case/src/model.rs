@@ -269,19 +269,19 @@ impl Foam {
 /// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Electrodes {
-    /// Side by side or one above the other.
+    /// Whether the two lie side by side or one above the other.
     pub layout: Layout,
-    /// D, face to face, m: along x1 for an in-plane pair, along x2 for a stacked one.
+    /// The gap D between the facing surfaces, m: along x1 for an in-plane pair, along x2 for a stacked one.
     pub gap: f64,
-    /// Of each electrode along x1, m.
+    /// The length of each electrode along x1, m.
     pub length: f64,
-    /// T of each electrode along x2, m.
+    /// The thickness T of each electrode along x2, m.
     pub thickness: f64,
-    /// W of each electrode along x3, m.
+    /// The width W of each electrode along x3, m.
     pub width: f64,
-    /// S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    /// The height S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
     pub height: f64,
-    /// What they are made of.
+    /// How stiff the electrodes are.
     pub stiffness: Stiffness,
 }
 
@@ -336,11 +336,12 @@ impl FieldIndenter {
 /// How bodies are moved besides what the load does to them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
-    /// Of the indenter, with what is attached to it, from the surface of the layer, m; zero from contact on.
+    /// The distance of the indenter, with what is attached to it, from the surface of the layer, m; zero from contact on.
     pub distance: f64,
-    /// Along x1 and x3, m.
+    /// The shift along x1 and along x3, m.
     pub shift: [f64; 2],
-    /// About x3 and x1, right-handed, about the middle of the lower side of all that is moved; radians.
+    /// The angles of the tilt about x3 and about x1, right-handed, radians. Both axes pass through the middle of the lower side of all that is
+    /// moved.
     pub tilt: [f64; 2],
 }
 

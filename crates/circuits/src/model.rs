@@ -65,23 +65,23 @@ pub struct Branch {
 /// force, so that the Maxwell matrix is positive semidefinite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// Its name: an identifier.
+    /// The name of the model: an identifier.
     pub identifier: String,
-    /// Of the case.
+    /// The title of the case.
     pub title: String,
-    /// Path of the case file, as the result has it.
+    /// The path of the case file, as the result has it.
     pub case: String,
     /// The version of elastocap that solved it.
     pub solved_by: String,
     /// What the capacitance is, in words.
     pub quantity: String,
-    /// In the order of the result.
+    /// The terminals, in the order of the result.
     pub terminals: Vec<Terminal>,
     /// Whether there is a common node: the zero of all potentials.
     pub has_common: bool,
-    /// N, strictly increasing; at least two.
+    /// The forces of the steps, N, strictly increasing; at least two.
     pub forces: Vec<f64>,
-    /// Mutual capacitances by rows, and those to the common node behind them.
+    /// The capacitors: mutual capacitances by rows, then those to the common node.
     pub branches: Vec<Branch>,
     /// Whether bounds are proved; else they are estimates.
     pub is_proved: bool,

@@ -80,7 +80,7 @@ struct Document<'a> {
     quantity: &'a str,
     bounds: &'static str,
     notes: &'a [String],
-    /// N.
+    /// The forces of the steps, N.
     forces_n: &'a [f64],
     formula: &'static str,
     capacitors: Vec<Capacitor<'a>>,
@@ -97,7 +97,7 @@ struct Capacitor<'a> {
     table: Vec<Line>,
 }
 
-/// The same table, and the numbers of the cubics.
+/// The table as JSON, with the numbers of the cubics.
 ///
 /// # Errors
 /// None that is known: every value in it has a form in JSON.

@@ -40,8 +40,8 @@ const LEAST: f64 = 0.1;
 /// Steps whose largest problem had more unknowns are solved again one after the other.
 const LARGE: usize = 1_000_000;
 
-/// Of a change that is hidden between its bounds: the least that it is taken for, over half their distance. The middle of two bounds is
-/// usually ten times nearer to the truth than they are.
+/// The least size that is assumed for a change whose bounds have zero between them, relative to half the distance between these bounds. The
+/// middle of two bounds is usually ten times nearer to the truth than they are.
 const HIDDEN: f64 = 0.1;
 
 /// What is known of the capacitance of a step.

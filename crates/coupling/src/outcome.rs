@@ -86,17 +86,18 @@ pub struct StepResult {
     /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors. Where a step was solved again for its change at opposite
     /// potentials alone, it is that of the first solve.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
-    /// How well each of its entries is known.
+    /// How well each entry of `maxwell` is known.
     pub entry_status: Option<Vec<Vec<EntryStatus>>>,
     /// Potentials of the floating conductors.
     pub floating: Vec<FloatingConductor>,
-    /// What [`Row::capacitance_f`] is, F.
+    /// The capacitance that is measured, F: [`Row::capacitance_f`] with its bounds.
     pub measured: Option<Bounded>,
     /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only one against ground, where it is within the
     /// tolerance.
     pub two_terminal: Option<Bounded>,
-    /// The same with what the error of a base adds to it, where the step was solved by what it adds to that: the same for all steps with the
-    /// same number. Differences of these are those of the capacitances.
+    /// The number of a base and the measured capacitance with what the error of that base adds to it, F, where the step was solved by what it
+    /// adds to a base. That error is the same for all steps with the same number, so that the differences between these values are those
+    /// between the capacitances.
     pub with_error_of_base: Option<(usize, Bounded)>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,

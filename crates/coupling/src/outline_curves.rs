@@ -146,7 +146,7 @@ fn projected(cubic: &Cubic, p: [f64; 2], t: f64) -> f64 {
     if step.is_finite() { (t - step).clamp(0.0, 1.0) } else { t }
 }
 
-/// The same on the other side of the axis, from the end.
+/// The mirror image of a curve on the other side of the axis x = 0, run through in the opposite direction.
 pub(crate) fn mirrored(pieces: &[Piece]) -> Vec<Piece> {
     let image = |piece: &Piece| {
         let control = piece.cubic.reversed().control.map(|[x, y]| [-x, y]);

@@ -114,7 +114,7 @@ pub enum Cause {
         instead: &'static str,
         /// Relative error of the capacitance, an estimate.
         error: f64,
-        /// The same with that of the bounds.
+        /// The sum of this error and the relative error of the bounds.
         together: f64,
         /// The tolerance.
         asked: f64,

@@ -50,8 +50,8 @@ pub enum Route {
     EnclosingBoxesThenOutlines,
     /// By the solver for extruded scenes: every body is an outline pulled along one axis.
     Extruded,
-    /// The same for electrodes bent in the plane of x1 and x2, as their outlines pulled along x3, under the surface of the layer as it
-    /// bulges where the scene has it.
+    /// By the solver for extruded scenes, for electrodes bent in the plane of x1 and x2: their outlines are pulled along x3, under the surface
+    /// of the layer as it bulges where the scene has it.
     Outlines,
     /// As [`Route::Outlines`], on tetrahedra.
     OutlinesOnTetrahedra,

@@ -59,10 +59,10 @@ pub enum NoBase {
     /// The base itself, or what is added to it, misses the tolerance.
     #[error("that misses the tolerance")]
     Tolerance,
-    /// The same, for a reason that is known.
+    /// The base itself, or what is added to it, misses the tolerance for a reason that is known.
     #[error("that misses the tolerance: {0}")]
     Shortfall(Shortfall),
-    /// One of the two could not be solved.
+    /// The base, or what is added to it, could not be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
 }

@@ -8,41 +8,41 @@ use crate::status::Status;
 /// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// U/H.
+    /// The compression U/H.
     pub compression: Option<f64>,
-    /// Of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
+    /// The distance of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
     pub distance_m: Option<f64>,
-    /// Compressive, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
+    /// The compressive force, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
     /// force.
     pub force_n: Option<f64>,
     /// Relative error of the force at its compression, by the finite elements of the layer and by the model of the layer; an estimate. `None` where
     /// one of the two is not known.
     #[serde(default)]
     pub force_error_estimate: Option<f64>,
-    /// Along x1, N: what the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to what is
-    /// shifted. `None` under a tilt, and of layers by finite elements.
+    /// The horizontal force along x1, N, that the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to
+    /// what is shifted. `None` under a tilt, and for layers by finite elements.
     pub force_x1_n: Option<f64>,
-    /// The same along x3, N.
+    /// The horizontal force along x3, N; see [`Row::force_x1_n`].
     pub force_x3_n: Option<f64>,
-    /// U, m.
+    /// The displacement U of the top of the layer, m.
     pub top_displacement_m: Option<f64>,
-    /// Between the facing surfaces of the electrodes, m.
+    /// The gap between the facing surfaces of the electrodes, m.
     pub gap_m: Option<f64>,
-    /// Mid-plane of an in-plane pair, middle of the gap of a stacked one, above the substrate, m.
+    /// The height above the substrate of the mid-plane of an in-plane pair, or of the middle of the gap of a stacked one, m.
     pub electrode_height_m: Option<f64>,
-    /// m; the mean of the two of a stacked pair.
+    /// The thickness of the electrodes, m; the mean of the two of a stacked pair.
     pub electrode_thickness_m: Option<f64>,
-    /// Where that is measured: of a pair (others at potential zero), or of the only terminal against ground, F.
+    /// The two-terminal capacitance where that is measured, F: of a pair (others at potential zero), or of the only terminal against ground.
     pub two_terminal_capacitance_f: Option<f64>,
-    /// What is measured: two-terminal, mutual, or against ground; of a whole matrix under load the mutual capacitance of its first two
-    /// terminals, F.
+    /// The capacitance that is measured, F: two-terminal, mutual, or against ground; of a whole matrix under load the mutual capacitance of its
+    /// first two terminals.
     pub capacitance_f: Option<f64>,
-    /// F.
+    /// The lower bound of [`Row::capacitance_f`], F.
     pub capacitance_lower_f: Option<f64>,
-    /// F.
+    /// The upper bound of [`Row::capacitance_f`], F.
     pub capacitance_upper_f: Option<f64>,
-    /// Of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors that of the
-    /// force, where finite elements give one.
+    /// The relative error of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors, the relative
+    /// error of the force, where finite elements give one.
     pub relative_error_estimate: Option<f64>,
     /// Relative error of the capacitance for the finite elements of the layer, which place the electrodes; an estimate, in
     /// addition to the one above.
@@ -55,29 +55,29 @@ pub struct Row {
     pub model_error_estimate: Option<f64>,
     /// The sum of the relative errors of the capacitance above.
     pub total_error_estimate: Option<f64>,
-    /// F.
+    /// The capacitance by the formula of parallel plates, F.
     pub parallel_plate_f: Option<f64>,
-    /// Capacitance over that of parallel plates.
+    /// The capacitance over that of parallel plates.
     pub fringe_ratio: Option<f64>,
     /// [`Row::capacitance_f`] less that of the first load step, F; exactly zero for the same load and scene.
     pub change_f: Option<f64>,
-    /// Its lower bound, F.
+    /// The lower bound of the change, F.
     pub change_lower_f: Option<f64>,
-    /// Its upper bound, F.
+    /// The upper bound of the change, F.
     pub change_upper_f: Option<f64>,
     /// The change over the capacitance of the first load step.
     pub change_relative: Option<f64>,
     /// How far the change may be from the true one, F: to the farther of its bounds, and by the estimated errors of both capacitances.
     pub change_total_error_f: Option<f64>,
-    /// dC/dF by differences between the steps, F/N; `None` where forces are not known, and where it has no error that would say that its sign is
-    /// not known.
+    /// The sensitivity dC/dF by differences between the steps, F/N; `None` where forces are not known, and where it has no error that would
+    /// say that its sign is not known.
     pub sensitivity_f_per_n: Option<f64>,
     /// The error of the sensitivity, F/N: what the bounds and all estimated errors of the capacitances leave open, and an estimate of the rest;
     /// `None` with two steps.
     pub sensitivity_error_f_per_n: Option<f64>,
-    /// Of the largest problem solved, primal plus dual.
+    /// The number of unknowns of the largest problem solved, primal plus dual.
     pub unknowns: Option<usize>,
-    /// How it went. It is written down for people, and not read again.
+    /// How the step went. It is written down for people, and not read again.
     #[serde(skip_deserializing)]
     pub status: Status,
 }

@@ -84,7 +84,8 @@ pub fn run(
     run.outcome()
 }
 
-/// The same for one of many cases, which solve equal fields once. The outcome is that of [`run`], but for its seconds.
+/// Solves the steps of a plan, as [`run`] does, for one of many cases, which solve equal fields once. The outcome is that of [`run`], but for
+/// its seconds.
 pub fn run_sharing(
     case: &Case,
     plan: &Plan,

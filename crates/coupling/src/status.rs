@@ -111,20 +111,21 @@ pub enum EntryStatus {
     /// The spread is at most the tolerance times the entry's own value, or at most the absolute tolerance.
     #[serde(rename = "ok")]
     Ok,
-    /// It is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than that times the entry's own value.
+    /// The spread is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than the tolerance times the entry's own
+    /// value.
     // The second name is that in results of earlier versions.
     #[serde(rename = "ok: small and less closely known", alias = "ok: to a tenth of the diagonal")]
     ToDiagonal,
-    /// It is more than that.
+    /// The spread is more than [`EntryStatus::ToDiagonal`] allows.
     #[serde(rename = "tolerance not reached")]
     NotReached,
-    /// It is more than that, and the tolerance is that of another capacitance, which is measured.
+    /// The spread is more than [`EntryStatus::ToDiagonal`] allows, and the tolerance is that of another capacitance, which is measured.
     #[serde(rename = "not measured")]
     NotMeasured,
 }
 
 impl EntryStatus {
-    /// Of all entries of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative to the value or to
+    /// The status of each entry of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative to the value or to
     /// `least_scale`, F, whichever is larger.
     pub fn of(
         maxwell: &[Vec<Bounded>],

@@ -117,7 +117,8 @@ impl Floating {
         self.found(all, &middle, 0.5)
     }
 
-    /// The same around the upper matrix where the lower one is an estimate; the limits are then estimates too.
+    /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower matrix is an estimate; the
+    /// limits are then estimates too.
     pub(crate) fn estimated(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
         self.found(all, &all.upper, 1.0)
     }

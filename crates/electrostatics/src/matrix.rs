@@ -37,9 +37,9 @@ const NEGLIGIBLE: f64 = 1e-29;
 /// of the sums, and the changes of basis.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// The same for lower bounds, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding alone, and its
-/// energy enters the bound on the wrong side. This is measured and not derived: random stacks of layers with contrasts up to
-/// 1e24 need at most 40 (tests/integration/layers_in_series.rs).
+/// What rounding may change of a lower bound, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding
+/// alone, and its energy enters the bound on the wrong side. This is measured and not derived: random stacks of layers with
+/// contrasts up to 1e24 need at most 40 (tests/integration/layers_in_series.rs).
 const ROUNDING_OF_FLUXES: f64 = 64.0;
 
 /// The form that rounding is a share of, from energies E in the basis of the columns of `basis` (B): B^-T diag(E) B^-1.
@@ -72,8 +72,9 @@ pub(crate) fn of_squares(contrast: f64) -> f64 {
     contrast.sqrt()
 }
 
-/// The same for energies that are products of potentials u with A u, and for fluxes whose divergence is such a product: where the
-/// permittivity eps is highest, nearly all of u cancels, and the rest is wrong by delta eps u^2.
+/// What multiplies the rounding of energies that are products of potentials u with A u, and of fluxes whose divergence is such a
+/// product, where permittivities have this contrast: where the permittivity eps is highest, nearly all of u cancels, and the rest is
+/// wrong by delta eps u^2.
 pub(crate) fn of_products(contrast: f64) -> f64 {
     ROUNDING_OF_FLUXES * contrast
 }

@@ -32,7 +32,7 @@ impl Bent {
         self.jets(shares).map(|x| x.value)
     }
 
-    /// The same with slopes in the shares.
+    /// Where a point of the straight triangle goes, by its shares of the second and the third corner, and the slopes in these shares.
     pub(crate) fn jets(&self, shares: [f64; 2]) -> [Jet; 2] {
         let [a, b, c] = barycentric(shares);
         let [p, q, r] = self.corners;

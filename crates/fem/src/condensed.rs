@@ -38,14 +38,14 @@ struct Piece {
     own: Dense<f64>,
     /// Its rows of V.
     through: Dense<f64>,
-    /// The same, transposed.
+    /// Its rows of V, transposed.
     turned: Dense<f64>,
 }
 
 impl Condensed {
-    /// From the mass of the fluxes, well scaled, and D^T (a row for each flux, a column for each potential mode). `nodes` are the nodes
-    /// inside the line in ascending order: the first potential mode above each, and the flux function through it. Between these, functions are
-    /// ordered along the line.
+    /// Makes the operator from the mass of the fluxes, well scaled, and D^T (a row for each flux, a column for each potential mode). `nodes`
+    /// are the nodes inside the line in ascending order: the first potential mode above each, and the flux function through it. Between these,
+    /// functions are ordered along the line.
     ///
     /// # Errors
     /// [`IllConditioned`] if the mass cannot be factorised.
@@ -125,7 +125,8 @@ impl Condensed {
         out
     }
 
-    /// The same for `count` arrays that begin `apart` entries apart in that of `x`, one after the other.
+    /// S^-1 V^T x, as [`Condensed::between`] gives it, for each of `count` arrays that begin `apart` entries apart in that of `x`, one after
+    /// the other.
     pub fn between_each(&self, x: Right<'_, f64>, count: usize, apart: usize) -> Vec<f64> {
         let len = self.nodes() * x.cols;
         let mut out = vec![0.0; count * len];

@@ -1,6 +1,6 @@
 //! One axis of a tensor-product grid: its elements, their degrees, and the 1D matrices on it.
 //!
-//! The same line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The *mixed*
+//! Each line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The *mixed*
 //! pair, the same continuous functions for one component of the flux and their derivatives for a discontinuous
 //! potential, holds the Raviart-Thomas fluxes of Thomson's principle; see [`crate::mixed`].
 //!

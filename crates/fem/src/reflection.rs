@@ -47,7 +47,8 @@ pub fn reflected_functions(line: &Line) -> Mat<f64> {
     out
 }
 
-/// The same for the modes of the discontinuous potential of [`crate::mixed`] on the finite elements of a symmetric line.
+/// The modes of the discontinuous potential of [`crate::mixed`] on the finite elements of a symmetric line: row and column of each mode
+/// and its reflection, as for the continuous functions of [`reflected_functions`].
 pub fn reflected_modes(line: &Line) -> Mat<f64> {
     let offsets = potential_offsets(line);
     let elements = line.elements();

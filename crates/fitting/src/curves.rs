@@ -74,7 +74,7 @@ pub struct Curves {
     load: MeasuredLoad,
     cancel: Arc<AtomicBool>,
     by_values: Mutex<HashMap<String, Arc<SolvedCurve>>>,
-    /// By bodies in place, to the last bit.
+    /// The known capacitances by the bodies in place, to the last bit.
     by_scene: Mutex<HashMap<String, Known>>,
     solved: AtomicUsize,
     shared: AtomicUsize,
@@ -83,7 +83,8 @@ pub struct Curves {
 const OPTIONS: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 impl Curves {
-    /// Of the text of a case from a file `origin`, over loads of this kind. `cancel` stops the work.
+    /// Makes the curves of the case with the text `source` from a file `origin`, over loads of this kind; each is solved when it is asked for.
+    /// `cancel` stops the work.
     pub fn new(source: &str, origin: &Path, load: MeasuredLoad, cancel: Arc<AtomicBool>) -> Self {
         Self {
             source: source.to_owned(),

@@ -95,7 +95,7 @@ pub struct Fit {
     pub reduced_chi_squared: Option<f64>,
     /// Root of the mean square of the residuals, F.
     pub rms_residual_f: f64,
-    /// The same where the fit began, F.
+    /// Root of the mean square of the residuals where the fit began, F.
     pub rms_residual_at_start_f: f64,
     /// Correlations of the parameters that are not at a limit, in the order of `correlated`.
     pub correlations: Vec<Vec<f64>>,
@@ -159,7 +159,7 @@ pub fn fit(
     fit_with(&curves, &parameters, measured)
 }
 
-/// The same with curves that may be known already.
+/// Fits `parameters` to measured points, as [`fit`] does, with curves that may be known already.
 ///
 /// # Errors
 /// As for [`fit`].

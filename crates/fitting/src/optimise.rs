@@ -96,22 +96,23 @@ impl Serialize for EvaluationError {
     }
 }
 
-/// One evaluation.
+/// One evaluation of a search: the values that were tried, and what they gave.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
-    /// Of the keys, in SI units.
+    /// The values of the keys, in SI units.
     pub values: Vec<f64>,
-    /// Of what is searched for, in its SI unit; `None` if it could not be computed.
+    /// The value of the quantity that the search is to make as small or as large as possible, in its SI unit; `None` if it could not be
+    /// computed.
     pub objective: Option<f64>,
-    /// What the bounds and the stated errors leave open of it.
+    /// What the bounds and the stated errors leave open of the objective, in its SI unit.
     pub objective_error: Option<f64>,
-    /// Of the limited quantities, in their SI units.
+    /// The values of the limited quantities, in their SI units; empty if they could not be computed.
     pub limited: Vec<f64>,
     /// Whether all limits are kept.
     pub is_allowed: bool,
-    /// Why it could not be computed.
+    /// Why the values could not be computed.
     pub failure: Option<EvaluationError>,
-    /// Wall-clock seconds.
+    /// Wall-clock seconds of the evaluation.
     pub seconds: f64,
 }
 
@@ -120,7 +121,7 @@ pub struct Evaluation {
 pub struct Optimum {
     /// The place of the best allowed evaluation in `evaluations`; `None` if none was allowed.
     pub best: Option<usize>,
-    /// In their order.
+    /// All evaluations, in their order.
     pub evaluations: Vec<Evaluation>,
     /// Whether the search ended because its steps had become as small as asked for.
     pub converged: bool,

@@ -38,7 +38,7 @@ impl Cubic {
         Self { control: [end(from), inner[0], inner[1], end(to)] }
     }
 
-    /// The same from the other end.
+    /// This cubic, from its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let [a, b, c, d] = self.control;

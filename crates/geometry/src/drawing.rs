@@ -37,7 +37,7 @@ pub enum Entry {
     Rounded {
         /// Where the sides would meet.
         corner: [f64; 2],
-        /// Of the rounding, positive.
+        /// The radius of the rounding, positive.
         radius: f64,
     },
 }

@@ -214,7 +214,8 @@ impl Plane {
         }
     }
 
-    /// The same corners one after the other, either way round. The coordinate `reflected` of the two is, if any.
+    /// Whether the corners of an outline are the images of those of another, one after the other, either way round. Of the two coordinates,
+    /// the mirror reflects the one with the number `reflected`, if any.
     fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], reflected: Option<usize>) -> bool {
         let n = one.len();
         let image = |i: usize| self.image(one[i], reflected);

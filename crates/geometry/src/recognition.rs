@@ -35,7 +35,8 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     }
 }
 
-/// The same for what an odd number of outlines holds, pulled along an axis between two ends: holes are outlines in one another.
+/// The boxes, as [`boxes_of`] gives them, of what an odd number of outlines holds, pulled along an axis between two ends: holes are
+/// outlines in one another.
 pub fn boxes_of_outlines(
     axis: usize,
     [from, to]: [f64; 2],

@@ -121,7 +121,7 @@ impl Body {
         Self { role: Role::Dielectric { relative_permittivity }, ..Self::conductor(name, shape) }
     }
 
-    /// The same body with another purpose.
+    /// This body with another purpose.
     #[must_use]
     pub fn with_purpose(self, purpose: Purpose) -> Self {
         Self { purpose, ..self }
@@ -172,7 +172,7 @@ pub struct MirrorPlane {
     pub at: f64,
     /// For each conductor of the scene the one that is its image; itself, if the plane cuts it in two.
     pub conductors: Vec<usize>,
-    /// The same for the dielectrics.
+    /// For each dielectric of the scene the one that is its image; itself, if the plane cuts it in two.
     pub dielectrics: Vec<usize>,
 }
 

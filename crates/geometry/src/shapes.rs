@@ -149,7 +149,7 @@ impl Shape {
         }
     }
 
-    /// The same shape elsewhere; `None` for a group of a mesh, which stays where that is.
+    /// This shape moved by the vector `by`, m; `None` for a group of a mesh, which stays where that is.
     #[must_use]
     pub fn moved(&self, by: [f64; 3]) -> Option<Self> {
         let place = |x: &[f64; 3]| [0, 1, 2].map(|k| x[k] + by[k]);

@@ -37,7 +37,7 @@ impl<T: Real> Default for Lane<T> {
 }
 
 impl<T: Real> Lane<T> {
-    /// The same number for all.
+    /// A lane with the number `x` for all matrices.
     #[inline(always)]
     pub fn splat(x: T) -> Self {
         Self([x; LANES])

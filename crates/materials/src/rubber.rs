@@ -96,7 +96,7 @@ impl Rubber {
         self.limiting_invariant().map(|limit| gent::margin(w, limit))
     }
 
-    /// The same in three dimensions.
+    /// What is left of the extension that the law admits at the tensor `f` in three dimensions; see [`Rubber::extension_left`].
     pub fn extension_left_in_space(&self, f: &space::Tensor) -> Option<f64> {
         let limit = self.limiting_invariant()?;
         let measure = Measure::first_invariant(f);

@@ -14,7 +14,7 @@ use elastocap_materials::MooneyRivlin;
 pub struct LayerState {
     stress: LayerStress,
     rubber: MooneyRivlin,
-    /// Of the contact before loading, m^2.
+    /// The area of the contact before loading, m^2.
     contact_area: f64,
     force: f64,
 }

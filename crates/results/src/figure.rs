@@ -24,7 +24,8 @@ pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
     figure_with_points(title, outcome, None)
 }
 
-/// The same with measured points over the capacitance and their residuals below it, if there are any.
+/// The figure of a curve with measured points drawn over the capacitance and their residuals below it, if there are any; `None` as for
+/// [`figure`].
 pub fn figure_with_points(
     title: &str,
     outcome: &Outcome,

@@ -58,7 +58,7 @@ pub struct NoCurve {
 pub struct LoadCurve {
     steps: Vec<CurveStep>,
     cubic: MonotoneCubic,
-    /// Of the interpolation between neighbouring steps, F.
+    /// The error of the interpolation between each step and the next, F; `None` where the steps say nothing of it.
     interpolation_errors: Vec<Option<f64>>,
 }
 

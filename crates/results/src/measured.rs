@@ -65,7 +65,7 @@ pub fn compare(case: &Case, outcome: &Outcome) -> Option<Result<Comparison, NoCu
 }
 
 impl Comparison {
-    /// Of points, corrected, and a curve over loads of the same kind.
+    /// Compares points, which are corrected already, with a curve over loads of the same kind; `file` is where the points come from.
     pub fn new(file: &str, load: MeasuredLoad, points: &[MeasuredPoint], curve: &LoadCurve) -> Self {
         let mut interpolation = Some(0.0_f64);
         let mut compared = |point: &MeasuredPoint| {

@@ -10,7 +10,7 @@ use crate::typeset::quantity;
 /// More poses than this beside the curve get one entry of a legend together.
 const MOST_ENTRIES: usize = 3;
 
-/// How what is attached is moved at a step besides what the load does.
+/// How attached bodies are moved at a step, besides what the load does to them.
 fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
@@ -24,7 +24,7 @@ fn in_words(pose: &Pose) -> Option<String> {
     words(pose, |x| quantity(x, 3, "m"), "\u{b0}")
 }
 
-/// The same for a terminal: `shift 100 um along x1, tilt 0.2 deg about x3`.
+/// The shift and the tilt of a pose in ASCII, for a terminal, such as `shift 100 um along x1, tilt 0.2 deg about x3`; `None` if it has neither.
 pub(crate) fn in_plain_words(pose: &Pose) -> Option<String> {
     words(pose, |x| prefixed(x, 3, "m"), " deg")
 }

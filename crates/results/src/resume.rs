@@ -49,7 +49,7 @@ pub enum ResumeError {
 #[derive(Debug, Serialize, Deserialize)]
 struct Stopped {
     version: String,
-    /// Of the case as it was read, bodies and meshes from other files included.
+    /// The [`fingerprint`] of the case as it was read, bodies and meshes from other files included.
     case: u64,
     prune: bool,
     fields: bool,

@@ -57,7 +57,7 @@ impl FileGroup {
         }
     }
 
-    /// Of a file by the beginning of its name; `None` for files of no group.
+    /// The group of a file, by the beginning of its name; `None` for files of no group.
     fn of(name: &str) -> Option<Self> {
         const BEGINNINGS: [(&str, FileGroup); 13] = [
             ("curve.", FileGroup::Curve),

@@ -223,7 +223,7 @@ fn line(name: String, points: Vec<(f64, f64)>) -> Series {
     Series { name, points, band: None, style: Style::LineAndMarkers }
 }
 
-/// Of `electrodes.in_plane_pair.gap`: `gap`.
+/// The last part of the path of a key: `gap` of `electrodes.in_plane_pair.gap`.
 fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }

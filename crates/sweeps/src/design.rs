@@ -158,7 +158,7 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::Random { seed, distributions } })
     }
 
-    /// The same cases with another origin, for designs that are read from a manifest.
+    /// This design with the same cases and another kind, for designs that are read from a manifest.
     pub(crate) fn with_kind(self, kind: DesignKind) -> Self {
         Self { kind, ..self }
     }

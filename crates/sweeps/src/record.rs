@@ -27,7 +27,7 @@ pub struct CaseRecord {
 pub struct StepRecord {
     /// The columns of curve.csv before `unknowns`, in the order of [`Row::COLUMNS`] and in SI units.
     pub numbers: Vec<Option<f64>>,
-    /// Of the largest problem solved.
+    /// The number of unknowns of the largest problem solved.
     pub unknowns: Option<usize>,
     /// The last column of curve.csv.
     pub status: String,

@@ -88,7 +88,8 @@ impl Sweep {
         Self::new(case_file, source, design, settings, program)
     }
 
-    /// The same for a text; `origin` is the file that it stands for, for messages and the files that the case names.
+    /// Checks that the keys can be set in the text of a case and that there is a valid case. `origin` is the file that the text stands for, for
+    /// messages and the files that the case names.
     ///
     /// # Errors
     /// As for [`Sweep::read`].

@@ -162,7 +162,7 @@ table! {
         spline: Option<Read<Vec<Read<[Read<Position>; 2]>>>>,
         /// Where the two straight sides at a rounded corner would meet.
         corner: Option<Read<[Read<Position>; 2]>>,
-        /// Of the rounding.
+        /// Radius of a rounded corner.
         radius: Option<Read<Size>>,
     }
     one_of: "to", "corner";

@@ -37,9 +37,9 @@ words! {
 table! {
     /// A frame around electrodes, at their height and of their thickness. It is grounded unless a [[terminal]] holds it.
     struct Guard {
-        /// From the electrodes to the frame.
+        /// Gap between the electrodes and the frame.
         gap: Read<Size>,
-        /// Of the frame's sides.
+        /// Width of the sides of the frame.
         width: Read<Size>,
     }
 }
@@ -49,27 +49,27 @@ table! {
     struct Comb {
         /// What the names of its conductors begin with. Default: "comb".
         name: Option<Read<Text>>,
-        /// The face that they lie on.
+        /// The face that the combs lie on.
         on: Option<Read<On>>,
-        /// The height of their mid-plane instead, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the combs, in place of `on`, in a layer that is not loaded or outside of it.
         height: Option<Read<Position>>,
-        /// Of both together, alternately of the first and the second.
+        /// Number of fingers of both combs together; they belong alternately to the first and the second comb.
         fingers: Read<Count>,
-        /// Along x1.
+        /// Width of a finger along x1.
         finger_width: Read<Size>,
-        /// Between neighbouring fingers, along x1.
+        /// Gap between neighbouring fingers, along x1.
         gap: Read<Size>,
-        /// Length along which neighbouring fingers lie side by side, along x3.
+        /// Length over which neighbouring fingers lie side by side, along x3.
         overlap: Read<Size>,
-        /// From the end of a finger to the bus of the other comb.
+        /// Gap from the end of a finger to the bus of the other comb, along x3.
         end_gap: Read<Size>,
-        /// Of the bar that joins the fingers of a comb, along x3.
+        /// Width of the bus, the bar that joins the fingers of a comb, along x3.
         bus_width: Read<Size>,
-        /// Along x2; "0 um" for sheets.
+        /// Thickness of the combs along x2; "0 um" for sheets.
         thickness: Read<Height>,
-        /// The middle: x1, x3. Default: 0.
+        /// The middle of the two combs: x1, x3. Default: 0.
         center: Option<Read<[Read<Position>; 2]>>,
-        /// A frame around both.
+        /// A frame around both combs.
         guard: Option<Read<Guard>>,
     }
     one_of: "on", "height";
@@ -80,23 +80,23 @@ table! {
     struct Array {
         /// What the names of its conductors begin with. Default: "pad".
         name: Option<Read<Text>>,
-        /// The face that they lie on.
+        /// The face that the pads lie on.
         on: Option<Read<On>>,
-        /// The height of their mid-plane instead, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the pads, in place of `on`, in a layer that is not loaded or outside of it.
         height: Option<Read<Position>>,
-        /// How many along x1 and along x3.
+        /// Number of pads along x1 and along x3.
         pads: Read<[Read<Count>; 2]>,
-        /// Of a rectangular pad, along x1 and x3.
+        /// Size of a rectangular pad along x1 and along x3.
         size: Option<Read<[Read<Size>; 2]>>,
-        /// Of a round pad.
+        /// Diameter of a round pad.
         diameter: Option<Read<Size>>,
-        /// Of the hole of a round pad, which is then a ring.
+        /// Diameter of the hole of a round pad, which is then a ring.
         inner_diameter: Option<Read<Size>>,
-        /// From the middle of a pad to that of the next, along x1 and x3.
+        /// Distance from the middle of a pad to that of the next, along x1 and along x3.
         pitch: Read<[Read<Size>; 2]>,
-        /// Along x2; "0 um" for sheets.
+        /// Thickness of the pads along x2; "0 um" for sheets.
         thickness: Read<Height>,
-        /// The middle: x1, x3. Default: 0.
+        /// The middle of the array: x1, x3. Default: 0.
         center: Option<Read<[Read<Position>; 2]>>,
         /// A plate over or under all pads.
         common_plate: Option<Read<CommonPlate>>,
@@ -109,15 +109,15 @@ table! {
 table! {
     /// A rectangular plate that all pads of an array face: `<name>-plate`.
     struct CommonPlate {
-        /// The face that it lies on.
+        /// The face that the plate lies on.
         on: Option<Read<On>>,
-        /// The height of its mid-plane instead.
+        /// Height of the mid-plane of the plate, in place of `on`.
         height: Option<Read<Position>>,
-        /// How far it reaches beyond the pads, on each side. Default: 0.
+        /// How far the plate reaches beyond the pads, on each side. Default: 0.
         margin: Option<Read<Height>>,
-        /// Along x2; "0 um" for a sheet.
+        /// Thickness of the plate along x2; "0 um" for a sheet.
         thickness: Read<Height>,
-        /// Its charge, if it floats. Default: it is held at a potential.
+        /// Charge of the plate, if it floats. Default: it is held at a potential.
         charge: Option<Read<Charge>>,
     }
     one_of: "on", "height";
@@ -128,25 +128,25 @@ table! {
     struct Spiral {
         /// What the names of its conductors begin with. Default: "spiral".
         name: Option<Read<Text>>,
-        /// The face that it lies on.
+        /// The face that the spiral lies on.
         on: Option<Read<On>>,
-        /// The height of its mid-plane instead, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the spiral, in place of `on`, in a layer that is not loaded or outside of it.
         height: Option<Read<Position>>,
-        /// 1, or 2 within one another. Default: 2.
+        /// Number of arms: 1, or 2 within one another. Default: 2.
         arms: Option<Read<Count>>,
-        /// Of each arm.
+        /// Number of turns of each arm.
         turns: Read<Count>,
-        /// Of the trace.
+        /// Width of the trace.
         trace_width: Read<Size>,
-        /// Between neighbouring traces.
+        /// Gap between neighbouring traces.
         gap: Read<Size>,
-        /// From the centre to the middle of the innermost trace.
+        /// Distance from the centre of the spiral to the middle of the innermost trace.
         inner: Read<Size>,
-        /// Along x2; "0 um" for sheets.
+        /// Thickness of the trace along x2; "0 um" for sheets.
         thickness: Read<Height>,
-        /// The middle: x1, x3. Default: 0.
+        /// The centre of the spiral: x1, x3. Default: 0.
         center: Option<Read<[Read<Position>; 2]>>,
-        /// A frame around it.
+        /// A frame around the spiral.
         guard: Option<Read<Guard>>,
     }
     one_of: "on", "height";
@@ -157,19 +157,19 @@ table! {
     struct Ring {
         /// The name of its conductor. Default: "ring".
         name: Option<Read<Text>>,
-        /// The face that it lies on.
+        /// The face that the disc or ring lies on.
         on: Option<Read<On>>,
-        /// The height of its mid-plane instead, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the disc or ring, in place of `on`, in a layer that is not loaded or outside of it.
         height: Option<Read<Position>>,
-        /// On the outside.
+        /// Outer diameter of the disc or ring.
         diameter: Read<Size>,
-        /// Of the hole. Default: none, a disc.
+        /// Diameter of the hole of a ring. Default: no hole, a disc.
         inner_diameter: Option<Read<Size>>,
-        /// Along x2; "0 um" for a sheet.
+        /// Thickness of the disc or ring along x2; "0 um" for a sheet.
         thickness: Read<Height>,
-        /// The middle: x1, x3. Default: 0.
+        /// The middle of the disc or ring: x1, x3. Default: 0.
         center: Option<Read<[Read<Position>; 2]>>,
-        /// A round frame around it.
+        /// A round frame around the disc or ring.
         guard: Option<Read<Guard>>,
     }
     one_of: "on", "height";

@@ -128,7 +128,7 @@ fn read_at<T>(span: &Range<usize>, value: T) -> Read<T> {
 }
 
 struct Writer {
-    /// Of the layer, m.
+    /// The thickness of the layer, m, if the document has one.
     thickness: Option<f64>,
     conductors: Vec<Read<raw::Conductor>>,
     /// Names of guards, with where their forms stand.

@@ -43,7 +43,7 @@ pub(super) fn matrix(steps: &[&Step], count: usize) -> Result<Vec<Values>, Model
     Ok(out)
 }
 
-/// Of one step: mutual capacitances beside the diagonal, those to ground on it.
+/// The capacitances of one step as a square matrix: mutual capacitances beside the diagonal, those to ground on it.
 fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelError> {
     let all = (&step.maxwell_matrix_f, &step.maxwell_matrix_lower_f, &step.maxwell_matrix_upper_f);
     let (Some(value), Some(lower), Some(upper)) = all else { return Err(ModelError::NoMatrix(step.index)) };

@@ -9,12 +9,12 @@ pub const PIECES: usize = 8;
 /// Outlines of the electrodes, and the layer's surface, in the plane of x1 and x2.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformedCurves {
-    /// Of each electrode the lower, right, upper and left face, once around it anticlockwise; of the right (or lower) one, and
-    /// the upper one of a stacked pair; of left and right where the whole layer is solved.
+    /// The lower, right, upper and left face of each electrode, which lead once around it anticlockwise. The electrodes are the right (or
+    /// lower) one, and the upper one of a stacked pair; the left and the right one where the whole layer is solved.
     pub electrodes: Vec<[Curve; 4]>,
     /// The top of the layer, with ascending x1 before loading.
     pub surface: Curve,
-    /// Whether all that is of the right half, whose mirror image the left one is.
+    /// Whether all of these belong to the right half, of which the left half is the mirror image.
     pub half: bool,
     /// The least and the greatest height of the top, m.
     pub heights: [f64; 2],

@@ -103,7 +103,7 @@ pub struct ForceCheck {
 }
 
 impl ForceCheck {
-    /// Of a closed-form layer under load; `None` for other layers, without load, and outside the tables.
+    /// Checks the force of a closed-form layer under load; `None` for other layers, without load, and outside the tables.
     pub fn of(case: &Case, state: &Deformation<'_>) -> Option<Self> {
         let punch_force_n = ContactPunch::of(case)?.force(state.compression())?;
         (punch_force_n > 0.0).then(|| Self {

@@ -22,8 +22,8 @@ pub(crate) use surface::{far_off, under_wall, with_surface_at};
 /// Share of the tolerance that polygons may use up.
 const SHARE: f64 = 0.2;
 
-/// The same for cubics, which take no more of them than polygons of that share have sides: they are exact where that takes as many as the
-/// elements have sides.
+/// Share of the tolerance that cubics may use up. No more cubics are needed for it than sides for polygons with [`SHARE`], and cubics are exact
+/// where as many are needed as the elements have sides.
 const SHARE_OF_CURVES: f64 = 0.02;
 
 /// A scene around a layer for the solvers of other shapes than boxes.
@@ -36,7 +36,7 @@ pub(crate) struct LayerScene {
     pub(crate) is_curved: bool,
     /// The relative error of a capacitance for a surface that has not come back to its height where the finite elements end: an estimate.
     pub(crate) ends: f64,
-    /// The same for a surface that is bent, with a wall on it that is flat.
+    /// The relative error of a capacitance for a surface that is bent, with a wall on it that is flat: an estimate.
     pub(crate) under_wall: f64,
 }
 

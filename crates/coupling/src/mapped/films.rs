@@ -21,7 +21,7 @@ const TOUCHING: f64 = 0.3;
 /// A film, or a gap that metal closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Film {
-    /// m.
+    /// The thickness, m.
     pub(super) thickness: f64,
     /// Whether metal takes its place, and closes the gap beside the contact where that is narrower.
     pub(super) is_closed: bool,
@@ -31,7 +31,7 @@ pub(crate) struct Film {
 /// for maps whose polynomials cross over it. Under metal all of them are closed gaps first.
 pub(crate) struct Films {
     relative_tolerance: f64,
-    /// Of the layer, m.
+    /// The thickness of the layer, m.
     layer: f64,
     index: usize,
     is_closed: bool,

@@ -122,7 +122,7 @@ impl IndenterMap {
         Some(own)
     }
 
-    /// The same with a map that ends at the walls of the `domain`; `None` where the indenter does not fit between these.
+    /// Ends the map at the walls of the `domain` where it reaches beyond them; `None` where the indenter does not fit between these.
     pub(super) fn between_walls(mut self, domain: &Box3) -> Option<Self> {
         for a in 0..3 {
             self.ends.min[a] = self.ends.min[a].max(domain.min[a]);
@@ -336,8 +336,9 @@ impl IndenterMap {
         [0, 1, 2].map(|a| own[a] + (1.0 - up) * (above[a] - below[a]))
     }
 
-    /// The same on an outline: of the lower face the feet of the surface below, of the sides the rest of the outline, and of the upper face
-    /// the straight line between the sides, or the mirror image of a cylinder's lower face.
+    /// Where a point of the surface of the box belongs, m, for an indenter with an outline. Points of the lower face belong to the feet of the
+    /// surface below, points of the sides to the rest of the outline, and points of the upper face to the straight line between the sides, or,
+    /// for a cylinder, to the mirror image of the lower face.
     fn on_outline(&self, outline: &Outline, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
         let Outline { profile, .. } = outline;
         let Box3 { min, max } = self.region;

@@ -411,9 +411,9 @@ struct Parts<'a> {
     tiny: f64,
     /// The permittivity of the layer over that of what is above it.
     contrast: f64,
-    /// Of the bodies in the layer.
+    /// The rods of the bodies in the layer: see [`Rods`].
     rods: &'a Rods,
-    /// What is not bent along.
+    /// The bodies that are not bent along with the layer.
     others: &'a Others,
     /// Heights of the boxes of the layer over those of its material before loading, where bodies lie in it.
     scale: f64,

@@ -10,7 +10,7 @@ use crate::scene::indenter::{IndenterForm, Rounding};
 pub(super) struct Profile {
     /// Half of the width of the flat face; zero for a cylinder.
     pub(super) flat: f64,
-    /// Of the rounded edge.
+    /// The radius of the rounded edge.
     pub(super) radius: f64,
     /// How tall the indenter is.
     pub(super) height: f64,

@@ -65,7 +65,7 @@ pub(super) struct Bent {
     pub(super) below: Below,
     /// The height of the highest electrode on the substrate.
     pub(super) electrodes: f64,
-    /// Of the undeformed layer.
+    /// The thickness of the undeformed layer.
     pub(super) thickness: f64,
     /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
     pub(super) corners: [Vec<f64>; 2],

@@ -17,7 +17,7 @@ use crate::settings::FieldSettings;
 const MAX_STEPS: usize = 64;
 const MAX_BODIES: usize = 12_800;
 
-/// What a map takes over boxes without one, at most of what was observed.
+/// How many times as much boxes take under a map as without one: at most what was observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct MapFactors {
     unknowns: usize,
@@ -26,13 +26,13 @@ struct MapFactors {
 }
 
 impl MapFactors {
-    /// Of boxes as they are.
+    /// The factors for boxes without a map.
     const NONE: Self = Self { unknowns: 1, memory: 1, seconds: 1.0 };
-    /// Of bodies that are tilted: the tensor at every point of the elements.
+    /// The factors for tilted bodies, which need a tensor at every point of the elements.
     const TILTED: Self = Self { unknowns: 1, memory: 1, seconds: 3.0 };
-    /// Of a layer and electrodes that are bent: besides, what finds the map itself.
+    /// The factors for a bent layer and bent electrodes, which need such a tensor, and for which the map itself has to be found.
     const BENT: Self = Self { unknowns: 1, memory: 2, seconds: 20.0 };
-    /// Of the narrow space under an indenter: besides, finer grids and more iterations.
+    /// The factors for the narrow space under an indenter, which needs all that, and finer grids and more iterations besides.
     const UNDER_INDENTER: Self = Self { unknowns: 2, memory: 8, seconds: 30.0 };
 
     fn of(case: &Case, step: &PlannedStep) -> Self {

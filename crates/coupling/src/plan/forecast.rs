@@ -15,7 +15,8 @@ use elastocap_linalg::memory::bytes_in_words;
 /// What bent electrodes take over straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
 /// since the first mesh that follows them has 40 to 170 thousand already.
 const BENT: f64 = 2.5;
-/// The same for outlines, whose plans follow every bend: as observed, up to six times as many unknowns.
+/// What bent electrodes take over straight ones as outlines, at most, since the meshes of the plan follow every bend: as observed, up to six
+/// times as many unknowns.
 const BENT_OUTLINES: f64 = 6.0;
 /// What a solve of outlines takes beyond what is counted of it, mostly freed memory that the allocator keeps, bytes.
 const OF_OUTLINES: u64 = 20 << 20;

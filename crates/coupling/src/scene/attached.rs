@@ -12,7 +12,7 @@ use super::SceneError;
 /// How far a tilt is felt beside and above the bodies that are tilted, in their own lengths, unless something is in the way.
 const REACH: f64 = 0.5;
 
-/// Of the way to what is in the way, the share that the tilt reaches.
+/// How far a tilt is felt toward a body that is in its way, as a share of the distance to that body.
 const SHARE: f64 = 0.9;
 
 /// Whether a body is attached to anything.

@@ -17,8 +17,8 @@ use crate::deform::Deformation;
 /// Gaps up to this share of the layer's thickness are rounding of sums of lengths.
 const ROUNDING: f64 = 1e-9;
 
-/// Refuses conductors that touch in a step whose scene has these conductors, those of terminals not yet joined and without the indenter,
-/// whose lowest point is at a height, m.
+/// Refuses a step in which conductors touch. The `conductors` are those of its scene, before those of one terminal are joined and without the
+/// indenter, whose lowest point is at the height `lowest`, m.
 ///
 /// Returns the grounded conductor that the indenter, grounded too, is one with, if the two touch.
 ///
@@ -46,7 +46,8 @@ pub(super) fn check<'a>(
     places.check_indenter(lowest)
 }
 
-/// The same of what finite elements do not bend, before these are solved: the top of the layer sinks by a length, m.
+/// Refuses a step in which conductors touch one another or a wall, of those that finite elements do not bend, before these are solved: the
+/// top of the layer sinks by the length `sinks`, m.
 ///
 /// # Errors
 /// Two conductors of different terminals that touch, or one that reaches a wall.

@@ -32,7 +32,7 @@ pub(super) enum Fields {
         found: Box<Solution>,
         /// The estimated relative error that the map leaves.
         deviation: f64,
-        /// The same for a surface that is level where the map ends.
+        /// The estimated relative error for a surface that is taken as level where the map ends.
         beyond: f64,
         /// The bent bodies for a viewer.
         surfaces: Vec<SurfaceBody>,

@@ -31,13 +31,13 @@ const THIN_GROWTH: f64 = 0.3;
 /// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
 const MAX_EDGE_POINTS: f64 = 8_000.0;
 
-/// The same for a mesh that is to say no more than what the solve will take.
+/// Largest number of points along the edges of thin conductors in a mesh that is only to tell what the solve will take.
 pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 
-/// How often the mesher may try a point for such a mesh: a second or two for each size that is tried.
+/// How often the mesher may try a point for a mesh that is only to tell what the solve will take: a second or two for each size that is tried.
 const FORECAST_INSERTIONS: usize = 20_000;
 
-/// The most corners of outlines in such a mesh.
+/// The most corners of outlines in a mesh that is only to tell what the solve will take.
 const FORECAST_CORNERS: usize = 5_000;
 
 /// What a first mesh is for.
@@ -131,9 +131,9 @@ pub(super) fn first(
 /// How fine a first mesh is, and who may stop the mesher.
 #[derive(Debug, Clone, Copy)]
 struct Fineness<'a> {
-    /// Of faces over the radius on curved bodies.
+    /// The size of faces over the radius, on curved bodies.
     size: f64,
-    /// Of the solve that it is for.
+    /// The relative tolerance of the solve that the mesh is for.
     tolerance: f64,
     purpose: Purpose,
     /// Set from outside to stop.

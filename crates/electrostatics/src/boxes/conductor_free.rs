@@ -54,7 +54,8 @@ pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     free_boxes_within(domain, &mut Work { left: u64::MAX }).unwrap_or_default()
 }
 
-/// The same if it takes no more than so much work, by which `work` becomes less.
+/// The boxes that [`free_boxes`] finds, or `None` if finding them takes more than the `work` that is left, which becomes less by what it
+/// took.
 pub(crate) fn free_boxes_within(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let maximal = maximal(domain, work)?;
     thin(domain, maximal, work)

@@ -11,19 +11,19 @@ use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use elastocap_geometry::section::SectionPlane;
 use faer::Mat;
 
-/// Number of cells that elements are divided up to.
+/// The most cells that the elements are divided into for a field in space.
 const MAX_CELLS: usize = 12_000;
-/// The same for a section.
+/// The most cells that the elements are divided into for a section.
 const MAX_CELLS_OF_SECTION: usize = 1_500;
-/// The same for a section under a map: its cells are oblique, and show less of what is between their corners.
+/// The most cells for a section under a map: they are oblique, and show less of what is between their corners.
 const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
-/// The same where a map bends large cells inside out.
+/// The most cells where a map bends large cells inside out, and finer ones are tried instead.
 const MOST_CELLS: usize = 100_000;
 /// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
 /// Elements shorter than this share of what is shown are one cell: nobody sees more of them.
 const TINY: f64 = 4e-3;
-/// Of an element, in its own coordinate, less than this is not shown.
+/// A piece of an element that is no longer than this, in the element's own coordinate from -1 to 1, is not shown.
 const SLIVER: f64 = 1e-6;
 
 /// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
@@ -37,7 +37,7 @@ pub(crate) struct Share<'a> {
 }
 
 impl<'a> Share<'a> {
-    /// That of a part with these coefficients of its domain.
+    /// The share of a part with these coefficients of its domain.
     pub(crate) fn new(domain: &'a Domain, coefficients: Vec<f64>, odd: [bool; 3]) -> Self {
         let turn = domain.turn.as_deref();
         match turn.and_then(|turn| Some((whole_axes(domain, turn), on_whole(domain, turn, &coefficients)?))) {

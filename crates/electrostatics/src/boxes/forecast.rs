@@ -60,9 +60,10 @@ const USUAL_GROWTH: usize = 4;
 /// Safety factor on the functions of each axis, for the forecast of memory.
 const MARGIN: f64 = 1.12;
 
-/// The same safety factor, and one on the time, for a scene of which the last small grid still misses more than this share of the energy.
-/// Such a grid does not tell how far the search will refine, least of all for a small capacitance, which is a difference of large energies:
-/// docs/forecasts.md has the scenes that these numbers were chosen by, and others that they were tried on.
+/// Share of the energy from which on a last small grid that still misses it calls for larger safety factors: one on the functions of each
+/// axis, for the forecast of memory, and one on the time. Such a grid does not tell how far the search will refine, least of all for a small
+/// capacitance, which is a difference of large energies: docs/forecasts.md has the scenes that these numbers were chosen by, and others
+/// that they were tried on.
 const LACKING: f64 = 0.1;
 const MARGIN_OF_LACKING: f64 = 1.9;
 const TIMES_OF_LACKING: f64 = 3.0;
@@ -221,7 +222,7 @@ struct Cost {
     setup: f64,
     iteration: f64,
     iterations: f64,
-    /// Of the preconditioner, bytes.
+    /// Bytes of the preconditioner.
     bytes: f64,
 }
 

@@ -147,7 +147,7 @@ impl<'a> GridProblem<'a> {
         self.memory_of(domain.primal_dims())
     }
 
-    /// The same for a grid with `dims` functions on the axes of the core.
+    /// Memory, bytes, that the solve of the largest part takes on a grid with `dims` functions on the axes of the core.
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = self.reflected_dims(dims);
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);

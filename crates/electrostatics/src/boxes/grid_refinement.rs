@@ -207,7 +207,7 @@ pub(crate) fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64
     refine_weighted(grid, indicator, target, |_, _| 1.0)
 }
 
-/// The same where the energy that some elements miss counts more than once: an element is given by its axis and its number.
+/// Refines as [`refine`] does, but counts the energy that an element misses `weight` times: an element is given by its axis and its number.
 pub(crate) fn refine_weighted(
     grid: &mut Grid,
     indicator: &Indicator,

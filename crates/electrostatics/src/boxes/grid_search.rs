@@ -47,7 +47,8 @@ const OF_BASE: f64 = 3.0;
 /// as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin plates with feed bars.
 const USUAL_AMPLIFICATION: f64 = 1.0;
 
-/// The same for a single state: the indicator of one says more than that of several, on combs too.
+/// Half the error over the energy that the indicator says to be missing, where the energy of a single state is sought: the indicator of
+/// one state says more than that of several, on combs too.
 const OF_ONE_STATE: f64 = 0.85;
 
 /// [`Foresight::amplification`] grows towards smaller errors, as the ratio of the errors to this power: 0.08 on pairs, 0.16 on combs under a
@@ -151,12 +152,13 @@ pub(crate) struct Search<'p, 's> {
     amplification: f64,
     /// How much more energy the indicator said to be missing than was, on the first grid: see [`Outcome::overstated`].
     overstated: Option<f64>,
-    /// The same on the last grid, and whether it was about that on the one before.
+    /// How much more energy the indicator said to be missing than was, on the last grid.
     last_overstated: Option<f64>,
+    /// Whether `last_overstated` was about as much on the grid before.
     settled: bool,
     /// What the grid before gave.
     before: Option<Coarser>,
-    /// The potentials on it, from which iterations on the next start.
+    /// The potentials on the grid before, from which iterations on the next start.
     potentials: Option<Potentials>,
     /// The last lower bounds, of all conductors.
     lower: Option<Mat<f64>>,

@@ -13,7 +13,7 @@ pub(crate) struct HalfTurn {
 }
 
 impl HalfTurn {
-    /// Across the axes that are marked.
+    /// The mirrors across the axes that are marked.
     pub(crate) fn across(across: [bool; 3]) -> Self {
         Self { across }
     }
@@ -36,7 +36,7 @@ pub(crate) struct Holders {
 }
 
 impl Holders {
-    /// Of blocks among so many cells, each with a number for what it belongs to.
+    /// Finds what is held by `blocks` among so many `cells`; each block comes with the number of what it belongs to.
     pub(crate) fn new<'b>(cells: [usize; 3], blocks: impl Iterator<Item = (usize, &'b Block)>) -> Self {
         let n = cells.map(|n| 2 * n + 1);
         let mut holder = vec![0; n.iter().product()];

@@ -121,7 +121,7 @@ impl Layout {
         Self::in_frame(scene, None, None, memory_limit)
     }
 
-    /// The same for a scene that a map bends, where elements end where its polynomials do, and in a frame other than its own.
+    /// Lays out a scene that a `map` may bend, where elements end where its polynomials do, and in another `frame` than its own if one is given.
     pub(crate) fn in_frame(
         scene: &Scene,
         map: Option<&Arc<SceneMap>>,
@@ -326,7 +326,8 @@ impl Layout {
         self.is_even(a) && self.conductors.iter().all(|c| self.conductors.contains(&self.flipped(c, a)))
     }
 
-    /// The same but for the conductors: its planes, walls and permittivity.
+    /// Whether the planes, walls and permittivity of the layout are their own mirror image across the origin of axis `a`, whatever its
+    /// conductors are.
     fn is_even(&self, a: usize) -> bool {
         let p = &self.planes[a];
         let n = p.len();

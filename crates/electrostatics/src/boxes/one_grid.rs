@@ -48,13 +48,13 @@ const SEEN_BESIDE: f64 = 1.3;
 
 /// Energies of all parts on one grid.
 pub(crate) struct Outcome {
-    /// Of the driven conductors: the matrix that is reported.
+    /// Bounds on the matrix of the driven conductors, which is reported.
     pub(crate) bounds: MatrixBounds,
-    /// Of all conductors.
+    /// Bounds on the matrix of all conductors.
     pub(crate) all: MatrixBounds,
-    /// Those of the matrix with the energies of the error of a base, where they are to be known.
+    /// Bounds on the matrix with the energies of the error of a base, where they are to be known.
     pub(crate) with_error_of_base: Option<MatrixBounds>,
-    /// Whether it is that of a part alone, whose matrix is not a Maxwell matrix.
+    /// Whether the outcome is that of a part alone, whose matrix is not a Maxwell matrix.
     is_part: bool,
     /// The form that rounding of `all` is a share of, F.
     pub(super) rounding: Mat<f64>,
@@ -80,7 +80,7 @@ pub(crate) enum Lower<'a> {
 }
 
 impl Lower<'_> {
-    /// Of the dual problem on the grid.
+    /// Asks for the bounds of the dual problem on the grid, where none are known from another grid.
     pub(crate) const OF_GRID: Self = Self::Proved { known: None, accepted: 0.0 };
 }
 
@@ -267,7 +267,8 @@ impl Outcome {
         self.indicator_of(problem, problem.settings.target)
     }
 
-    /// The same for the states that another target depends on.
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that `target`
+    /// depends on.
     pub(super) fn indicator_of(&self, problem: &GridProblem<'_>, target: Target) -> Indicator {
         let n = self.basis.nrows();
         let GridProblem { floating, .. } = problem;

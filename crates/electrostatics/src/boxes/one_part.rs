@@ -60,7 +60,7 @@ impl Embedded<'_> {
 pub(in crate::boxes) struct SolvedPart {
     pub(super) energies: Energies,
     pub(super) primal: Primal,
-    /// Of the conductors' blocks, for each right-hand side.
+    /// The potentials of the conductors' blocks, one list for each right-hand side.
     potentials: Vec<Vec<f64>>,
     /// Which right-hand sides are images of others.
     images: Vec<Option<Image>>,

@@ -30,7 +30,7 @@ pub(crate) fn first(layout: &Layout, far: f64) -> Grid {
     }
 }
 
-/// The same number of layers at every edge, with degrees that grow away from it up to the order.
+/// A resolution with the same number of layers at every edge, and with degrees that grow away from it up to the order.
 pub(crate) fn graded(level: ResolutionLevel) -> Resolution {
     let ResolutionLevel { order, levels } = level;
     Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) }

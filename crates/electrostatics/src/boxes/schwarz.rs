@@ -45,7 +45,7 @@ impl<T: Real> SeparableBox<T> {
         Self { window, modes, singular: false, scaling: None }
     }
 
-    /// The same for a box without any held or free end, on which the constant has no energy.
+    /// This box without the constant, for a box without any held or free end, on which the constant has no energy.
     pub(crate) fn without_constant(self) -> Self {
         Self { singular: true, ..self }
     }
@@ -65,7 +65,7 @@ impl<T: Real> SeparableBox<T> {
         [least, greatest]
     }
 
-    /// The same between two multiplications by `scaling` (one factor per entry of the box).
+    /// This box with its inverse between two multiplications by `scaling` (one factor per entry of the box).
     pub(crate) fn with_scaling(self, scaling: Vec<T>) -> Self {
         Self { scaling: Some(scaling), ..self }
     }
@@ -193,9 +193,11 @@ struct Folded<T> {
 #[derive(Debug, Default)]
 pub(crate) struct SchwarzWork<T> {
     per_box: Vec<(Vec<T>, Vec<T>)>,
-    /// Of the quarters, the parts of the residual on them, and what they give.
+    /// The buffers of the two quarters.
     quarters: [Option<Box<SchwarzWork<T>>>; 2],
+    /// The parts of the residual on the two quarters.
     parts: [Vec<T>; 2],
+    /// What the preconditioners of the two quarters give for these parts.
     found: [Vec<T>; 2],
 }
 
@@ -205,7 +207,7 @@ impl<T: Real> Schwarz<T> {
         Self { boxes, dims, folded: None }
     }
 
-    /// With more boxes, on the quarters of a scene whose half the array belongs to.
+    /// This preconditioner with more boxes, on the quarters of a scene whose half the array belongs to.
     pub(crate) fn with_quarters(self, fold: Fold, quarters: [Self; 2]) -> Self {
         Self { folded: Some(Box::new(Folded { fold, quarters })), ..self }
     }

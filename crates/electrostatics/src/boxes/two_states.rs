@@ -43,7 +43,7 @@ const ITERATIONS: f64 = 0.01;
 /// How far the energy of the first state may miss its tolerance; the second makes up for it.
 const FIRST: f64 = 1.6;
 
-/// The same for the second, where a little more of the cheaper one of both makes up for it.
+/// How far the energy of the second state may miss its tolerance; refining the cheaper one of both a little more makes up for it.
 const SECOND: f64 = 1.3;
 
 /// How often the cheaper state is refined further.

@@ -376,7 +376,7 @@ fn free_edges(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], weights: &[Option<f64>]) 
     free
 }
 
-/// The same conductance to infinity at all open edges of the frame.
+/// The forms of what continues beyond the frame: at each of its open edges the same `conductance` to infinity.
 fn beyond_frame(
     mesh: &PlanMesh,
     walls: &[[Wall; 2]; 2],

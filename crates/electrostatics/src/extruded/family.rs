@@ -4,13 +4,13 @@
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    /// Of the polynomials on triangles.
+    /// The degree of the polynomials on triangles.
     pub degree: usize,
     /// Layers toward corners of the plan.
     pub layers: usize,
     /// Strips toward edges.
     pub strips: usize,
-    /// Of the polynomials along the axis.
+    /// The degree of the polynomials along the axis.
     pub axis_degree: usize,
     /// Layers toward the places of the axis where something begins or ends.
     pub axis_layers: usize,
@@ -22,7 +22,7 @@ impl Level {
     pub(super) const EXPLORED: [Self; 4] =
         [Self::alike(2, 1, 0), Self::alike(3, 2, 0), Self::alike(3, 2, 1), Self::alike(3, 3, 1)];
 
-    /// As fine in the plan as along the axis.
+    /// A mesh that is as fine in the plan as along the axis.
     pub(super) const fn alike(degree: usize, layers: usize, strips: usize) -> Self {
         Self { degree, layers, strips, axis_degree: degree, axis_layers: layers }
     }
@@ -38,7 +38,8 @@ pub(super) struct Gained {
     pub last_along_axis: [f64; 2],
     /// What the upper bound fell by from the second mesh to the third; zero where there are no edges.
     pub striped: f64,
-    /// The same from the third to the fourth; infinite where that was not solved, which is needed with sheets only.
+    /// What the upper bound fell by from the third mesh to the fourth; infinite where the fourth was not solved, which is needed with
+    /// sheets only.
     pub layered: f64,
 }
 
@@ -77,11 +78,11 @@ pub(super) const HIGHEST: usize = 8;
 /// docs/extruded.md.
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
-    /// Relative errors of meshes with two layers that come from there, toward corners of the plan and along the axis.
+    /// The relative errors that come from the layers on meshes with two of them: toward corners of the plan, and along the axis.
     two_layers: [f64; 2],
-    /// The same of polynomials of the third degree.
+    /// The relative errors that come from the degrees on meshes of the third degree: in the plan, and along the axis.
     third_degree: [f64; 2],
-    /// The same of meshes without strips, at the third degree.
+    /// The relative error that comes from the edges on meshes without strips, at the third degree.
     without_strips: f64,
     sheets: bool,
     /// Triangles of the meshes that were explored, but for the last.
@@ -89,7 +90,7 @@ pub(super) struct Expectation {
 }
 
 impl Expectation {
-    /// From what was learnt, and the triangles of the first three meshes.
+    /// The expectation from what was learnt, and from the numbers of triangles of the first three meshes.
     pub(super) fn new(gained: Gained, triangles: [usize; 3], sheets: bool) -> Self {
         let error = (SHARE_OF_FALL * gained.refined).max(LEAST);
         let (share, by_layers) = BY_LAYERS[usize::from(sheets)];

@@ -23,7 +23,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Of each triangle: its local matrices, the flux for unit rows, and the constant 1.
+/// What the fluxes need of a triangle besides its local matrices: the flux for unit rows, and the constant 1.
 #[derive(Debug)]
 pub(super) struct Cell {
     /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row of its sides.
@@ -157,13 +157,13 @@ pub(super) struct Fluxes {
 /// What resists fluxes that leave along rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Beyond<'a> {
-    /// There are none.
+    /// No flux leaves along rays.
     Closed,
-    /// Rays as they are, at the least favourable point of each triangle or edge; `met` has for each interval the least and the
-    /// greatest permittivity that rays from it meet.
+    /// The resistance of rays as they are, at the least favourable point of each triangle or edge; `met` has for each interval the least
+    /// and the greatest permittivity that rays from it meet.
     Rays { radius: f64, met: &'a [[f64; 2]] },
-    /// The same resistance everywhere, that of the most oblique ray through a permittivity that is lower than the one it starts from
-    /// by the factor `contrast`.
+    /// One resistance everywhere, that of the most oblique ray through a permittivity that is lower than the one it starts from by the
+    /// factor `contrast`.
     Worst { radius: f64, contrast: f64 },
 }
 

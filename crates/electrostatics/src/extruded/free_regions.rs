@@ -7,17 +7,17 @@ use elastocap_geometry::scene::Wall;
 /// A part of the axis and the columns that hold no conductor in it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FreeRegion {
-    /// From cut to cut.
+    /// The numbers of the cuts of the axis at which it begins and ends.
     pub cuts: [usize; 2],
     /// Whether the potential is held at either end: by a conductor there, or because the region ends inside the scene.
     pub held: [bool; 2],
     /// For each column of the mesh whether it belongs to the region.
     pub columns: Vec<bool>,
-    /// The same for each chain.
+    /// For each chain of the mesh whether it belongs to the region.
     pub chains: Vec<bool>,
 }
 
-/// All of them, for the columns and the chains of a plan.
+/// All maximal regions without conductors, for the columns and the chains of a plan.
 pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2]) -> Vec<FreeRegion> {
     let intervals = columns.first().map_or(0, |c| c.conductor.len());
     let mut all: Vec<FreeRegion> = Vec::new();

@@ -19,12 +19,13 @@ pub(super) struct InnerUnknowns<T> {
     diagonal: Vec<T>,
     /// Couplings in A times the root of the weight: triangle after triangle, a row for each place.
     a: Vec<T>,
-    /// The same in M; empty where all are zero.
+    /// Couplings in M times the root of the weight, in the order of those in A; empty where all are zero.
     m: Vec<T>,
 }
 
 impl<T: Real> InnerUnknowns<T> {
-    /// Of triangles, each with the root of its weight and the places of what is free of it.
+    /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has the places of the unknowns
+    /// on its corners and sides that are free.
     pub(super) fn new(locals: &[Local], triangles: &[(u32, f64)], places: &[Vec<Place>]) -> Self {
         let own = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
         let coupled = own().any(|((local, _), _)| !local.m_inner.is_empty());

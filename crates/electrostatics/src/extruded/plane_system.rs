@@ -21,7 +21,7 @@ pub(super) struct Beyond {
 /// The numbering of unknowns on a mesh: *entities*, corners or sides with some unknowns each, then the inner ones of the triangles.
 #[derive(Debug)]
 pub(super) struct Numbering {
-    /// Of each triangle, in the order of its local matrices.
+    /// The entities of each triangle, in the order of its local matrices.
     pub entities: Vec<Vec<u32>>,
     /// The first row of each entity, and one past the last.
     pub rows: Vec<u32>,

@@ -33,7 +33,7 @@ pub(super) struct Primal {
     regions: Vec<Inverse>,
     workspace: Workspace,
     rays: PotentialRays,
-    /// Of each entity the parts of the line where a conductor holds it.
+    /// For each entity, the parts of the line where a conductor holds it, each with the number of the conductor.
     held: Vec<Vec<(Range<usize>, u32)>>,
     /// Entities that the walls of the plan hold at zero.
     grounded: Vec<bool>,

@@ -206,8 +206,8 @@ pub(super) enum Inverse {
 }
 
 impl Inverse {
-    /// In single precision, or in double precision where triangles are too flat for that; see [`Region::new`]. `None` if a sum is not
-    /// positive definite in double precision either.
+    /// Computes the inverse in single precision, or in double precision where triangles are too flat for that; see [`Region::new`].
+    /// `None` if a sum is not positive definite in double precision either.
     pub(super) fn new(
         system: PlaneSystem,
         numbering: &Numbering,
@@ -221,8 +221,8 @@ impl Inverse {
         single.or_else(|| Region::new(system, numbering, locals, window, modes).map(Self::Double))
     }
 
-    /// The same in double precision, of what is in single precision here. `None` if it is in double precision already, or a sum is not
-    /// positive definite.
+    /// Computes an inverse that is in single precision here anew in double precision. `None` if it is in double precision already, or if
+    /// a sum is not positive definite.
     pub(super) fn doubled(&self, numbering: &Numbering, locals: &[Local], modes: &LineModes) -> Option<Self> {
         let Self::Single(region) = self else { return None };
         let (system, window) = (Arc::clone(&region.system), region.window.clone());

@@ -102,7 +102,7 @@ struct Found {
 
 pub(super) struct Search<'a> {
     settings: &'a Settings,
-    /// Of the part of the scene that is solved.
+    /// The layout of the part of the scene that is solved.
     layout: Layout,
     plan: Plan,
     /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to matter.
@@ -123,14 +123,14 @@ pub(super) struct Search<'a> {
     meshes: usize,
     /// The part of the scene above the mirror planes.
     part: Scene,
-    /// That without a field, if there is any.
+    /// The parity without a field, if there is one.
     constant: Vec<Parity>,
     /// The field on the finest mesh so far that can be shown.
     coarse_field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
 impl<'a> Search<'a> {
-    /// Of a scene that was turned before, or not.
+    /// Prepares the search for a scene that is extruded along `axis`; `turn` is how the scene was turned before, if it was.
     pub(super) fn new(
         scene: &Scene,
         axis: usize,

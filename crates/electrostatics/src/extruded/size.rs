@@ -6,7 +6,7 @@ use crate::boxes::domain::Axis;
 
 /// How large the problems on a mesh are.
 pub(super) struct Size {
-    /// Of both problems.
+    /// The unknowns of both problems together.
     pub unknowns: usize,
     /// Entries of the factors of one mode of the whole plan, both problems.
     entries: f64,

@@ -31,7 +31,7 @@ pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1
 /// What is known on the mesh before the last refinement.
 pub(super) struct Coarser {
     pub(super) solved: MeshSolution,
-    /// Of each parity.
+    /// The potentials of each parity with a field.
     pub(super) potentials: Vec<CoarserPotentials>,
     /// For each tetrahedron of the refined mesh the one that it is a part of.
     pub(super) origin: Vec<u32>,
@@ -50,9 +50,9 @@ pub(super) struct Task<'a> {
     scene: MeshScene<'a>,
     pub(super) settings: &'a TetrahedraSettings,
     pub(super) floating: Floating,
-    /// Those with a field.
+    /// The parities with a field.
     pub(super) parities: Vec<Parity>,
-    /// That without one, if there is any.
+    /// The parity without a field, if there is one.
     constant: Vec<Parity>,
     /// Farad per metre of the energies on the mesh: the mirrored copies count too.
     scale: f64,
@@ -60,7 +60,7 @@ pub(super) struct Task<'a> {
 
 /// Bounds found on one mesh.
 pub(super) struct MeshBounds {
-    /// Of all conductors, the floating ones included.
+    /// Bounds on the capacitance matrix of all conductors, the floating ones included.
     pub(super) all: MatrixBounds,
     /// The Maxwell matrix of the driven conductors, F.
     pub(super) maxwell: Vec<Vec<Bounded>>,

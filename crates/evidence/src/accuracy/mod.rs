@@ -61,11 +61,11 @@ impl Request {
 /// The result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
-    /// Of the case.
+    /// The title of the case.
     pub title: String,
     /// Which load step.
     pub step: usize,
-    /// Its load.
+    /// The load of the step.
     pub load: StepLoad,
     /// Which capacitance.
     pub quantity: Quantity,

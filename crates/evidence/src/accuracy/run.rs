@@ -54,15 +54,15 @@ pub struct Run {
 /// What a solve gave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// Order and layers; of the last grid, if there were several.
+    /// The order and the layers of the grid; of the last one, if there were several.
     pub level: Option<ResolutionLevel>,
-    /// Of the largest problem.
+    /// The number of unknowns of the largest problem.
     pub unknowns: Option<usize>,
     /// Wall-clock seconds, the least of all repeats.
     pub seconds: f64,
-    /// How often it was timed.
+    /// How often the solve was timed.
     pub repeats: usize,
-    /// F, with bounds or estimate; bare for parallel plates.
+    /// The capacitance, F, with bounds or an error estimate; bare for parallel plates.
     pub value: Bounded,
     /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole Maxwell matrix where the case asks for it.
     pub reported_error: f64,

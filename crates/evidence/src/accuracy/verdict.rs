@@ -9,16 +9,16 @@ pub const ALLOWED: f64 = 1.5;
 /// How the solver's own choice compares at one tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Verdict {
-    /// Which of the runs is the own choice.
+    /// The index of the run that is the solver's own choice.
     pub own: usize,
-    /// The fastest of the table that meets the tolerance.
+    /// The index of the fastest run of the table that meets the tolerance.
     pub best: usize,
-    /// Seconds of the first over seconds of the second.
+    /// The seconds of the run `own` over those of the run `best`.
     pub ratio: f64,
 }
 
 impl Verdict {
-    /// Of the run with this index; `None` where it is no own choice, or nothing in the table meets its tolerance.
+    /// The verdict on the run with the index `own`; `None` where it is not the solver's own choice, or nothing in the table meets its tolerance.
     ///
     /// A grid whose error estimate the reference shows to be too low does not count as meeting its tolerance.
     pub(super) fn of(runs: &[Run], own: usize, reference: Option<&Reference>) -> Option<Self> {

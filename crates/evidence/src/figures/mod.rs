@@ -167,7 +167,7 @@ impl Run {
         }
     }
 
-    /// The same at small strain.
+    /// A patch that is held, as for [`Run::punch`], at small strain.
     const fn small_strain(half_length: f64) -> Self {
         Self { compressions: &[SMALL], ..Self::punch(half_length) }
     }

@@ -17,7 +17,7 @@ pub(super) struct Curve {
 
 /// A picture with its data.
 pub(super) struct Panel {
-    /// Of the files, without extension.
+    /// The name of the files, without extension.
     pub(super) file: String,
     pub(super) title: String,
     pub(super) x: Named,

@@ -52,7 +52,7 @@ impl Quantity {
         }
     }
 
-    /// Of finite elements with the shear modulus 1.
+    /// The quantity at a sample of finite elements with the shear modulus 1.
     fn of_sample(self, sample: &Sample) -> f64 {
         let unit = RUBBER.shear_modulus() / C1;
         match self {

@@ -146,9 +146,9 @@ pub enum ClaimError {
     MaxwellEntry {
         /// Which of the entry's cases.
         case: usize,
-        /// Of the entry.
+        /// The row of the entry of the matrix.
         row: usize,
-        /// Of the entry.
+        /// The column of the entry of the matrix.
         column: usize,
     },
 }

@@ -15,12 +15,13 @@ pub struct FluxIntegrals {
     mass: [Mat<f64>; 3],
     /// Row: orthonormal polynomial, column: flux whose divergence it is multiplied by.
     divergence: Mat<f64>,
-    /// The same for the outward flux through each side and its orthonormal polynomials, for sides of length 1.
+    /// For each side, row: orthonormal polynomial of the side, column: flux whose outward component there it is multiplied by; for sides of
+    /// length 1.
     traces: [Mat<f64>; 3],
 }
 
 impl FluxIntegrals {
-    /// Of degree `p`, at least 1.
+    /// Computes the integrals for fluxes of degree `p`, at least 1.
     pub fn new(p: usize) -> Self {
         let (n, count) = (p * (p + 2), divergences(p));
         let mut mass = [0, 1, 2].map(|_| Mat::zeros(n, n));

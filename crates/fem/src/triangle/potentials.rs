@@ -24,7 +24,7 @@ pub struct PotentialIntegrals {
 }
 
 impl PotentialIntegrals {
-    /// Of degree `p`, at least 1.
+    /// Computes the integrals for functions of degree `p`, at least 1.
     pub fn new(p: usize) -> Self {
         let n = continuous_functions(p);
         let mut mass = Mat::zeros(n, n);

@@ -77,8 +77,9 @@ pub(super) fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     out
 }
 
-/// The same for a needle. In coordinates that collapse to its tip the energies of polynomials are integrals of smooth functions if the tip
-/// is sharp, and nearly singular at a distance from there as large as it is blunt, so that the rule is repeated towards it.
+/// Points and weights of a rule for a needle. In coordinates that collapse to its tip the energies of polynomials are integrals of smooth
+/// functions if the tip is sharp, and nearly singular at a distance from there as large as it is blunt, so that [`triangle_rule`] is
+/// repeated towards it.
 fn needle_rule(n: usize, needle: &Needle) -> Vec<([f64; 2], f64)> {
     let rule = triangle_rule(n);
     let mut shells = vec![[0.0, 1.0]];

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Right-hand sides that are solved with together, at most.
 pub const ABREAST: usize = 4;
 
-/// The same number for each of some right-hand sides.
+/// One number of each of `R` right-hand sides, all at the same place in them: a lane for each.
 type Abreast<T, const R: usize> = [Lane<T>; R];
 
 impl Elimination {

@@ -22,7 +22,8 @@ use rayon::prelude::*;
 /// Unknowns from which on a level is solved for exactly.
 const DIRECT: usize = 400;
 
-/// Of the geometric mean of two diagonal entries, what makes a connection strong on the finest level of aggregates.
+/// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a strong connection, on the finest
+/// level of aggregates.
 const STRONG: f64 = 0.08;
 
 /// A level that the caller knows, below the finest one.

@@ -149,8 +149,8 @@ impl LayerModel {
         Self::with_indenter_at(0.0, mesh, rubber, inclusions, indenter, end)
     }
 
-    /// The same with the middle of a [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the layer that needs a
-    /// mesh of the whole of it.
+    /// The layer at rest with bodies of other rubbers in it, as [`LayerModel::with_inclusions`] makes it, and with the middle of a
+    /// [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the layer that needs a mesh of the whole of it.
     ///
     /// # Errors
     /// See [`ModelError`].

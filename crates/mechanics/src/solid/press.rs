@@ -105,11 +105,12 @@ type NextMesh<'a, S> =
 /// The least relative errors that are stated, where values scatter from mesh to mesh, or what is solved is not quite what was asked for.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LeastErrors {
-    /// Of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
+    /// The least error of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
     pub(crate) force: f64,
-    /// The same of the smallest loads; between them it falls in proportion to the compression.
+    /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of [`LeastErrors::SMALL`] it
+    /// falls in proportion to the compression.
     pub(crate) force_at_rest: f64,
-    /// Of the numbers besides it.
+    /// The least error of the numbers that are known besides the force.
     pub(crate) numbers: f64,
 }
 
@@ -117,7 +118,7 @@ impl LeastErrors {
     /// The compression below which [`LeastErrors::force_at_rest`] counts.
     const SMALL: f64 = 0.05;
 
-    /// Of a force, or of a compression, at a compression.
+    /// The least error of a force, or of a compression, at this compression.
     fn of_force(&self, compression: f64) -> f64 {
         let small = (1.0 - compression / Self::SMALL).max(0.0);
         self.force + small * (self.force_at_rest - self.force)

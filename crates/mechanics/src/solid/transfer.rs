@@ -216,7 +216,8 @@ impl<S: Dimension> Equations<S> {
         Some((guess, contact))
     }
 
-    /// The same with the obstacles moved out of the surface, and contact forces. `None` also where they cannot be.
+    /// The configuration that [`Equations::read_off`] gives, with the obstacles moved out of the surface, and with contact forces. `None`
+    /// also where the obstacles cannot be moved out.
     fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
         let (mut guess, contact) = self.read_off(other, state, load)?;
         if !self.clear_obstacles(&mut guess) {
@@ -247,7 +248,8 @@ impl<S: Dimension> Equations<S> {
         Some(contact)
     }
 
-    /// The same with contact as it is in motion, or closer if [`NewtonSettings::first_gap`] says so.
+    /// The configuration that [`Equations::guess`] gives, with contact as it is in motion, or closer if [`NewtonSettings::first_gap`] says
+    /// so.
     fn guess_in_motion(
         &mut self,
         other: &Self,
@@ -344,7 +346,8 @@ impl<S: Dimension> Equations<S> {
         Some((found, effort))
     }
 
-    /// The same by the interior method alone, which keeps all gaps open on the way.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by the interior method alone, which keeps all gaps
+    /// open on the way.
     fn settled_within_bounds(
         &mut self,
         other: &Self,
@@ -361,7 +364,8 @@ impl<S: Dimension> Equations<S> {
         (found.is_ok() && effort.negative_pivots == 0).then_some(state)
     }
 
-    /// The same by Newton's method without bounds alone, which takes about half as many steps.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by Newton's method without bounds alone, which
+    /// takes about half as many steps.
     fn settled_without_bounds(
         &mut self,
         other: &Self,

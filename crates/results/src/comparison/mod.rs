@@ -18,9 +18,9 @@ pub use keys::DifferentKey;
 /// One result, as far as it is compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OneResult {
-    /// As the caller named it.
+    /// The path of the result as the caller named it.
     pub path: PathBuf,
-    /// Of the case.
+    /// The title of the case.
     pub title: String,
     /// "complete", "incomplete" or "stopped".
     pub status: String,
@@ -30,9 +30,9 @@ pub struct OneResult {
     pub proved: bool,
     /// Wall-clock seconds of the run.
     pub seconds: f64,
-    /// Threads that worked on it.
+    /// The number of threads that worked on the run.
     pub threads: usize,
-    /// Of elastocap.
+    /// The version of elastocap that made the result.
     pub version: String,
     /// Largest number of unknowns of a step.
     pub unknowns: Option<u64>,
@@ -45,29 +45,29 @@ pub struct OneResult {
 pub struct ComparedStep {
     /// The load in words.
     pub label: String,
-    /// Of each result; `None` where it has no such step.
+    /// What each result has at the step; `None` where it has no such step.
     pub values: Vec<Option<StepValue>>,
 }
 
 /// What a result has at a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepValue {
-    /// N.
+    /// The force, N.
     pub force_n: Option<f64>,
-    /// F, with its lower and upper bound; `None` where it is not known.
+    /// The capacitance, its lower and its upper bound, F; `None` where it is not known.
     pub capacitance: Option<[f64; 3]>,
-    /// Wall-clock seconds.
+    /// Wall-clock seconds of the step.
     pub seconds: f64,
 }
 
 /// A capacitance against that of the first result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
-    /// F.
+    /// The capacitance less that of the first result, F.
     pub value: f64,
-    /// The ends of what the bounds of both leave open, F.
+    /// The least and the greatest difference that the bounds of both leave open, F.
     pub range: [f64; 2],
-    /// Over the first one.
+    /// The difference over the capacitance of the first result, which counts without its sign.
     pub relative: f64,
 }
 
@@ -84,7 +84,7 @@ impl Difference {
 }
 
 impl ComparedStep {
-    /// Of the result with this number against the first; `None` where one of them is not known.
+    /// The difference of the result with this number from the first; `None` where one of the two capacitances is not known.
     pub fn difference(&self, result: usize) -> Option<Difference> {
         let of = |k: usize| self.values.get(k).copied().flatten().and_then(|own| own.capacitance);
         let ([a, a_lower, a_upper], [b, b_lower, b_upper]) = (of(0)?, of(result)?);

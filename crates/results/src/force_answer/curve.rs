@@ -61,22 +61,22 @@ pub enum CurveError {
 /// A monotone curve of capacitance over force with what is known of its errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceCurve {
-    /// N, strictly increasing; at least two.
+    /// The forces of the steps, N, strictly increasing; at least two.
     pub(super) forces: Vec<f64>,
-    /// N.
+    /// The error of each force, N.
     pub(super) force_errors: Vec<f64>,
     /// 1 where the capacitance grows with the force, -1 where it falls: capacitances here are counted with this sign.
     pub(super) sign: f64,
-    /// None of these three decreases, F.
+    /// The least capacitance at each step, F, counted with `sign`. Neither it nor `middle`, the value, nor `upper`, the greatest, decreases.
     pub(super) lower: Vec<f64>,
     pub(super) middle: Vec<f64>,
     pub(super) upper: Vec<f64>,
-    /// Between the steps.
+    /// The limits of the curve between the steps.
     pub(super) limits: CurveLimits,
 }
 
 impl ForceCurve {
-    /// Of load steps in any order.
+    /// Makes the curve through load steps in any order.
     ///
     /// # Errors
     /// [`CurveError`] where they are too few or not monotone.

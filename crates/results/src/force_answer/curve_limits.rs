@@ -45,8 +45,8 @@ impl CurveLimits {
         limits
     }
 
-    /// The same for values that have further errors, which change little from one point to the next: between points they are interpolated,
-    /// while each of the values has an error of its own, which a polynomial carries along.
+    /// The limits of the curve if its values have further `errors`, one at each point, which change little from one point to the next. Between
+    /// points these errors are interpolated; the error that each value has of its own is carried along by a polynomial.
     pub fn with_shared_errors(self, errors: Vec<f64>) -> Self {
         Self { shared_errors: errors, ..self }
     }

@@ -57,7 +57,7 @@ pub enum CurveFileError {
 /// A curve and what else its file says that matters to the reader of a force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveOnFile {
-    /// Of the case.
+    /// The title of the case.
     pub title: String,
     /// The curve.
     pub curve: ForceCurve,

@@ -149,12 +149,14 @@ impl ForceCurve {
         )
     }
 
-    /// The same by the steps alone.
+    /// The least and the greatest force at which the capacitance may be between two values, by the steps alone. Errors of the steps' forces are
+    /// counted.
     fn by_steps(&self, values: [f64; 2]) -> [f64; 2] {
         self.between(values, |k, _| self.forces[k], |k, _| self.forces[k + 1])
     }
 
-    /// The same, by what an interval between two steps says of a value.
+    /// The least and the greatest force at which the capacitance may be between two values. In the interval after step `k`, `first` gives the
+    /// first force at which a value may be reached, and `last` the last force at which the curve may have it.
     fn between(
         &self,
         values: [f64; 2],

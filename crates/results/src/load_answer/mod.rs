@@ -121,15 +121,15 @@ pub enum NoLoad {
         "the {name} would be {value:.4e} {unit}, and the steps of the result reach from {low:.4e} to {high:.4e}; add steps there"
     )]
     Outside {
-        /// Of which quantity.
+        /// The quantity that is not within the range of the steps.
         name: &'static str,
-        /// Its unit.
+        /// The unit of the quantity.
         unit: &'static str,
         /// The value found.
         value: f64,
-        /// The least of the steps.
+        /// The least value of the quantity at the steps.
         low: f64,
-        /// The largest.
+        /// The largest value of the quantity at the steps.
         high: f64,
     },
 }

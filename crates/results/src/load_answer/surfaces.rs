@@ -19,9 +19,9 @@ type Term = Vec<i32>;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Surfaces {
     terms: Vec<Term>,
-    /// Of each capacitance, one for each term, F.
+    /// The coefficients of the polynomial of each capacitance, one for each term, F.
     coefficients: Vec<DVector<f64>>,
-    /// What each misses of steps that it was not fitted to, root mean square, F.
+    /// How far each polynomial misses steps that it was not fitted to, root mean square, F.
     pub(super) errors: Vec<f64>,
 }
 
@@ -134,7 +134,8 @@ fn left_out(places: &[Vec<f64>]) -> Vec<Vec<usize>> {
     out
 }
 
-/// Of the polynomials through some of the steps, by least squares; `None` where these do not determine them.
+/// The coefficients of the polynomials through some of the steps, those in `kept`, by least squares; `None` where these steps do not determine
+/// them.
 fn coefficients(
     terms: &[Term],
     places: &[Vec<f64>],

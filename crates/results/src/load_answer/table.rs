@@ -23,7 +23,7 @@ pub enum LoadTableError {
 /// The steps of a run, from contact on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadTable {
-    /// Of the case.
+    /// The title of the case.
     pub title: String,
     /// Names of the terminals, in the order of the matrices.
     pub terminals: Vec<String>,

@@ -77,7 +77,7 @@ pub(super) fn place(
     Ok(())
 }
 
-/// The same as renaming `staging` to `commit`, from another disk.
+/// Does what renaming `staging` to `commit` would do, where `staging` is on another disk: its files are copied.
 fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: &Path) -> io::Result<()> {
     let here = Staging::inside(target, &[], &mut |_| ())?;
     let copied = || {

@@ -98,8 +98,9 @@ impl OutputFolder {
         Self::open_announced(folder, |_| ())
     }
 
-    /// The same, for whoever must [give the files up](Unfinished::give_up) when the process is broken off: `announce` is told what will
-    /// have to be removed before the place to stage files is made. The folders above it are there by then, with nothing in them.
+    /// Makes the folders above it and a place to stage files, as [`OutputFolder::open`] does, for whoever must
+    /// [give the files up](Unfinished::give_up) when the process is broken off. Before the place to stage files is made, `announce` is told
+    /// what will then have to be removed. The folders above it are there by then, with nothing in them.
     ///
     /// # Errors
     /// [`OutputError::Folder`] if it cannot be made or written to.

@@ -14,13 +14,13 @@ use super::text::{coordinate, escape, text_width, wrapped};
 /// A section through a field. Lengths along both axes are drawn alike.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// Above the picture; wrapped where it is long.
+    /// The title above the picture; wrapped where it is long.
     pub title: String,
     /// Where the plane lies, in words; below the picture on the right.
     pub plane: String,
-    /// Across.
+    /// The axis across.
     pub x: Axis,
-    /// Upward.
+    /// The axis upward.
     pub y: Axis,
     /// What is shown, as (lower, upper) along both axes. What no cell covers there is metal.
     pub window: [(f64, f64); 2],
@@ -38,7 +38,7 @@ pub struct Section {
 /// outline of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCell {
-    /// Of each corner.
+    /// The corners, once around: for each what tells it from others, and x, y and the potential there, V.
     pub corners: Vec<(u64, [f64; 3])>,
 }
 

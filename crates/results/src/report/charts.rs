@@ -11,9 +11,9 @@ use elastocap_coupling::plan::Kind;
 
 /// A chart of the page: the place where it stands, a sentence for those who do not see it, and what is drawn.
 pub(super) struct PageChart {
-    /// Of the element that it is drawn into; a plain word.
+    /// The `id` of the element that the chart is drawn into; a plain word.
     pub(super) id: &'static str,
-    /// Below the chart.
+    /// The sentence below the chart.
     pub(super) caption: &'static str,
     pub(super) chart: Chart,
 }

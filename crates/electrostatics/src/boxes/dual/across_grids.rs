@@ -34,16 +34,16 @@ pub(crate) struct Fluxes {
     repair: Repair,
     /// The domain up to the last finite nodes.
     pub(super) domain: Domain,
-    /// One for each right-hand side.
+    /// What the flux of each right-hand side is made from.
     states: Vec<State>,
-    /// Their coordinates where they are kept, see [`Fluxes::prepare`].
+    /// The coordinates of the fluxes where they are kept, see [`Fluxes::prepare`].
     pub(super) kept: Vec<Flux>,
 }
 
 /// What a flux without divergence is made from.
 #[derive(Debug)]
 pub(crate) struct State {
-    /// Of each block of a conductor.
+    /// The potential of each block of a conductor.
     pub(crate) potentials: Vec<f64>,
     /// Potentials of the mixed method.
     pub(crate) phi: Vec<f64>,
@@ -60,7 +60,8 @@ struct JointAxis {
     functions: [Mat<f64>; 2],
     /// Products of the modes of the other grid (rows) with those of this one (columns).
     modes: Mat<f64>,
-    /// The same with the squared distance from the pole over that of the last nodes, where flux leaves along rays.
+    /// Products of the modes of the other grid (rows) with those of this one (columns), weighted by the squared distance from the pole over
+    /// that of the last nodes, where flux leaves along rays.
     squares: Option<Mat<f64>>,
 }
 
@@ -125,7 +126,7 @@ impl RunFlux {
 }
 
 impl Fluxes {
-    /// Of a problem that is solved; what was needed to solve it is dropped. `None` for one on the half of a scene.
+    /// Makes the fluxes of a problem that is solved; what was needed to solve it is dropped. `None` for a problem on the half of a scene.
     pub(crate) fn new(dual: Dual, domain: &Domain, mut states: Vec<State>) -> Option<Self> {
         let Dual { lines, repair: Repairs::Whole(repair), .. } = dual else { return None };
         for state in &mut states {

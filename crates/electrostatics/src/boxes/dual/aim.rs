@@ -124,9 +124,9 @@ struct Aim<'a> {
     potentials: Potentials<'a>,
     ratio: Option<Vec<f64>>,
     bent: Option<Bent<'a>>,
-    /// From points to potential modes of the second and the third axis.
+    /// Matrices from points to potential modes of the second and the third axis.
     back: [Strips; 2],
-    /// The same of the first axis for each of its elements, its points, and the modes.
+    /// For each element of the first axis, the matrix from points to potential modes, with the element's points and modes.
     first: Vec<(Dense<f64>, Range<usize>, Range<usize>)>,
     points: &'a [AxisPoints; 3],
 }

@@ -62,7 +62,7 @@ pub(crate) struct Dual {
 struct OtherLines {
     lines: Lines,
     exchange: Exchange,
-    /// Of the potential under the turn.
+    /// The parity of the potential under the turn: 1 if it is even, -1 if it is odd.
     parity: f64,
     /// For products with the operator: unknowns on the other half, and what the lines there make of them.
     work: [Vec<f64>; 2],
@@ -75,7 +75,7 @@ struct Lines {
     conductors: Vec<Window>,
     bundles: [Vec<Bundle>; 3],
     segments: [Vec<Segment>; 3],
-    /// Where flux leaves along rays.
+    /// The potentials' basis on each axis where flux leaves along rays.
     basis: [Option<Basis>; 3],
     /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
     /// otherwise per cell of intervals.
@@ -341,7 +341,7 @@ fn reflection(domain: &Domain, basis: &[Option<Basis>; 3], a: usize) -> Mat<f64>
 }
 
 impl Lines {
-    /// Of some axes of a domain without infinite elements.
+    /// Makes the lines of some axes of a domain without infinite elements.
     fn new<const N: usize>(
         domain: &Domain,
         basis: [Option<Basis>; 3],

@@ -122,13 +122,13 @@ struct FluxesAt<'f> {
     fluxes: &'f [&'f Flux],
     /// The modes of the second and the third axis that do not vanish at all points: of a turned scene all of them.
     window: Window,
-    /// The component of each along the first axis, at the points there and for the window.
+    /// The component of each flux along the first axis, at the points there and for the window.
     first: Vec<Vec<f64>>,
     /// Points on the second and the third axis.
     counts: [usize; 2],
-    /// Of the segments of the second and the third axis, the values at its points, and the transpose.
+    /// For each segment of the second and of the third axis, the values at the points of the axis, and the transpose.
     values: [Vec<(RunValues, Dense<f64>)>; 2],
-    /// Potential modes of the second and the third axis, those of the window, at its points.
+    /// Potential modes of the second and of the third axis, those of the window, at the points of the axis.
     modes: [Strips; 2],
     /// For each element of the first axis its points, and its potential modes there.
     elements: Vec<(Range<usize>, Range<usize>, Dense<f64>)>,

@@ -14,9 +14,9 @@ use rayon::prelude::*;
 pub(crate) struct Exchange {
     /// Places of the first axis above its middle, and their images below it with a sign, as places of the whole axis.
     first: Vec<Image>,
-    /// The same of the last axis.
+    /// Places of the last axis above its middle, and their images below it with a sign, as places of the whole axis.
     last: Vec<Image>,
-    /// Of the second axis.
+    /// The number of places of the second axis.
     between: usize,
 }
 
@@ -29,8 +29,8 @@ struct Image {
 }
 
 impl Exchange {
-    /// For an axis of this many places between two axes, each given by what takes its places to their mirror images: a place is the image of
-    /// one other place, but for its sign.
+    /// Makes the exchange where the second axis has `between` places, and the `first` and the `last` axis are each given by what takes their
+    /// places to the mirror images: a place is the image of one other place, but for its sign.
     ///
     /// # Errors
     /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis could make them.
@@ -44,7 +44,7 @@ impl Exchange {
         Ok(Self { first: images(first)?, between, last: images(last)? })
     }
 
-    /// The same with this many points of the first axis above its middle in place of modes.
+    /// The exchange with this many points of the first axis above its middle in place of modes.
     pub(crate) fn at_points(&self, points: usize) -> Self {
         let image = |k: usize| Image { here: points + k, there: points - 1 - k, sign: 1.0 };
         Self { first: (0..points).map(image).collect(), ..self.clone() }
@@ -63,7 +63,7 @@ impl Exchange {
         out
     }
 
-    /// The same in an array that is there already.
+    /// Writes what an array of the first half is on the second into an array that is there already; see [`Exchange::to_second`].
     pub(crate) fn write_second(&self, x: &[f64], parity: f64, out: &mut Vec<f64>) {
         let [[_, n1, n2], [m0, _, m2]] = self.dims();
         let (from, to) = (n1 * n2, n1 * m2);

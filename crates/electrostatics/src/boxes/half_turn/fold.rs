@@ -64,7 +64,7 @@ impl Fold {
         out
     }
 
-    /// The same in arrays that are there already.
+    /// Writes the odd and the even part, as [`Fold::parts_of`] gives them, into arrays that are there already.
     pub(crate) fn write_parts<T: Real>(&self, x: &[T], out: &mut [Vec<T>; 2]) {
         for (own, dims) in out.iter_mut().zip(self.parts()) {
             sized(own, dims.iter().product());
@@ -141,7 +141,7 @@ mod tests {
     use elastocap_fem::reflection::reflected_functions;
     use elastocap_fem::tensor::dot;
 
-    /// Of potentials that are odd under the turn, or even.
+    /// Makes the fold of arrays of potentials that are odd under the turn, or even.
     fn fold(odd: bool) -> Fold {
         let line = Line {
             nodes: vec![-1.0, -0.25, 0.0, 0.25, 1.0],

@@ -24,18 +24,19 @@ use faer::Mat;
 /// The layouts of the halves and the quarter.
 #[derive(Debug, Clone)]
 pub(crate) struct Halves {
-    /// Above the middle of the first axis.
+    /// The half above the middle of the first axis.
     pub(crate) half: Layout,
-    /// Above the middle of the last axis.
+    /// The half above the middle of the last axis.
     other_half: Layout,
-    /// Above both, with the conductors on both sides of the middle of the last axis: what grids are made for.
+    /// The quarter above both, with the conductors on both sides of the middle of the last axis: what grids are made for.
     pub(crate) quarter: Layout,
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
 }
 
 impl Halves {
-    /// Of a layout that a half turn takes to itself, which has these planes in the middle of the two axes.
+    /// Makes the halves and the quarter of a layout that a half turn takes to itself, and that has the planes `first` and `last` in the middle
+    /// of these two axes.
     pub(crate) fn of(whole: &Layout, [first, last]: [usize; 2], odd: bool) -> Self {
         // What ends at a plane is on it: the turned rest begins there, but elsewhere.
         let touches = |a: usize| move |b: &Block, first: usize| b.hi[a] >= first;
@@ -113,7 +114,7 @@ pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
     whole.as_ref().submatrix(own.start, own.start, own.len(), own.len()).to_owned()
 }
 
-/// Of boxes of a domain without conductors those that the preconditioner needs besides the boxes of the quarters; all of them where the
+/// Picks those conductor-free boxes of a domain that the preconditioner needs besides the boxes of the quarters; all of them where the
 /// domain is not the half of a scene.
 ///
 /// The functions of a box that ends in the middle of the first axis vanish there, as those of each box do at its ends. Functions that do not

@@ -1,8 +1,8 @@
 //! Half turns and point reflections, which take a scene to itself though no mirror does.
 //!
-//! Of a half turn about the second axis, potentials that are even and those that are odd under it are solved on half of the scene
-//! ([`halves`]): two interdigitated combs on a board are the common example. Of others, and where the scene has no mirror image of its own
-//! permittivity, the potential of one conductor is the turned potential of another ([`images`]).
+//! Where a half turn about the second axis takes a scene to itself, potentials that are even and those that are odd under it are solved on
+//! half of the scene ([`halves`]): two interdigitated combs on a board are the common example. Under other turns, and where the
+//! permittivity is not its own mirror image, the potential of one conductor is the turned potential of another ([`images`]).
 
 pub(crate) mod exchange;
 pub(crate) mod fold;

@@ -34,10 +34,11 @@ pub(crate) struct Functions {
     window: Window,
     /// Points on each axis.
     counts: Dims,
-    /// Of the second and the third axis.
+    /// Values of the functions of the second and the third axis.
     values: [Both; 2],
+    /// Slopes of the functions of the second and the third axis.
     slopes: [Both; 2],
-    /// Of the first axis, for the points of each element in turn.
+    /// Values and slopes of the functions of the first axis, for the points of each element in turn.
     first: Vec<OfElement>,
 }
 
@@ -60,7 +61,7 @@ struct Between {
 }
 
 impl Functions {
-    /// Those that are nonzero at some of the points.
+    /// The functions that are nonzero at some of the points.
     pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
         let window = [0, 1, 2].map(|a| points[a].functions_on(&domain.axes[a], &(0..points[a].len())));
         let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));

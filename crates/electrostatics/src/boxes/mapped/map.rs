@@ -149,7 +149,7 @@ impl SceneMap {
         }
     }
 
-    /// The same where the image of a box has no edges: fields are then smooth at the edges of the box, and grids need not be fine there.
+    /// This map with a box whose image has no edges: fields are then smooth at the edges of the box, and grids need not be fine there.
     pub fn with_rounded(self, rounded: Rounded) -> Self {
         Self { rounded: Some(rounded), ..self }
     }
@@ -308,7 +308,7 @@ impl SceneMap {
 pub(crate) struct MapGradients<'m> {
     map: &'m SceneMap,
     first: [[SparseRows<f64>; 2]; 2],
-    /// Of the second and the third axis.
+    /// The matrices of the second and the third axis.
     across: [[[Strips; 2]; 2]; 2],
 }
 

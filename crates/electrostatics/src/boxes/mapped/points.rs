@@ -21,7 +21,7 @@ pub(crate) struct AxisPoints {
 }
 
 impl AxisPoints {
-    /// The same places among the elements of another axis, each of which lies within one element of it.
+    /// These points among the elements of another axis, where each element of this axis lies within one element of the other.
     pub(crate) fn on(&self, axis: &Axis) -> Self {
         let (nodes, first) = (&axis.line.nodes, axis.line.first_finite());
         let last = nodes.len().saturating_sub(2);

@@ -61,10 +61,11 @@ impl Tensors<'_> {
 #[derive(Default)]
 struct Work {
     tensors: Vec<Symmetric>,
-    /// Of each field.
+    /// The components of each field that is held, in the rows of [`Fields::across`].
     across: Vec<[Vec<f64>; 3]>,
-    /// Of one field after the other, by component, at the points of an element that are looked at together; and their images.
+    /// The values of one field after the other, by component, at the points of an element that are looked at together.
     values: Vec<f64>,
+    /// The weighted tensors times the values of one field at these points.
     images: Vec<f64>,
 }
 

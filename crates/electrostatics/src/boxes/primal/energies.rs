@@ -24,7 +24,7 @@ pub(super) struct Gradient {
 }
 
 impl Gradient {
-    /// Of an axis with a coefficient per interval, held ends trimmed off.
+    /// Makes the gradient of an axis with one coefficient per interval, for the functions of `window`; held ends are trimmed off.
     pub(super) fn new(axis: &Axis, coefficient: &[f64], window: &Range<usize>) -> Result<Self, SolveError> {
         let (whole, first) = (divergence_matrix(&axis.line)?, axis.functions().start + window.start);
         let offsets = potential_offsets(&axis.line);
@@ -58,7 +58,7 @@ impl Primal {
         Ok(matrix)
     }
 
-    /// The same as if there were no map.
+    /// Energies u_i A u_j of potentials as if there were no map, a symmetric matrix.
     pub(crate) fn straight_energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
         let n = potentials.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
@@ -91,8 +91,9 @@ impl Primal {
 /// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one slab along the other two.
 struct Pieces<'t> {
     term: &'t Term,
-    /// Of the second and the third axis.
+    /// The mass matrices of the second and the third axis.
     mass: [Strips; 2],
+    /// The matrices D of the second and the third axis: see [`Gradient`].
     gradient: [Strips; 2],
     dims: Dims,
 }
@@ -157,7 +158,7 @@ impl<'t> Pieces<'t> {
         }
     }
 
-    /// The same times the coefficient and the masses of the other axes.
+    /// The derivatives of `u` in a piece, times the coefficient and the masses of the other axes.
     fn flux(&self, piece: Piece, u: &[f64], work: &mut Work, out: &mut Vec<f64>) {
         let [n1, n2] = self.shape();
         let Work { slab, once } = work;

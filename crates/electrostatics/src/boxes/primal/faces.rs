@@ -30,9 +30,10 @@ struct Piece {
     /// The function of the outermost node.
     index: usize,
     across: [Range<usize>; 2],
-    /// Of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the permittivity.
+    /// Matrices of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the permittivity. M and K are mass
+    /// and stiffness, N and E the first and the second radial matrix ([`radial_matrices`]).
     rows: [SparseRows<f64>; 4],
-    /// Of the second: `[M | (E + N + N^T) / R + R K | N | N^T]`.
+    /// Matrices of the second transverse axis, side by side: `[M | (E + N + N^T) / R + R K | N | N^T]`.
     columns: Dense<f64>,
 }
 
@@ -183,7 +184,7 @@ impl Piece {
         self.product_of(&gathered)
     }
 
-    /// The same for the coefficients on the rectangle.
+    /// The product of the rectangle's part of A with a potential whose coefficients on the rectangle are given, row by row.
     fn product_of(&self, gathered: &[f64]) -> Vec<f64> {
         let [rows, columns] = [0, 1].map(|b| self.across[b].len());
         let mut by_columns = vec![0.0; rows * 4 * columns];

@@ -45,9 +45,9 @@ struct Term {
     /// Mass and stiffness of each axis, indices relative to the window.
     mass: [SparseRows<f64>; 3],
     stiffness: [SparseRows<f64>; 3],
-    /// Both of the last axis, for products with rows.
+    /// Mass and stiffness of the last axis, for products with rows.
     last: [Strips; 2],
-    /// For energies.
+    /// The gradient along each axis, for energies.
     gradient: [Gradient; 3],
 }
 
@@ -60,7 +60,7 @@ struct Terms {
 }
 
 impl Term {
-    /// Of a product of one factor per axis and interval that is zero outside a block.
+    /// Makes the part of the operator that belongs to a product of one factor per axis and interval, which is zero outside a block.
     fn new(domain: &Domain, (block, factors): &Product) -> Result<Self, SolveError> {
         let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
         let matrices = [0, 1, 2].map(|a| {

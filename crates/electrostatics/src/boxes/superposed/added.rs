@@ -25,7 +25,8 @@ use std::time::Instant;
 /// that it touches, what the base has in there costs more than is gained.
 const MOST_SQUEEZED: f64 = 60.0;
 
-/// The same in a dielectric body. At the edges of a box that a map makes round it is always large, but the flux of the base is smooth there.
+/// The largest of eps K^-1 in a dielectric body under which a solution is added to a base. At the edges of a box that a map makes round it
+/// is always large, but the flux of the base is smooth there.
 const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
 /// The rounding of a square of z in a body, over that of u0 there: sums of millions of terms that cancel.

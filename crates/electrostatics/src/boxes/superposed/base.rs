@@ -30,10 +30,10 @@ pub struct Base {
 #[derive(Debug)]
 pub(crate) struct BasePart {
     pub(crate) odd: [bool; 3],
-    /// Of the conductors, for each right-hand side.
+    /// The potentials of the conductors, one list for each right-hand side.
     pub(crate) potentials: Vec<Vec<f64>>,
     pub(crate) domain: Domain,
-    /// Of the potentials, for each right-hand side.
+    /// The coefficients of the potential of each right-hand side, in the functions of the domain.
     pub(crate) coefficients: Vec<Vec<f64>>,
     pub(crate) upper: Mat<f64>,
     pub(crate) lower: Mat<f64>,

@@ -16,12 +16,13 @@ use std::ops::Range;
 /// How coefficients are to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum As {
-    /// Of the base: the potential.
+    /// As those of a potential of the base.
     Base,
-    /// Of the base: its functions on the common refinement that do not vanish on the block.
+    /// As those of a potential of the base, of which only the functions of the common refinement count that do not vanish on the block.
     BaseOnBlock,
-    /// Of the other grid: the same two.
+    /// As those of a potential of the other grid.
     Own,
+    /// As those of a potential of the other grid, of which only the functions of the common refinement count that do not vanish on the block.
     OwnOnBlock,
 }
 
@@ -48,12 +49,14 @@ struct Between {
 }
 
 impl Joint {
-    /// `None` where the grids have no common refinement.
+    /// The spaces of the grids of a base and of another scene, for products over all cells. `None` where the grids have no common
+    /// refinement.
     pub(super) fn new(base: &Domain, own: &Domain, block: &Block) -> Option<Self> {
         Self::within(base, own, block, &Block { lo: [0; 3], hi: own.cells() })
     }
 
-    /// The same for products over some cells alone.
+    /// The spaces of the grids of a base and of another scene, for products over some `cells` alone. `None` where the grids have no common
+    /// refinement.
     pub(super) fn within(base: &Domain, own: &Domain, block: &Block, cells: &Block) -> Option<Self> {
         let domain = Domain { map: None, ..joined_domain(base, own)? };
         let [x, y, z] = [0, 1, 2].map(|a| base.axes[a].functions_in(&domain.axes[a]));
@@ -185,7 +188,8 @@ impl Joint {
 }
 
 impl Between {
-    /// Of the functions that are left.
+    /// The sum of all terms applied to `x`, the coefficients of the functions of the columns that are left: a number for each function of the
+    /// rows that is left.
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         let dims = self.columns.each_ref().map(Range::len);
         let mut total: Vec<f64> = Vec::new();

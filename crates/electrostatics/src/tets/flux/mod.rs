@@ -47,17 +47,17 @@ pub enum FluxError {
     /// Only orders 1, 2 and 3 are implemented.
     #[error("order {order} is not implemented; fluxes are of order 1, 2 or 3")]
     Order {
-        /// As asked for.
+        /// The order that was asked for.
         order: usize,
     },
     /// A list whose length does not fit the mesh.
     #[error("{what}: {found} given, {expected} needed")]
     Length {
-        /// Of which list.
+        /// What the list contains.
         what: &'static str,
-        /// How many there are.
+        /// How many entries were given.
         found: usize,
-        /// How many there should be.
+        /// How many entries are needed.
         expected: usize,
     },
     /// A permittivity that is not positive and finite.

@@ -74,7 +74,7 @@ pub(super) fn triangle_rule() -> Vec<([f64; 4], f64)> {
     rule
 }
 
-/// The same on the tetrahedron, exact to degree 5; the weights add to 1 / 6.
+/// Points (barycentric) and weights on the tetrahedron, exact to degree 5; the weights add to 1 / 6.
 pub(super) fn tetrahedron_rule() -> Vec<([f64; 4], f64)> {
     let (x, w) = unit_rule();
     let mut rule = Vec::new();

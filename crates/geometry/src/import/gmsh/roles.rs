@@ -320,7 +320,7 @@ impl VolumeMesh {
 
 /// The faces of a mesh by what lies behind them.
 struct SortedFaces {
-    /// Of the faces on conductors and grounded walls; the corners of each are ascending.
+    /// The roles of the faces on conductors and grounded walls; the corners of each face are ascending.
     roles: BTreeMap<[u32; 3], FaceRole>,
     /// Outer faces on conductors, with the conductor.
     ends: Vec<([u32; 3], usize)>,
@@ -332,7 +332,7 @@ struct SortedFaces {
 struct OpenFace {
     /// Its corners, ascending.
     face: [u32; 3],
-    /// The same, anticlockwise as seen from outside.
+    /// Its corners, anticlockwise as seen from outside.
     outward: [u32; 3],
     /// The tetrahedron behind it.
     tet: usize,

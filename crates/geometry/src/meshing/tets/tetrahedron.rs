@@ -44,7 +44,7 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    /// Of a tetrahedron with these corners: larger is better, negative is turned inside out.
+    /// The measure of a tetrahedron with these corners: larger is better, negative is turned inside out.
     pub(super) fn of(self, corners: [[f64; 3]; 4]) -> f64 {
         match self {
             Self::Roundness => roundness(corners),

@@ -88,7 +88,8 @@ impl<S: Dimension> Equations<S> {
         self.assemble_again(state, load)
     }
 
-    /// The same where the last assembly was one of the same displacements, pressures and load: only the contact has changed.
+    /// Assembles residual, tangent and right-hand side as [`Equations::assemble`] does, where the last assembly was one of the same
+    /// displacements, pressures and load: only the contact has changed.
     pub(crate) fn assemble_again(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         self.solver.clear();
         self.right.fill(0.0);

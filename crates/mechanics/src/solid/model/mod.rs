@@ -35,11 +35,11 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) body: Body<S>,
     pub(crate) elements: Vec<S::Element>,
     pub(crate) unknowns: Unknowns,
-    /// Those of the last assembly, if they were not released.
+    /// The systems of the elements from the last assembly, if they were not released.
     systems: Vec<ElementSystem<S>>,
-    /// Of elements with hanging nodes the nodes that they are coupled to.
+    /// For each element with hanging nodes, the nodes that it is coupled to.
     expansions: Vec<Option<Expansion>>,
-    /// Their forces and matrices of the last assembly, in terms of these nodes.
+    /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes that they are coupled to.
     expanded: Vec<Expanded>,
     /// For each element, then for each pair that may touch, where its matrix goes.
     pub(crate) places: Vec<BlockPlaces>,
@@ -65,7 +65,7 @@ pub struct Equations<S: Dimension = Plane> {
     /// Shear modulus in Pa of the rubber with the largest volume: the one that touches, folds and wrinkles, however
     /// stiff the inclusions are.
     pub(crate) modulus: f64,
-    /// The same as the stiffness of a spring at a node: in the plane in Pa, in space times the shortest side of the body.
+    /// [`Equations::modulus`] as the stiffness of a spring at a node: in the plane in Pa, in space times the shortest side of the body.
     spring: f64,
     /// The drag in Pa, and the displacements in m that it pulls back to; see
     /// [`folds`](super::folds).

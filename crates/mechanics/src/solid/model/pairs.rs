@@ -27,10 +27,10 @@ pub(crate) struct Pair<S: Dimension> {
 /// tangent where that is more: there the points around it, which touch as well, hold it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Linearisation {
-    /// At the gap and the force of the pair, both of them positive.
+    /// Linear about the gap and the force of the pair, both of them positive.
     Interior,
-    /// The same where both are positive, and else at the point of the curve that they are nearest to, in the sense above. Holds the
-    /// slopes of the last tangents in N/m, or none before the first step.
+    /// Linear about the gap and the force of the pair where both are positive, and else about the point of the curve that they are nearest
+    /// to, in the sense above. Holds the slopes of the last tangents in N/m, or none before the first step.
     Smoothed(Vec<f64>),
 }
 

@@ -55,7 +55,7 @@ impl Unknowns {
         (self.numbers[d] != HELD).then_some(self.numbers[d])
     }
 
-    /// The same as an index.
+    /// The number of displacement `d` in the linear system as an index, or `None` if it is held or follows others.
     pub(crate) fn index(&self, d: usize) -> Option<usize> {
         self.number(d).map(|number| number as usize)
     }

@@ -49,7 +49,7 @@ struct Shortened<S: Dimension> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// From `state` to the equilibrium under `load`, as well met as `target` says. Returns the number of iterations.
+    /// Takes `state` to the equilibrium under `load`, as well met as `target` says. Returns the number of iterations.
     pub(in crate::solid) fn equilibrate(
         &mut self,
         state: &mut State<S>,
@@ -62,7 +62,8 @@ impl<S: Dimension> Equations<S> {
         self.equilibrate_from(residual, state, load, target, settings, effort)
     }
 
-    /// The same, starting from the `residual` of the last assembly, which was one of `state` under `load`.
+    /// Takes `state` to the equilibrium under `load` as [`Equations::equilibrate`] does, starting from the `residual` of the last assembly,
+    /// which was one of `state` under `load`.
     pub(super) fn equilibrate_from(
         &mut self,
         mut residual: Residual,

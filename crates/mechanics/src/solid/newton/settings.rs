@@ -15,10 +15,12 @@ pub struct NewtonSettings<'a> {
     /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while the load moves; see
     /// the contact module.
     pub moving_gap: f64,
-    /// The same at the requested loads. The solver takes a smaller gap where displacements are small compared with that side.
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, at the requested loads. The solver
+    /// takes a smaller gap where displacements are small compared with that side.
     pub final_gap: f64,
-    /// The same where an equilibrium is first searched near that of a coarser mesh, if it is smaller than `moving_gap`: the coarser
-    /// contact forces then tell where the surface touches, so that the gaps need not be opened first.
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while an equilibrium is first searched
+    /// near that of a coarser mesh. It counts if it is smaller than `moving_gap`: the coarser contact forces then tell where the surface
+    /// touches, so that the gaps need not be opened first.
     pub first_gap: f64,
     /// First load step, as a fraction of the way from one load to the next.
     pub first_step: f64,

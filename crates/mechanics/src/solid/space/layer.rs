@@ -91,7 +91,7 @@ impl SpaceLayerMesh {
 /// The condition at the side of the layer, at `x3 = half_width`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SideCondition {
-    /// The same as at the end.
+    /// Free of traction, and where the end is [`End::FreeOnSubstrate`], on a substrate that continues beyond the side as well.
     Free,
     /// A plane of symmetry: with it on both sides, the layer is in plane strain.
     Symmetric,
@@ -112,8 +112,8 @@ impl LayerModel<Space> {
         Self::of_finite_width_with_inclusions(mesh, rubber, &[], indenter, end, side)
     }
 
-    /// The same with bodies of other rubbers in it. Each element belongs to the body that contains its centre, so that the breakpoints
-    /// of the mesh should include the faces of the bodies.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it. Each element belongs to the body that contains its
+    /// centre, so that the breakpoints of the mesh should include the faces of the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -129,7 +129,7 @@ impl LayerModel<Space> {
         Self::of_quarter(mesh.mesh(), rubber, inclusions, indenter, end, side)
     }
 
-    /// The same on a mesh of the quarter that is given.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it, on a mesh of the quarter that is given.
     ///
     /// # Errors
     /// See [`ModelError`].

@@ -16,8 +16,8 @@ use std::f64::consts::TAU;
 /// larger by a quarter and the errors are the same.
 const MIN_ANGLE: f64 = 26.0;
 
-/// The same where the outlines have more than [`MANY_SIDES`]: these divide the plane finely enough, and 26 degrees would take half as
-/// many triangles again for the same error.
+/// The angle, in degrees, below which triangles are refined where the outlines have more than [`MANY_SIDES`] sides: these divide the
+/// plane finely enough, and 26 degrees would take half as many triangles again for the same error.
 const MIN_ANGLE_OF_MANY: f64 = 20.0;
 const MANY_SIDES: usize = 25;
 

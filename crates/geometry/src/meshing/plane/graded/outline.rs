@@ -62,7 +62,7 @@ impl Outline {
         Self::Path(sides)
     }
 
-    /// The same in other coordinates: `place` moves points, and lengths are multiplied by `scale`.
+    /// This outline in other coordinates: `place` moves points, and lengths are multiplied by `scale`.
     #[must_use]
     pub fn moved(&self, place: impl Fn([f64; 2]) -> [f64; 2], scale: f64) -> Self {
         let circle = |c: &Circle| Circle { center: place(c.center), radius: scale * c.radius };

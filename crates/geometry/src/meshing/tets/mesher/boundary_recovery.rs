@@ -140,7 +140,7 @@ impl MeshInProgress {
             || self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 
-    /// The same, to be passed on.
+    /// Returns an error if the caller has asked the mesher to stop, or if it has worked for as long as it may.
     ///
     /// # Errors
     /// [`MeshError::Cancelled`] if so.

@@ -138,7 +138,7 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     mesh_unless(scene, sizing, None)
 }
 
-/// The same, unless the caller asks it to stop by setting `cancel`.
+/// Meshes the space around the conductors as [`mesh()`] does, unless the caller asks it to stop by setting `cancel`.
 ///
 /// # Errors
 ///

@@ -106,7 +106,7 @@ impl Facet {
 /// What is known of a part of a body whose surface is in the complex.
 #[derive(Debug)]
 pub(super) struct PartInfo {
-    /// Of the body.
+    /// The name of the body.
     pub(super) name: String,
     /// The conductor that it is a part of.
     pub(super) conductor: Option<u32>,
@@ -117,7 +117,7 @@ pub(super) struct PartInfo {
 /// A point inside a body at which the mesh gets a point too.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
-    /// m.
+    /// Where the point is, m.
     pub(super) at: Point,
     /// The element size wanted there, m.
     pub(super) size: f64,

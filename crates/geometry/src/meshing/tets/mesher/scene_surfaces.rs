@@ -70,7 +70,7 @@ pub(super) fn domain(scene: &Scene, sizing: &Sizing) -> Result<Box3, MeshError> 
 #[derive(Clone, Copy)]
 struct BodyPart<'a> {
     number: u32,
-    /// Of the body.
+    /// The name of the body.
     name: &'a str,
     shape: &'a Shape,
     /// The conductor that it is a part of.

@@ -73,7 +73,8 @@ impl MeshInProgress {
         self.smooth_points(&all);
     }
 
-    /// The same for some points only; returns those that were moved, some of them more than once.
+    /// Moves those of `points` that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller. Returns
+    /// those that were moved, some of them more than once.
     pub(super) fn smooth_points(&mut self, points: &[u32]) -> Vec<u32> {
         let mut moved = Vec::new();
         for round in 0..4 {

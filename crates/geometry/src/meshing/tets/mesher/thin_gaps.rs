@@ -18,11 +18,11 @@ const MAX_SHARE: f64 = 0.3;
 /// A round surface.
 #[derive(Debug, Clone, Copy)]
 enum Round {
-    /// Of a ball.
+    /// The surface of a ball.
     Ball { center: Point, radius: f64 },
-    /// Of a capsule.
+    /// The surface of a capsule.
     Capsule { ends: [Point; 2], radius: f64 },
-    /// Of a cylinder, or inside or outside a tube, with half its height.
+    /// The curved surface of a cylinder, or the inner or the outer one of a tube; `half` is half its height.
     Rod { center: Point, radius: f64, axis: usize, half: f64 },
 }
 

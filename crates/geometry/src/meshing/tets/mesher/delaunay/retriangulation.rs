@@ -24,7 +24,7 @@ struct Border {
     inside: TetFace,
 }
 
-/// The same turn of the corners with the smallest first.
+/// The corners of a face with the smallest first, in the same cyclic order.
 pub(crate) fn rotated([a, b, c]: [u32; 3]) -> OrientedFace {
     if a < b && a < c {
         [a, b, c]
@@ -35,7 +35,7 @@ pub(crate) fn rotated([a, b, c]: [u32; 3]) -> OrientedFace {
     }
 }
 
-/// The other side of a face.
+/// The corners of a face in the order that shows its other side.
 fn reversed([a, b, c]: [u32; 3]) -> OrientedFace {
     rotated([a, c, b])
 }
