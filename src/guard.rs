@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use elastocap_results::Unfinished;
 
-/// What must not be left behind, and the threads that see to it.
+/// The files that must not be left behind. Threads of the guard remove them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
     unfinished: Arc<Mutex<Option<Unfinished>>>,
@@ -100,7 +100,7 @@ mod unix {
         Ok(())
     }
 
-    /// What wakes the thread that ends the process, and keeps those that abort from ending it first.
+    /// The pipes that wake the thread that ends the process, and keep those that abort from ending it first.
     struct Waking {
         /// Gets a byte when the process aborts.
         woken: PipeReader,

@@ -12,7 +12,7 @@ use elastocap_coupling::memory;
 
 use crate::guard::Guard;
 
-/// What the process ends with.
+/// The way in which the process ends, which gives its exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
     /// Done.

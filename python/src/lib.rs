@@ -24,7 +24,7 @@ mod sweep;
 
 use pyo3::prelude::*;
 
-/// What the package `elastocap` is made of. Use that.
+/// The compiled part of the package `elastocap`. Use that package.
 #[pymodule]
 mod _core {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! What a run found.
+//! The result of a run.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -95,7 +95,7 @@ impl PyOutcome {
         self.of_steps(|step| step.seconds.total)
     }
 
-    /// What the user should know about each step.
+    /// Warnings about each step.
     #[getter]
     fn step_warnings(&self) -> Vec<Vec<String>> {
         self.of_steps(|step| step.warnings.clone())
@@ -107,7 +107,7 @@ impl PyOutcome {
         self.outcome.conductors.clone()
     }
 
-    /// What is measured: its kind, and the names of its terminals.
+    /// The measurement: its kind, and the names of its terminals.
     #[getter]
     fn measurement(&self) -> Option<(&'static str, Vec<&str>)> {
         self.outcome.measurement.map(|measured| named(measured, &self.outcome.conductors))
@@ -151,7 +151,7 @@ impl PyOutcome {
         self.outcome.stopped
     }
 
-    /// What the command warns of: the plan's warnings, those of the run, and steps that lack something.
+    /// The warnings that the command prints: the plan's warnings, those of the run, and steps that lack something.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let Outcome { plan, warnings, steps, .. } = &self.outcome;

@@ -28,7 +28,7 @@ const INTERVAL: Duration = Duration::from_millis(20);
 /// Stack of each computing thread, bytes: as much as the first thread of a process has, where the command prepares its runs.
 const STACK: usize = 8 << 20;
 
-/// What the computing threads tell the calling one.
+/// A message of the computing threads to the calling one.
 enum News {
     /// How many steps there are.
     Planned(usize),
@@ -66,7 +66,7 @@ impl Observer for Messenger {
     }
 }
 
-/// What a run has when it is over.
+/// The result of a run that is over.
 type Done = (Outcome, StepFields, Duration);
 
 /// Runs a case on `threads` threads; without a number on as many as the command takes.

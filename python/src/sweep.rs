@@ -1,4 +1,4 @@
-//! What is varied, as `--set` of the command has it.
+//! The values of a key that is varied, as `--set` of the command has them.
 
 use elastocap_sweeps::{Setting, Values};
 use pyo3::prelude::*;

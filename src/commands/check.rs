@@ -151,7 +151,7 @@ fn describe(title: &str, plan: &Plan) -> String {
     out
 }
 
-/// What is known to fail, a line for each reason.
+/// The failures that are known beforehand, a line for each reason.
 fn failures(plan: &Plan) -> Vec<String> {
     let all = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
     shortfalls::lines(all.map(|(step, failure)| (step, format!("will fail: {failure}"))))

@@ -76,7 +76,7 @@ enum Format {
 }
 
 impl Format {
-    /// What the name of its file ends in.
+    /// The extension of the name of its file.
     fn extension(self) -> &'static str {
         match self {
             Self::Spice => "lib",

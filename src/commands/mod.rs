@@ -37,7 +37,7 @@ use elastocap_coupling::shortfalls;
 
 use crate::{Exit, output};
 
-/// What stands for the standard input where a case file is named.
+/// The name that stands for the standard input where a case file is named.
 const STDIN: &str = "-";
 
 /// The standard input in messages, and as the file that a case from there came from.

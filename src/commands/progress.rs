@@ -27,7 +27,7 @@ pub(super) struct Progress {
     lines: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// What is known of a run that is under way.
+/// The progress of a run that is under way.
 #[derive(Debug)]
 struct Done {
     begun: Instant,
@@ -105,7 +105,7 @@ fn lock(done: &Mutex<Done>) -> MutexGuard<'_, Done> {
     done.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What stands beside a bar, and in each line where there is none.
+/// The text beside a bar, and in each line where there is none.
 type Text = Arc<dyn Fn() -> String + Send + Sync>;
 
 fn bar(text: &Text, length: usize) -> ProgressBar {

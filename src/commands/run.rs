@@ -203,7 +203,7 @@ fn stopped_before(done: &str) -> Exit {
     Exit::Incomplete
 }
 
-/// What one case is solved with.
+/// The arguments and shared parts that one case is solved with.
 struct Command<'a> {
     arguments: &'a Arguments,
     common: &'a Common,

@@ -1,4 +1,4 @@
-//! What Ctrl-C does, and the other signals that ask a process to end.
+//! The effect of Ctrl-C, and of the other signals that ask a process to end.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,8 +72,8 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     );
 }
 
-/// What signals do, as [`stop_on_signal`] has it, to a command that fills one folder after another: the handler is installed once, and knows
-/// the folder that is being filled.
+/// The effect of signals, as [`stop_on_signal`] has it, on a command that fills one folder after another: the handler is installed once, and
+/// knows the folder that is being filled.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stop {
     cancel: Arc<AtomicBool>,
@@ -82,7 +82,7 @@ pub(super) struct Stop {
 }
 
 impl Stop {
-    /// What the first signal sets.
+    /// The flag that the first signal sets.
     pub(super) fn cancel(&self) -> &Arc<AtomicBool> {
         &self.cancel
     }

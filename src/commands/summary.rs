@@ -72,7 +72,7 @@ fn pairs(case: &Case, outcome: &Outcome) -> String {
     format!("\n  largest certain change: {what} of {}, by {lower} to {upper}\n", of.unwrap_or_default())
 }
 
-/// What the measured points say of the curve.
+/// The measured points beside the curve, in words.
 fn measured(comparison: &Comparison) -> String {
     let (within, compared) = (comparison.within_error, comparison.compared());
     let beyond = match comparison.beyond_curve {

@@ -127,7 +127,7 @@ impl Failure {
     }
 }
 
-/// What is under way.
+/// The sweep under way.
 struct Work<'a> {
     folder: &'a SweepFolder,
     records: Mutex<Vec<Option<CaseRecord>>>,

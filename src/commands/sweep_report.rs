@@ -1,4 +1,4 @@
-//! What `elastocap sweep` and `gather` print.
+//! The output of `elastocap sweep` and `gather`.
 
 use std::fmt::Write as _;
 use std::time::Duration;

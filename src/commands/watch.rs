@@ -14,7 +14,7 @@ use crate::{Exit, output};
 /// Time between two looks at the files.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// What is seen of a file from outside: when it was written, and its length. `None` where it cannot be found out.
+/// The state of a file as seen from outside: when it was written, and its length. `None` where it cannot be found out.
 type Stamp = Option<(SystemTime, u64)>;
 
 /// Files, and what was seen of each.

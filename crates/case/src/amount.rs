@@ -19,7 +19,7 @@ impl Scale {
         self.dimension == other.dimension
     }
 
-    /// What it is the unit of, with the article: "a length"; "a number" without a unit.
+    /// The quantity that it is the unit of, with the article: "a length"; "a number" without a unit.
     pub fn dimension_name(&self) -> &'static str {
         self.dimension.map_or("a number", units::Dimension::name)
     }

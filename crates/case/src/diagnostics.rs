@@ -17,7 +17,7 @@ const SHOWN_OF_LINE: usize = 80;
 /// One problem in a case file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// What is wrong, in one line.
+    /// The error, in one line.
     pub message: String,
     /// The bytes of the file at fault; `None` where the file as a whole is.
     pub span: Option<Range<usize>>,
@@ -25,7 +25,7 @@ pub struct Diagnostic {
     pub label: String,
     /// Other places that belong to the problem, each with its label.
     pub related: Vec<(Range<usize>, String)>,
-    /// What would be right.
+    /// The correction to make, if there is one to offer.
     pub help: Option<String>,
 }
 

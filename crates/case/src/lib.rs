@@ -167,7 +167,7 @@ fn looks_like_a_case(text: &str) -> bool {
     })
 }
 
-/// What the TOML parser says, with help where the slip is a common one.
+/// The message of the TOML parser, with help where the slip is a common one.
 fn syntax_diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     let span = error.span().unwrap_or(0..0);
     let message = error.message().lines().collect::<Vec<_>>().join("; ");

@@ -185,7 +185,7 @@ pub(super) fn gets_no_wider(table: &MaterialTable) -> bool {
     terms.all(|term| term.poisson_ratio.get().is_some_and(|ratio| ratio.value == 0.0))
 }
 
-/// What the material is called, with its article, if the closed form of the layer does not cover it.
+/// The name of the material, with its article, if the closed form of the layer does not cover it.
 pub(super) fn without_closed_form(table: &MaterialTable) -> Option<&'static str> {
     match table {
         MaterialTable::MooneyRivlin(_)

@@ -7,7 +7,7 @@ use crate::units::{self, CAPACITANCE, NotAQuantity};
 /// A capacitance that was measured, in farads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredCapacitance {
-    /// What was read, F; greater than zero.
+    /// The value that was read, F; greater than zero.
     pub value: f64,
     /// By how much the true value may differ from it at most, F; zero if no error was written.
     pub error: f64,
@@ -32,9 +32,9 @@ pub enum MeasuredCapacitanceError {
     /// A unit of something else.
     #[error("`{text}` is {found} and not a capacitance; its unit is F with a prefix, such as fF")]
     OtherQuantity {
-        /// What was written.
+        /// The text that was written.
         text: String,
-        /// What that is, with its article.
+        /// The quantity that it is, with its article.
         found: &'static str,
     },
     /// A value that no capacitance has.

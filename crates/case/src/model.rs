@@ -32,7 +32,7 @@ pub struct Case {
     pub load: Option<Load>,
     /// How the indenter, and what is attached to it or to the layer's top, is moved at each step, besides the load; empty if it is not.
     pub poses: Vec<Pose>,
-    /// What presses on the layer, where it is part of the field; only with a load.
+    /// The indenter that presses on the layer, where it is part of the field; only with a load.
     pub indenter: Option<FieldIndenter>,
     /// All bodies besides the layer and the pair in it, as they are before the layer deforms: those that stay where they are, and those
     /// that move with its top or with the indenter ([`Body::purpose`]). First the
@@ -49,7 +49,7 @@ pub struct Case {
     pub recognised: Vec<String>,
     /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
     pub mesh: Option<ImportedMesh>,
-    /// What surrounds the bodies; present exactly when a capacitance is asked for.
+    /// The space around the bodies; present exactly when a capacitance is asked for.
     pub surroundings: Option<Surroundings>,
     /// How accurately the capacitance is computed; present exactly when a capacitance is asked for.
     pub electrostatics: Option<Electrostatics>,
@@ -62,11 +62,11 @@ pub struct Case {
 pub struct MeasuredPoints {
     /// The file that they are from, as the case file has it.
     pub file: String,
-    /// What their loads are.
+    /// The quantity of their loads.
     pub load: MeasuredLoad,
     /// In the order of the file, as they were measured; never empty.
     pub points: Vec<MeasuredPoint>,
-    /// What the meter and its wires did to them.
+    /// The effect of the meter and its wires on them.
     pub correction: Correction,
 }
 
@@ -102,7 +102,7 @@ impl Default for Correction {
     }
 }
 
-/// What the load of a measured point is.
+/// The quantity of the load of a measured point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeasuredLoad {
     /// Compressive force, N.
@@ -205,7 +205,7 @@ pub struct Layer {
     pub half_length: Option<f64>,
     /// eps_r, at rest; present whenever a capacitance is asked for.
     pub relative_permittivity: Option<f64>,
-    /// What makes eps_r grow with the compression; `None` where it is the same under every load.
+    /// The foam, whose eps_r grows with the compression; `None` where eps_r is the same under every load.
     pub foam: Option<Foam>,
     /// The material; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
@@ -319,7 +319,7 @@ impl Electrodes {
     }
 }
 
-/// What presses on the layer, as a part of the field.
+/// The indenter that presses on the layer, as a part of the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldIndenter {
     /// A conductor, with its potential, or a dielectric.
@@ -361,7 +361,7 @@ pub enum Layout {
     Stacked,
 }
 
-/// What the electrodes are made of.
+/// The stiffness of the electrodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stiffness {
     /// They keep their thickness. Also where there is no load and the file does not say.
@@ -550,10 +550,10 @@ impl Load {
     }
 }
 
-/// What surrounds the bodies, and where the field ends.
+/// The space around the bodies, and where the field ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surroundings {
-    /// What holds on the outer walls.
+    /// The condition on the outer walls.
     pub boundary: Wall,
     /// eps_r wherever nothing else is.
     pub relative_permittivity: f64,
@@ -602,14 +602,14 @@ pub enum Extent {
         /// Along x1 and x3 from the outermost deformed electrode (or conductor) to the walls, m; `None` exactly
         /// when the boundary is [`Wall::Open`].
         side_margin: Option<f64>,
-        /// What lies below x2 = 0.
+        /// The medium below x2 = 0, or the end of the field there.
         below: Face,
-        /// What lies above the layer's deformed top.
+        /// The medium above the layer's deformed top, or the end of the field there.
         above: Face,
     },
 }
 
-/// What lies against a face of the layer.
+/// The medium against a face of the layer, or the end of the field there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Face {
     /// No flux through it: the field ends there.
@@ -622,7 +622,7 @@ pub enum Face {
         relative_permittivity: f64,
         /// m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
         thickness: Option<f64>,
-        /// What lies behind it: [`Surroundings::boundary`] unless the file says.
+        /// The wall behind it: [`Surroundings::boundary`] unless the file says.
         then: Wall,
     },
 }

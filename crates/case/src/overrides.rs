@@ -17,11 +17,11 @@ use key_path::KeyPath;
 pub struct OverrideError {
     /// The path as it was given, fit for one line of a message.
     pub path: String,
-    /// What is wrong with it, with its cure.
+    /// The error, with its cure.
     pub kind: OverrideErrorKind,
 }
 
-/// What is wrong with an override. Each text says what would be right.
+/// The error of an override. Each text says what would be right.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OverrideErrorKind {
@@ -59,7 +59,7 @@ pub enum OverrideErrorKind {
     NoArray {
         /// Where it is.
         at: String,
-        /// What it is, with its article.
+        /// The kind of value there, with its article.
         found: &'static str,
     },
     /// The number of an entry of an array that is not there.
@@ -78,7 +78,7 @@ pub enum OverrideErrorKind {
     NoTable {
         /// Where it is.
         at: String,
-        /// What it is, with its article.
+        /// The kind of value there, with its article.
         found: &'static str,
     },
     /// Nothing to set.
@@ -89,7 +89,7 @@ pub enum OverrideErrorKind {
     BadValue {
         /// The value as it was given, fit for one line of a message.
         value: String,
-        /// What the parser says.
+        /// The message of the parser.
         why: String,
     },
     /// The text of the case file is not valid TOML.

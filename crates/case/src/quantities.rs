@@ -18,7 +18,7 @@ pub(super) enum Sign {
     Positive,
 }
 
-/// What a quantity stands for.
+/// A kind of quantity with a unit: its dimension, its sign and its limits.
 pub(super) trait QuantityKind {
     const DIMENSION: Dimension;
     const SIGN: Sign;
@@ -179,7 +179,7 @@ impl<K: QuantityKind> Quantity<K> {
         format!("\"{number} {}\"", log.usual_unit(K::DIMENSION).unwrap_or(K::UNIT))
     }
 
-    /// What to write in place of a bare number: it with each unit that gives a sensible value, and what that is.
+    /// The text to write in place of a bare number: the number with each unit that gives a sensible value, and what that value is.
     fn units_for(number: &str, node: Node<'_>, log: &Log<'_>) -> String {
         let meant = units::meant(number, K::DIMENSION);
         let written = match meant.as_slice() {
@@ -392,7 +392,7 @@ impl Interval {
     }
 }
 
-/// What a number without a unit stands for.
+/// A kind of number without a unit: its name and its range.
 pub(super) trait NumberKind {
     /// With its article.
     const NAME: &'static str;
@@ -400,9 +400,9 @@ pub(super) trait NumberKind {
     const RANGE: Interval;
     /// The range in words, after "must be".
     const RULE: &'static str;
-    /// What to say beside a number out of range.
+    /// The remark beside a number out of range.
     const REASON: &'static str;
-    /// What a number out of range was probably meant to be.
+    /// The number that was probably meant by one out of range.
     fn slip(_value: f64) -> Option<f64> {
         None
     }
@@ -461,7 +461,7 @@ impl NumberKind for VolumeFractionKind {
     }
 }
 
-/// What a meter shows over what there is.
+/// The capacitance that a meter shows, over the true one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GainKind;
 impl NumberKind for GainKind {

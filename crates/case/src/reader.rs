@@ -15,7 +15,7 @@ use super::units::{self, Dimension};
 
 /// A raw type: something that can stand to the right of `=` or under a table header.
 pub(super) trait FromToml: Sized {
-    /// What belongs here, for messages: "a length, such as ...". Empty if this alternative is not to be offered.
+    /// The kind of value that belongs here, for messages: "a length, such as ...". Empty if this alternative is not to be offered.
     fn expected() -> String;
     /// A right-hand side that would be accepted, for `help:` lines.
     fn sample(log: &Log<'_>) -> String;

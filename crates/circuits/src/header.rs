@@ -1,4 +1,4 @@
-//! What every file says of itself.
+//! The head of every file: its source, units, range and errors, as lines of plain text.
 
 use crate::model::Model;
 

@@ -73,7 +73,7 @@ pub struct Model {
     pub case: String,
     /// The version of elastocap that solved it.
     pub solved_by: String,
-    /// What the capacitance is, in words.
+    /// The kind of capacitance, in words.
     pub quantity: String,
     /// The terminals, in the order of the result.
     pub terminals: Vec<Terminal>,
@@ -85,7 +85,7 @@ pub struct Model {
     pub branches: Vec<Branch>,
     /// Whether bounds are proved; else they are estimates.
     pub is_proved: bool,
-    /// What a user must know: one sentence each.
+    /// Notes that a user must know: one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -386,7 +386,7 @@ fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
     [turning, loose].into_iter().flatten().collect()
 }
 
-/// What a user of the model must know.
+/// Notes that a user of the model must know.
 fn notes(document: &Document, steps: &[&Step]) -> Vec<String> {
     let mut out = Vec::new();
     if document.bounds.as_deref() == Some("estimated") {

@@ -30,8 +30,8 @@ const MAX_ROUNDS: usize = 4;
 /// Share of the distance between the bounds of the smallest change that the first step may take.
 const SHARE: f64 = 0.45;
 
-/// What both states of a change may take together, over the distance between its bounds. The rest is for a change that turns out smaller than
-/// it was taken for.
+/// The share of the distance wanted between the bounds of a change that its two states may take together. The rest is for a change that turns
+/// out smaller than it was taken for.
 const TOGETHER: f64 = 2.0 * SHARE;
 
 /// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
@@ -44,7 +44,7 @@ const LARGE: usize = 1_000_000;
 /// middle of two bounds is usually ten times nearer to the truth than they are.
 const HIDDEN: f64 = 0.1;
 
-/// What is known of the capacitance of a step.
+/// The capacitance of a step, as far as it is known.
 #[derive(Debug, Clone, Copy)]
 struct State {
     measured: Bounded,
@@ -71,7 +71,8 @@ impl State {
     }
 }
 
-/// What is aimed for where a change is hidden, over what its middle asks for: it may turn out to be smaller.
+/// The distance between the bounds aimed for where a change is hidden, over the distance that its assumed size asks for: the change may turn
+/// out to be smaller.
 const UNSURE: f64 = 0.85;
 
 /// The change from `first` to `own`, F. Its bounds are those of the two states, rounded outwards.
@@ -281,7 +282,7 @@ impl ChangeSearch<'_> {
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
-    /// What the error of a state that is not in its bounds may be, F: as much as the change of it may be uncertain by.
+    /// The largest error, F, that a state may have beyond its bounds: as much as the change of it may be uncertain by.
     fn allowed(&self, from: &Bounded, to: &Bounded) -> f64 {
         (self.tolerance * change(from, to).value.abs()).max(NO_CHANGE * from.value.abs())
     }

@@ -19,7 +19,7 @@ pub(crate) struct CommonBase {
     number: usize,
 }
 
-/// What a base is to serve for.
+/// The purpose that a base is to serve.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Purposes {
     /// Tells it from other bases of the same run.
@@ -80,12 +80,12 @@ impl CommonBase {
     }
 }
 
-/// What is known of the steps that are to have a base in common.
+/// The capacitances of the steps that are to have a base in common, as known so far.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known<'a> {
     /// Their capacitances, F.
     pub(crate) capacitances: &'a [Bounded],
-    /// What these were solved to.
+    /// The relative tolerance to which these were solved.
     pub(crate) relative_tolerance: f64,
 }
 

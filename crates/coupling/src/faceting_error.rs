@@ -1,4 +1,4 @@
-//! What flat faces in place of curved surfaces may change, from a mesh that does not say which they are.
+//! An estimate of the error of flat faces in place of curved surfaces, from a mesh that does not say which faces these are.
 
 use elastocap_linalg::vector::{cross, dot, length, normal};
 use std::collections::BTreeMap;

@@ -122,7 +122,7 @@ pub enum TetrahedraError {
     Field(#[from] SolveError),
 }
 
-/// What a panic said, which is a defect of the program.
+/// The message of a panic, which is a defect of the program.
 pub fn panic_message(defect: &(dyn Any + Send)) -> &str {
     let said = defect.downcast_ref::<String>().map(String::as_str);
     said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message")

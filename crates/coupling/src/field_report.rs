@@ -1,4 +1,4 @@
-//! What the solve of a step's field reports besides capacitances: potentials that float, how it was solved, where the time went.
+//! The report of a step's field solve besides its capacitances: floating potentials, how the field was solved, where the time went.
 
 use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
 use serde::{Deserialize, Serialize};

@@ -8,8 +8,8 @@ use crate::route::Route;
 use crate::row::Row;
 use crate::status::{EntryStatus, Missed};
 
-/// What the solution of a step's field gave. The layer and the bodies are not in it: they follow from the case in no time, or are
-/// solved for all steps together.
+/// The results of a step's field solve. The layer and the bodies are not among them: they follow from the case in no time, or are solved for
+/// all steps together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FinishedStep {
     /// Position in the plan.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_linalg::memory::bytes_in_words;
 
-/// What is taken where the system says nothing at all, bytes.
+/// The memory taken as free where the system says nothing at all, bytes.
 const UNKNOWN: u64 = 4 << 30;
 
 /// Address space that the allocator reserves for each thread beyond what it uses, bytes.
@@ -92,7 +92,7 @@ struct AddressSpace {
 }
 
 impl AddressSpace {
-    /// What is left for data: the allocator reserves more addresses than it hands out.
+    /// The address space left for data, bytes: the allocator reserves more addresses than it hands out.
     fn room(self) -> u64 {
         let left = self.limit.saturating_sub(self.used);
         left - (ARENA * (1 + rayon::current_num_threads() as u64)).min(left / 2)

@@ -20,7 +20,7 @@ pub use crate::status::{EntryStatus, Missed, Status};
 /// Everything that a run found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What was to be solved.
+    /// The plan of the run.
     pub plan: Plan,
     /// Warnings that concern the whole run.
     pub warnings: Vec<String>,
@@ -28,7 +28,7 @@ pub struct Outcome {
     pub steps: Vec<StepResult>,
     /// Names of the driven terminals, in the order of the Maxwell matrices.
     pub conductors: Vec<String>,
-    /// What is measured, by these names; `None` without conductors.
+    /// The capacitance that is measured, by these names; `None` without conductors.
     pub measurement: Option<Measurement>,
     /// The meshes of the layer's finite elements, coarse to fine; empty without them.
     pub layer_meshes: Vec<MeshReport>,
@@ -73,7 +73,7 @@ pub struct StepResult {
     pub reason: Option<Reason>,
     /// Whether it was stopped on request before it was as good as asked for; its bounds are those that were known by then.
     pub interrupted: bool,
-    /// What the user should know about it.
+    /// Warnings about this step.
     pub warnings: Vec<String>,
     /// The report of the layer's finite elements, if it has any.
     pub layer: Option<FiniteElementStep>,
@@ -101,7 +101,7 @@ pub struct StepResult {
     pub with_error_of_base: Option<(usize, Bounded)>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
-    /// What a solve of the same step to another tolerance may begin with.
+    /// Findings that a solve of the same step to another tolerance may begin with.
     pub foresight: Option<Foresight>,
     /// The step as it was solved to the tolerance of the capacitance, where the change is asked for to a tolerance too: what a stopped run
     /// goes on from.

@@ -155,7 +155,7 @@ pub(crate) fn mirrored(pieces: &[Piece]) -> Vec<Piece> {
     pieces.iter().rev().map(image).collect()
 }
 
-/// What lies on the right of the axis together with its mirror image. It begins on the axis, and may end there.
+/// The pieces on the right of the axis together with their mirror image. They begin on the axis, and may end there.
 pub(crate) fn both_halves(mut right: Vec<Piece>) -> Vec<Piece> {
     let size = right.iter().map(|piece| piece.cubic.control[3][0]).fold(0.0, f64::max);
     for piece in &mut right {

@@ -53,7 +53,7 @@ pub enum Cause {
     LayerDifferences {
         /// Relative error, an estimate.
         error: f64,
-        /// What has it.
+        /// The quantity that has it.
         what: &'static str,
         /// The tolerance.
         asked: f64,
@@ -104,13 +104,13 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
-    /// What stands in for curved or bent bodies is too far from them.
+    /// The shapes that stand in for curved or bent bodies are too far from them.
     #[error(
         "{instead} leave a relative error of about {error:.0e} (an estimate), with the bounds {together:.1e}, where {asked:.0e} was asked \
          for"
     )]
     Faces {
-        /// What stands in for the bodies.
+        /// The shapes that stand in for the bodies.
         instead: &'static str,
         /// Relative error of the capacitance, an estimate.
         error: f64,
@@ -140,7 +140,7 @@ pub enum Cause {
     ErrorOfChange {
         /// Whose error it is.
         missed: Missed,
-        /// What leaves it.
+        /// Its cause, as the beginning of the sentence.
         what: &'static str,
         /// The error, F, an estimate.
         error: f64,
@@ -149,7 +149,7 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
-    /// What an earlier run reported, in the words of its files.
+    /// A reason from an earlier run, in the words of its files.
     #[error("{text}")]
     Earlier {
         /// Which error was too large; `None` for a step without force.

@@ -97,7 +97,7 @@ impl fmt::Display for Route {
     }
 }
 
-/// What the bodies of a scene are, without the bending of electrodes.
+/// The kind of bodies in a scene, without the bending of electrodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bodies {
     /// Axis-aligned boxes, sheets and slabs only.
@@ -119,7 +119,7 @@ pub enum Bodies {
 }
 
 impl Bodies {
-    /// Those of a scene, in which bent electrodes are still boxes.
+    /// The kind of bodies in a scene, in which bent electrodes are still boxes.
     pub fn of(scene: &Scene) -> Self {
         let along = [0, 1, 2].map(|axis| is_extruded(scene, axis));
         if scene.is_boxes() {
@@ -168,7 +168,7 @@ pub enum PlaneBending {
 }
 
 impl Bending {
-    /// What `load` is expected to do to the electrodes of a case, known before the layer is deformed: plane strain and finite
+    /// The bending of the electrodes of a case that `load` is expected to cause, known before the layer is deformed: plane strain and finite
     /// elements in space bend them at any load, the closed form never does. `pose` is that of what is attached.
     pub fn expected(case: &Case, load: StepLoad, pose: &Pose) -> Self {
         Self::level(case, load, pose).tilted(pose.tilt != [0.0; 2])
@@ -201,7 +201,8 @@ impl Bending {
         }
     }
 
-    /// What the load did to the electrodes: the layer in `state` and the scene that it gave, with the indenter this far from it, m.
+    /// The bending of the electrodes that the load caused: from the layer in `state` and the scene that it gave, with the indenter this far
+    /// from it, m.
     pub fn found(
         case: &Case,
         deformed: &DeformedScene,

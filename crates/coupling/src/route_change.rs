@@ -23,7 +23,7 @@ pub enum RouteChange {
     /// The field could not be added to that of the scene without its indenter.
     #[error("the field is solved by itself, and not by what the indenter changes in that without it: {0}")]
     WithoutBase(NoBase),
-    /// What an earlier run reported, in the words of its files.
+    /// A change that an earlier run reported, in the words of its files.
     #[error("{0}")]
     Earlier(String),
 }

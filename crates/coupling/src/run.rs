@@ -41,7 +41,7 @@ pub trait Observer: Sync {
         ControlFlow::Continue(())
     }
 
-    /// What is known of a step from an earlier run that was stopped. The step is then not solved again, and
+    /// The result of a step from an earlier run that was stopped, if it is known. The step is then not solved again, and
     /// [`Observer::step_done`] follows at once.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
         let _ = index;
@@ -112,7 +112,7 @@ pub struct Run<'a> {
     cancel: &'a Arc<AtomicBool>,
     start: Instant,
     layer: OnceLock<Prepared>,
-    /// What the closed form is compared with, if it is.
+    /// The plane-strain curve that the closed form is compared with, if it is compared.
     better: OnceLock<Result<PlaneStrainCurve, NotCompared>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
         self.drafts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What solves a step, once the layer is there.
+    /// The solver of the steps, once the layer is there.
     fn solver<'b>(&'b self, layer: &'b Prepared, shared: Option<&Arc<SharedFields>>) -> Solver<'b> {
         let settings = FieldSettings {
             cancel: Some(Arc::clone(self.cancel)),
@@ -283,7 +283,7 @@ impl<'a> Run<'a> {
         (0..work.len()).filter(|slot| work.get(*slot).is_some_and(|step| is_at_rest(step))).collect()
     }
 
-    /// What was found, which is taken from the run: the steps that are not solved by now are not run. Of those that are being solved by
+    /// The outcome so far, which is taken from the run: the steps that are not solved by now are not run. Of those that are being solved by
     /// another thread nothing is known.
     pub fn outcome(&self) -> Outcome {
         let (case, plan) = (self.case, self.plan);
@@ -328,7 +328,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What the user should know of the layer of all steps.
+/// Warnings about the layer of all steps.
 fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
     match layer {
         Prepared::StepByStep => Vec::new(),
@@ -431,7 +431,7 @@ fn deform_step(
     Ok(())
 }
 
-/// What a viewer of the boxes of a step should know that is solved on something else.
+/// A note for a viewer of the boxes of a step that is solved on something else.
 fn shown_as_boxes(scene: &DeformedScene, taken: Route) -> String {
     let bodies = if scene.bent.is_some() {
         "the bent electrodes are shown as the boxes of their mean faces"

@@ -7,7 +7,7 @@
 //! derivatives by the compression count too: dC/dF = (dC/dU) / (dF/dU).
 //!
 //! The errors of the capacitances come in besides. What the bounds, the layer's mesh and flat faces leave open may differ from step to step.
-//! What the model of the layer leaves open grows with the load as the change does, and has the same sign at all steps: the derivative is
+//! The error of the model of the layer grows with the load as the change does, and has the same sign at all steps: the derivative is
 //! off by the derivative of that error, and by at least the share of itself that the change up to the step is off by. A change whose sign is not known
 //! so has no slope with a sign either.
 

@@ -1,4 +1,4 @@
-//! What a run asks of its field solves, whichever solver they go to.
+//! Settings of a run for its field solves, whichever solver they go to.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -7,17 +7,17 @@ use elastocap_electrostatics::{Foresight, Settings, Target, TetrahedraSettings};
 
 use crate::shared_fields::SharedFields;
 
-/// What all field solves of a run are asked for. Each solver takes its own settings from it: [`FieldSettings::boxes`] and
+/// The settings of all field solves of a run. Each solver takes its own settings from them: [`FieldSettings::boxes`] and
 /// [`FieldSettings::tetrahedra`].
 #[derive(Debug, Clone)]
 pub struct FieldSettings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
-    /// What the spread of smaller capacitances is compared with, F: see [`Settings::least_scale`].
+    /// The scale, F, that the spread of smaller capacitances is compared with: see [`Settings::least_scale`].
     pub least_scale: f64,
-    /// What is taken as well, over the tolerance: see [`Settings::accepted`].
+    /// The spread that is accepted as well, over the tolerance: see [`Settings::accepted`].
     pub accepted: f64,
-    /// What the tolerance is about.
+    /// The capacitances that the tolerance is for.
     pub target: Target,
     /// Whether nothing but the target is wanted: see [`Settings::target_alone`].
     pub target_alone: bool,
@@ -31,7 +31,7 @@ pub struct FieldSettings {
     pub loaded_at: Option<[f64; 2]>,
     /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses its own.
     pub tetrahedra_order: usize,
-    /// What a solve to another tolerance has found.
+    /// Findings of a solve to another tolerance.
     pub foresight: Option<Foresight>,
     /// Largest memory one solve may take, bytes.
     pub memory_limit: u64,

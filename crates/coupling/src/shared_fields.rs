@@ -30,7 +30,7 @@ impl SharedFields {
     /// The solution of a scene: one that is kept, or that of `solve`.
     ///
     /// # Errors
-    /// Those of `solve`, which are not kept.
+    /// The errors of `solve`, which are not kept.
     pub(crate) fn get_or_solve(
         &self,
         scene: &Scene,

@@ -7,7 +7,7 @@ use crate::words::counted;
 /// Shortfalls that are told, at most.
 const MAX_LINES: usize = 10;
 
-/// What a step that was begun does not have of what was asked for, in words.
+/// The shortfall of a step that was begun, in words: what was asked for and is missing. `None` if nothing is.
 pub fn of_step(step: &StepResult) -> Option<String> {
     let reason = step.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     match &step.row.status {

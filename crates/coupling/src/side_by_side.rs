@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// What `of` gives for each of `0..count`, in their order; at most `at_once` at the same time. `None` for those not begun when `cancel`
-/// was set.
+/// The values of `of` for each of `0..count`, in their order; at most `at_once` are computed at the same time. `None` for those not begun when
+/// `cancel` was set.
 pub(crate) fn side_by_side<T: Send>(
     at_once: usize,
     count: usize,

@@ -1,10 +1,10 @@
-//! What a case measures: what its fields are solved for, and the capacitance that its curve shows.
+//! The measurement of a case: what its fields are solved for, and the capacitance that its curve shows.
 
 use elastocap_case::{Case, Measurement};
 use elastocap_electrostatics::{Bounded, Solution, Target};
 
-/// What the fields of a case are solved for: the capacitance that is measured, or the whole matrix of a scene without load that does not
-/// say what it measures.
+/// The target of a case's field solves: the capacitance that is measured, or the whole matrix of a scene without load that does not say what it
+/// measures.
 pub fn target(case: &Case) -> Target {
     let is_static = case.measured.is_none() && case.load.is_none() && case.electrodes.is_none();
     match case.measurement() {
@@ -35,8 +35,8 @@ pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
     }
 }
 
-/// What [`shown`] shows, as the label of an axis, and what it is of where there is more than one; `terminals` are the names of the driven
-/// ones.
+/// The name of the capacitance that [`shown`] gives, as the label of an axis, and the terminals that it is of where there is more than one;
+/// `terminals` are the names of the driven ones.
 pub fn in_words(measurement: Measurement, terminals: &[String]) -> (&'static str, Option<String>) {
     let name = |k: usize| terminals.get(k).map_or("?", String::as_str);
     match measurement {

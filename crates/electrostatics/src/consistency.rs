@@ -7,7 +7,7 @@ use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use crate::solution::Solution;
 
-/// What rounding may add up to in a sum of limits, as a share of the diagonal.
+/// The largest rounding error of a sum of limits, as a share of the diagonal.
 const ROUNDING: f64 = 1e-9;
 
 /// Error up to which bounds are given where the linear solver stopped short of its goal: those that are close may still improve.
@@ -18,7 +18,7 @@ pub(crate) fn is_usable(converged: bool, error: f64) -> bool {
     converged || error < CLOSE
 }
 
-/// What contradicts itself in a solution, as the end of a sentence, if anything does. `all` are the bounds of all conductors, those
+/// A contradiction within a solution, as the end of a sentence, if there is one. `all` are the bounds of all conductors, those
 /// that float among them.
 pub(crate) fn contradiction(solution: &Solution, all: &MatrixBounds, floating: &Floating) -> Option<String> {
     let pair = || {
@@ -28,7 +28,7 @@ pub(crate) fn contradiction(solution: &Solution, all: &MatrixBounds, floating: &
     of_matrix(&solution.maxwell).or_else(pair).or_else(|| of_reduction(all, &solution.maxwell, floating))
 }
 
-/// What contradicts itself between the matrix of all conductors and that of the driven ones, if anything does.
+/// A contradiction between the matrix of all conductors and that of the driven ones, if there is one.
 ///
 /// Floating conductors take the potentials of least energy, so that no energy of the driven ones is larger with them free than with
 /// them at 0 V; and charge that they hand on only adds to what one driven conductor draws from another.

@@ -11,7 +11,7 @@
 use elastocap_geometry::scene::{Body, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// What the change is multiplied by.
+/// The safety factor by which the change is multiplied.
 const MARGIN: f64 = 4.0;
 
 /// The share of a tolerance that the change of a capacitance may take.

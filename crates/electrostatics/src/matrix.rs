@@ -31,13 +31,13 @@ const CROSSING: f64 = 1e-9;
 /// nanometre. Where no flux can leave a conductor its upper bound is zero exactly, and no share of it allows for rounding of the lower one.
 const NEGLIGIBLE: f64 = 1e-29;
 
-/// What rounding may change of an energy, as a share of it and for each conductor, where the permittivity is uniform.
+/// The rounding error that an energy may have, as a share of it and for each conductor, where the permittivity is uniform.
 ///
 /// Energies are sums of squares of differences of potentials, in which little cancels; what is counted here is the length
 /// of the sums, and the changes of basis.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// What rounding may change of a lower bound, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding
+/// The rounding error that a lower bound may have, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding
 /// alone, and its energy enters the bound on the wrong side. This is measured and not derived: random stacks of layers with
 /// contrasts up to 1e24 need at most 40 (tests/integration/layers_in_series.rs).
 const ROUNDING_OF_FLUXES: f64 = 64.0;
@@ -54,7 +54,7 @@ pub(crate) fn rounding_scale(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> 
     from_energies(basis, &diagonal)
 }
 
-/// What rounding may change of the diagonal of a capacitance matrix when linear equations are solved with it, F.
+/// The change, F, that rounding may make to each diagonal entry of a capacitance matrix when linear equations are solved with it.
 pub(crate) fn rounding(c: &Mat<f64>) -> Vec<f64> {
     let n = c.nrows();
     (0..n).map(|i| ROUNDING * n as f64 * c[(i, i)].abs()).collect()
@@ -67,12 +67,12 @@ pub(crate) fn contrast_of(permittivity: &[f64]) -> f64 {
     if least > 0.0 { (greatest / least).max(1.0) } else { 1.0 }
 }
 
-/// What multiplies the rounding of energies that are sums of squares of differences, where permittivities have this contrast.
+/// The factor on the rounding of energies that are sums of squares of differences, where permittivities have this contrast.
 pub(crate) fn of_squares(contrast: f64) -> f64 {
     contrast.sqrt()
 }
 
-/// What multiplies the rounding of energies that are products of potentials u with A u, and of fluxes whose divergence is such a
+/// The factor on the rounding of energies that are products of potentials u with A u, and of fluxes whose divergence is such a
 /// product, where permittivities have this contrast: where the permittivity eps is highest, nearly all of u cancels, and the rest is
 /// wrong by delta eps u^2.
 pub(crate) fn of_products(contrast: f64) -> f64 {

@@ -16,7 +16,7 @@ pub(crate) struct Parity {
     pub(crate) grounded: [Option<f64>; 3],
     /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at zero in all of them.
     pub(crate) side: Vec<Option<u32>>,
-    /// What of the potentials of all conductors (columns) each right-hand side (row) has.
+    /// The projection of the potentials of all conductors (columns) onto the right-hand sides (rows).
     projection: Mat<f64>,
     /// Whether its only right-hand side is one potential everywhere, which has no field.
     constant: bool,
@@ -94,7 +94,7 @@ impl Parity {
         self.projection.nrows()
     }
 
-    /// What of these potentials of all conductors, V, each right-hand side has.
+    /// The projection of these potentials of all conductors, V, onto each right-hand side.
     pub(crate) fn of(&self, potentials: &[f64]) -> impl Iterator<Item = f64> {
         (0..self.sides())
             .map(|i| potentials.iter().enumerate().map(|(j, v)| self.projection[(i, j)] * v).sum())

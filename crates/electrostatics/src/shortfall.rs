@@ -34,7 +34,7 @@ pub enum Shortfall {
         /// Relative error that rounding leaves.
         error: f64,
     },
-    /// What is missing of the tolerance is no error of the grid.
+    /// The error that is left is not an error of the grid.
     #[error("the error is {error:.1e}: double precision gives no more")]
     DoublePrecision {
         /// Relative error.

@@ -13,8 +13,8 @@ use std::sync::atomic::AtomicBool;
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
-    /// What the spread is compared with where the value is smaller, F: an absolute tolerance over the relative one. Zero without an absolute
-    /// tolerance; then a capacitance that is zero never meets its tolerance.
+    /// The scale, F, that the spread is compared with where the value is smaller: an absolute tolerance over the relative one. Zero without an
+    /// absolute tolerance; then a capacitance that is zero never meets its tolerance.
     pub least_scale: f64,
     /// So many times the tolerance, at least one, is taken as well where a grid happens to end there: by the search for one grid of boxes.
     pub accepted: f64,
@@ -33,7 +33,7 @@ pub struct Settings {
     pub field: bool,
     /// Where the scene is loaded, [x1, x3] in m: the section of the field goes through that place.
     pub loaded_at: Option<[f64; 2]>,
-    /// What a solve of nearly the same scene to another tolerance has found, for the first guess of how fine a grid must be.
+    /// The findings of a solve of nearly the same scene to another tolerance, for the first guess of how fine a grid must be.
     pub foresight: Option<Foresight>,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
@@ -255,6 +255,6 @@ pub struct Solution {
     /// scenes that are added to the same base, so that the differences of these are those of the capacitances. See
     /// [`solve_superposed`](crate::solve_superposed).
     pub with_error_of_base: Option<Bounded>,
-    /// What a solve to another tolerance may begin with, where there are bounds on a grid of boxes.
+    /// The findings that a solve to another tolerance may begin with, where there are bounds on a grid of boxes.
     pub foresight: Option<Foresight>,
 }

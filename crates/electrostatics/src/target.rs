@@ -1,4 +1,4 @@
-//! What the tolerance of a solve applies to.
+//! The quantity that the tolerance of a solve applies to.
 
 use crate::bounded::Bounded;
 use crate::matrix::MatrixBounds;

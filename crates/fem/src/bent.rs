@@ -191,7 +191,7 @@ fn mean_turn(x: Jet) -> [Jet; 2] {
     [sums[0], x.times(sums[1]).scaled(0.5)]
 }
 
-/// What is more even than this is not looked at as a needle.
+/// A part of a triangle that is stretched more evenly than this is not looked at as a needle.
 const EVEN_ENOUGH: f64 = 0.4;
 
 /// Shares that differ by less are the same.

@@ -13,7 +13,7 @@ use elastocap_linalg::dense::{self, Llt};
 use faer::{Mat, MatRef};
 use std::ops::Range;
 
-/// What the flux does at an end of a segment.
+/// The condition on the flux at an end of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FluxEnd {
     /// The potential is prescribed there and the flux is free (a conductor, a grounded or an odd plane).

@@ -28,7 +28,7 @@ impl Staged {
     /// Writes `bytes` beside `place`.
     ///
     /// # Errors
-    /// What the system says; then nothing is left.
+    /// The error that the system reports; then nothing is left.
     pub fn new(place: &Path, bytes: &[u8]) -> io::Result<Self> {
         let (hidden, file) = create(folder_of(place))?;
         let mut staged = Self { hidden, place: place.to_owned(), file, is_placed: false };
@@ -39,7 +39,7 @@ impl Staged {
     /// Waits until the bytes are on the disk.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error that the system reports.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_all()
     }
@@ -61,7 +61,7 @@ impl Staged {
     /// Gives the file its name, in place of whatever has it but a folder. A link is replaced itself, and what it leads to stays as it is.
     ///
     /// # Errors
-    /// What the system says; then what was there is there.
+    /// The error that the system reports; then what was there is there.
     pub fn replace(mut self) -> io::Result<()> {
         fs::rename(&self.hidden, &self.place)?;
         self.is_placed = true;

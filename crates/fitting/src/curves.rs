@@ -27,7 +27,7 @@ pub enum CurveError {
     Case {
         /// The values, in words.
         values: String,
-        /// What is wrong with it.
+        /// The error in the case.
         error: Box<CaseError>,
     },
     /// Too few of its steps were solved.
@@ -35,7 +35,7 @@ pub enum CurveError {
     NoCurve {
         /// The values, in words.
         values: String,
-        /// What is missing.
+        /// The missing steps.
         error: NoCurve,
         /// Why a step failed, if one did.
         reason: Option<String>,
@@ -45,7 +45,7 @@ pub enum CurveError {
     Stopped,
 }
 
-/// What has been solved so far.
+/// The curves solved so far, by their number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Effort {
     /// Curves with fields solved for them.
@@ -98,7 +98,7 @@ impl Curves {
         }
     }
 
-    /// What has been solved so far.
+    /// The curves solved so far, by their number.
     pub fn effort(&self) -> Effort {
         Effort {
             curves_solved: self.solved.load(Ordering::Relaxed),
@@ -210,7 +210,7 @@ fn has_quick_mechanics(case: &Case) -> bool {
     matches!(case.mechanics, Some(Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. }))
 }
 
-/// What a field solve depends on, to the last bit: numbers are written so that they are read back as they are.
+/// A text of all that a field solve depends on, to the last bit: numbers are written so that they are read back as they are.
 fn scene_key(case: &Case, scene: &elastocap_coupling::scene::DeformedScene) -> String {
     format!("{:?} {:?} {:?} {:?}", scene.scene, case.electrostatics, case.terminals, case.measured)
 }
@@ -219,7 +219,7 @@ fn in_words(values: &[(&str, String)]) -> String {
     values.iter().map(|(path, value)| format!("{path} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-/// What a lock holds is whole at any time, also after a panic elsewhere.
+/// Locks a mutex. Its data are whole at any time, also after a panic elsewhere.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

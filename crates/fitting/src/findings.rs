@@ -1,4 +1,4 @@
-//! What the user of a fit should know, in words.
+//! Findings of a fit that its user should know, in words.
 
 use elastocap_coupling::words::listed;
 use elastocap_results::measured::Comparison;
@@ -11,7 +11,7 @@ const NOT_TOLD_APART: f64 = 0.99;
 /// Beyond this condition of the scaled Jacobian a combination of parameters is not determined.
 const ILL_CONDITIONED: f64 = 1e3;
 
-/// What a fit has found, as far as there may be something to say of it.
+/// The results of a fit, as far as there may be something to say of them.
 pub(crate) struct Found<'a> {
     /// In the order of the user.
     pub(crate) parameters: &'a [Parameter],
@@ -21,7 +21,7 @@ pub(crate) struct Found<'a> {
     pub(crate) weak: &'a [bool],
     /// Names of the parameters that did not end at a limit.
     pub(crate) inner: &'a [&'a str],
-    /// What the data say of them.
+    /// The uncertainty of these parameters by the data.
     pub(crate) known: Option<&'a Uncertainty>,
     /// Or why they say nothing: the condition, and the combination that changes nothing.
     pub(crate) undetermined: Option<&'a (f64, Vec<f64>)>,
@@ -29,7 +29,7 @@ pub(crate) struct Found<'a> {
     pub(crate) missing_steps: usize,
     /// The points beside the fitted curve.
     pub(crate) comparison: &'a Comparison,
-    /// What the load of the points is.
+    /// The name of the quantity that is the load of the points.
     pub(crate) load: &'static str,
     /// Whether the points have deviations.
     pub(crate) noise_is_given: bool,
@@ -102,7 +102,7 @@ fn too_large(known: &Uncertainty) -> Option<String> {
     })
 }
 
-/// What cannot be told apart, in words.
+/// Sentences on parameters that cannot be told apart.
 fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
     let mut said = Vec::new();
     for i in 0..names.len() {

@@ -73,7 +73,7 @@ pub struct Fitted {
     pub at_limit: Option<&'static str>,
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fit {
     /// In the order in which they were named.
@@ -103,7 +103,7 @@ pub struct Fit {
     pub correlated: Vec<String>,
     /// Condition of the Jacobian with columns of length one; `None` where it is not known.
     pub condition: Option<f64>,
-    /// What the user should know, in words.
+    /// Findings that the user should know, in words.
     pub findings: Vec<String>,
     /// The largest stated error of the curve at a point, in what the meter shows, F.
     pub curve_error_f: f64,
@@ -111,11 +111,11 @@ pub struct Fit {
     pub interpolation_error_f: Option<f64>,
     /// Iterations of the least-squares library.
     pub iterations: usize,
-    /// What was solved for it.
+    /// The curves solved for it, by their number.
     pub effort: Effort,
     /// The corrected points beside the fitted curve.
     pub measured_points: Comparison,
-    /// What the fitted curve is, for pictures.
+    /// The fitted curves, for pictures.
     #[serde(skip)]
     pub curves: FittedCurves,
 }

@@ -1,4 +1,4 @@
-//! What is wished for: a number that a case gives at a load, and limits on such numbers.
+//! Objectives of a search: a number that a case gives at a load, and limits on such numbers.
 
 use std::fmt;
 use std::str::FromStr;
@@ -60,9 +60,9 @@ pub enum WishError {
     Limit {
         /// As it was written.
         text: String,
-        /// What was given: its dimension with the article, or why it is not an amount.
+        /// The dimension of the given amount with the article, or the reason why it is not an amount.
         found: String,
-        /// What it should be: F, F/N or N.
+        /// The unit that it should have: F, F/N or N.
         unit: &'static str,
     },
     /// Some quantities are at forces and others at compressions.

@@ -24,10 +24,10 @@ pub const MAX_EVALUATIONS: usize = 60;
 /// The value that a place without one is given, over the first value.
 const FAILED: f64 = 10.0;
 
-/// What is searched for.
+/// The task of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// What is made largest or smallest.
+    /// The quantity that is made largest or smallest.
     pub quantity: Quantity,
     /// Whether the largest is wanted.
     pub maximise: bool,
@@ -104,7 +104,7 @@ pub struct Evaluation {
     /// The value of the quantity that the search is to make as small or as large as possible, in its SI unit; `None` if it could not be
     /// computed.
     pub objective: Option<f64>,
-    /// What the bounds and the stated errors leave open of the objective, in its SI unit.
+    /// The error of the objective that the bounds and the stated errors leave open, in its SI unit.
     pub objective_error: Option<f64>,
     /// The values of the limited quantities, in their SI units; empty if they could not be computed.
     pub limited: Vec<f64>,
@@ -116,7 +116,7 @@ pub struct Evaluation {
     pub seconds: f64,
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Optimum {
     /// The place of the best allowed evaluation in `evaluations`; `None` if none was allowed.

@@ -1,4 +1,4 @@
-//! What is free in a fit or a search: a key of the case, or a correction of the measurement.
+//! Free parameters of a fit or a search: keys of the case, or corrections of the measurement.
 
 use std::str::FromStr;
 
@@ -7,7 +7,7 @@ use elastocap_case::{Amount, AmountError, MeasuredLoad, MeasuredPoints, Override
 /// Without a range, a key may go down to its present value over this, and up to its present value times this.
 const USUAL_RATIO: f64 = 100.0;
 
-/// What is free, as it is written in an argument: `NAME`, `NAME=a..b`, `NAME=a..b@start` or `NAME=@start`.
+/// A free parameter, as it is written in an argument: `NAME`, `NAME=a..b`, `NAME=a..b@start` or `NAME=@start`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Free {
     /// The path of a key, or `offset`, `parasitic` or `gain`.
@@ -25,7 +25,7 @@ pub enum ParameterError {
     /// The name is missing.
     #[error("`{0}` names nothing; write for example layer.relative_permittivity=2..4")]
     NoName(String),
-    /// What follows `=` is not a range.
+    /// The text after `=` is not a range.
     #[error("`{0}` is not a range; write for example {1}=a..b, with a start if need be: {1}=a..b@c")]
     NoRange(String, String),
     /// An end of the range or the start is not a number.
@@ -33,7 +33,7 @@ pub enum ParameterError {
     Amount {
         /// The name of the parameter.
         name: String,
-        /// What is wrong.
+        /// The error in the number.
         source: AmountError,
     },
     /// An end of the range or the start has another dimension than the parameter.
@@ -41,9 +41,9 @@ pub enum ParameterError {
     Dimension {
         /// The name of the parameter.
         name: String,
-        /// What it is, with its article.
+        /// The dimension of the parameter, with its article.
         expected: &'static str,
-        /// What was given, with its article.
+        /// The dimension of the given value, with its article.
         found: &'static str,
     },
     /// The range is empty, or the start lies outside of it.
@@ -95,16 +95,16 @@ impl FromStr for Free {
     }
 }
 
-/// What a parameter is.
+/// The kind of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// A key of the case: each value has a curve of its own.
     Key,
-    /// What is taken off the measured loads.
+    /// The offset that is taken off the measured loads.
     Offset,
-    /// What is taken off the measured capacitances, F.
+    /// The parasitic capacitance that is taken off the measured capacitances, F.
     Parasitic,
-    /// What the measured capacitances are divided by.
+    /// The gain that the measured capacitances are divided by.
     Gain,
 }
 
@@ -115,7 +115,7 @@ pub struct Parameter {
     pub name: String,
     /// The path of its key in the case file.
     pub path: String,
-    /// What it is.
+    /// The kind of parameter that it is.
     pub quantity: Quantity,
     /// How its values are written.
     pub scale: Scale,

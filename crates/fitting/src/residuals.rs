@@ -17,10 +17,10 @@ const LONGEST_STEP: f64 = 0.25;
 /// The largest number of iterations.
 const MAX_ITERATIONS: usize = 60;
 
-/// What is predicted for a measured point.
+/// The prediction for a measured point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prediction {
-    /// What the meter shows, F.
+    /// The capacitance that the meter shows, F.
     pub(crate) capacitance: f64,
     /// The stated error of the curve there, in what the meter shows, F.
     pub(crate) error: f64,
@@ -42,7 +42,7 @@ pub(crate) struct Problem<'a> {
     points: &'a [MeasuredPoint],
     /// The correction of the case, for those of its parts that are not free.
     correction: Correction,
-    /// What each residual is divided by, F.
+    /// The number that each residual is divided by, F.
     pub(crate) scales: Vec<f64>,
     bounds: Vec<MPPar>,
     config: MPConfig,
@@ -109,7 +109,7 @@ impl<'a> Problem<'a> {
         correction_of(self.parameters, values, self.correction)
     }
 
-    /// What the meter should show at each point.
+    /// The capacitances that the meter should show at each point, with their errors.
     pub(crate) fn predict(&self, values: &[f64]) -> Result<Vec<Prediction>, CurveError> {
         let solved = self.curve(values)?;
         let correction = self.correction(values);

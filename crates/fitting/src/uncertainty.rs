@@ -1,4 +1,4 @@
-//! What data say of parameters: covariances of a linearised least-squares fit, and whether the data tell the parameters apart.
+//! The uncertainty of fitted parameters: covariances of a linearised least-squares fit, and whether the data tell the parameters apart.
 
 use distrs::{Normal, StudentsT};
 use nalgebra::{DMatrix, DVector};
@@ -9,13 +9,13 @@ pub(crate) struct Linearised {
     pub(crate) jacobian: DMatrix<f64>,
     /// The residual of each point.
     pub(crate) residuals: DVector<f64>,
-    /// What may be wrong with the prediction of each point, in its scale.
+    /// The error that the prediction of each point may have, in its scale.
     pub(crate) errors: DVector<f64>,
     /// Whether the scales are the standard deviations of the points; otherwise these are estimated from the residuals.
     pub(crate) noise_is_known: bool,
 }
 
-/// What follows for the parameters.
+/// The uncertainty of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Uncertainty {
     /// Standard errors.

@@ -42,7 +42,7 @@ pub enum Entry {
     },
 }
 
-/// What is wrong with an outline, with the number of the entry.
+/// A fault of an outline, with the number of the entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flaw {
     /// The three points of an arc lie on a line, or two of them are one.
@@ -171,7 +171,7 @@ struct Angle {
 }
 
 impl Angle {
-    /// That of a corner and the ends of its two sides; `None` where the sides have no length, or go straight on or back.
+    /// The angle at a corner, from the ends of its two sides; `None` where the sides have no length, or go straight on or back.
     fn new(ends: [[f64; 2]; 2], corner: [f64; 2], near: f64) -> Option<Self> {
         let sides = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
         let lengths = sides.map(|side| side[0].hypot(side[1]));

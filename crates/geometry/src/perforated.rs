@@ -1,6 +1,6 @@
 //! Outlines with holes, pulled along an axis, as parts without holes that touch.
 //!
-//! What knows one simple outline at a time then needs to know nothing of holes. The cuts between parts lead from corner to corner, so
+//! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts lead from corner to corner, so
 //! that no corner is added and curves stay the curves that they are.
 
 use crate::drawing::Drawn;
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Cells of the grid of its corners up to which a pattern is divided into boxes.
 const MAX_CELLS: usize = 12_000;
 
-/// What lies between an outline and the holes in it, pulled along an axis between two ends: boxes where all sides are parallel to the
+/// The space between an outline and the holes in it, pulled along an axis between two ends: boxes where all sides are parallel to the
 /// axes, otherwise extrusions. Holes lie inside the outline and apart from one another. `None` where the plane cannot be divided.
 pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn]) -> Option<Vec<Shape>> {
     let all: Vec<&Drawn> = std::iter::once(outline).chain(holes).collect();

@@ -128,7 +128,7 @@ impl Cells {
         cell[0] + n * (cell[1] + m * cell[2])
     }
 
-    /// Those in an odd number of polygons pulled along an axis.
+    /// Cells, filled where they lie in an odd number of polygons pulled along an axis.
     fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], most: usize) -> Option<Self> {
         let mut edges = outlines.iter().flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)));
         if !edges.all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
@@ -159,7 +159,7 @@ impl Cells {
         Some(cells)
     }
 
-    /// Those in a closed surface of triangles.
+    /// Cells, filled where they lie in a closed surface of triangles.
     fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Self> {
         let corners = |face: &[u32; 3]| face.map(|k| surface.points[k as usize]);
         let flat = |face: &[u32; 3], axis: usize| {

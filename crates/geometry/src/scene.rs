@@ -6,7 +6,7 @@
 pub use crate::box3::Box3;
 use crate::shapes::Shape;
 
-/// What holds on one outer side of the scene.
+/// The condition on the field on one outer side of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wall {
     /// No flux through it.
@@ -17,7 +17,7 @@ pub enum Wall {
     Open,
 }
 
-/// What determines the potential of a conductor.
+/// How the potential of a conductor is determined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Potential {
     /// A source: it may be given any potential, and has a row in the capacitance matrix.
@@ -32,7 +32,7 @@ pub enum Potential {
 }
 
 impl Potential {
-    /// That of a conductor that floats with this charge, C, or is driven.
+    /// The potential of a conductor that floats with this charge, C, or, without a charge, is driven.
     pub fn of_charge(charge: Option<f64>) -> Self {
         charge.map_or(Self::Driven, |charge| Self::Floating { charge })
     }
@@ -46,12 +46,12 @@ impl Potential {
     }
 }
 
-/// What a body is to the field.
+/// The electrical role of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Role {
     /// A perfect conductor, at one potential everywhere.
     Conductor {
-        /// What determines that potential.
+        /// How that potential is determined.
         potential: Potential,
     },
     /// A linear isotropic dielectric.
@@ -61,7 +61,7 @@ pub enum Role {
     },
 }
 
-/// What a body is to the device, which decides how it moves and how a viewer shows it.
+/// The part that a body plays in the device, which decides how it moves and how a viewer shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Purpose {
     /// An electrode in the layer, which moves with it.
@@ -70,13 +70,13 @@ pub enum Purpose {
     InLayer,
     /// The soft layer.
     Layer,
-    /// What the layer lies on.
+    /// The substrate, on which the layer lies.
     Substrate,
     /// The medium above the layer.
     Cover,
     /// A body that moves with the top of the layer.
     OnTop,
-    /// What presses on the layer.
+    /// The indenter, which presses on the layer.
     Indenter,
     /// A body that moves with the indenter.
     OnIndenter,
@@ -91,9 +91,9 @@ pub struct Body {
     pub name: String,
     /// Where it is: the union of these. They may touch, overlap or lie apart; never empty.
     pub parts: Vec<Shape>,
-    /// What it is to the field.
+    /// Its electrical role.
     pub role: Role,
-    /// What it is to the device.
+    /// The part that it plays in the device.
     pub purpose: Purpose,
 }
 
@@ -190,7 +190,7 @@ pub struct Conductor<'a> {
     pub index: usize,
     /// The body.
     pub body: &'a Body,
-    /// What determines its potential.
+    /// How its potential is determined.
     pub potential: Potential,
 }
 
@@ -205,7 +205,7 @@ pub struct Dielectric<'a> {
     pub relative_permittivity: f64,
 }
 
-/// What a point of the scene lies in.
+/// The body, if any, that a point of the scene lies in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filling<'a> {
     /// In no body.
@@ -241,7 +241,7 @@ pub struct Scene {
 const AROUND: f64 = 0.5;
 
 impl Scene {
-    /// What field files show: the conductors, some space around them, and the whole height of the layer, if there is one. All of space
+    /// The box that field files show: the conductors, some space around them, and the whole height of the layer, if there is one. All of space
     /// where no bounds of conductors are known.
     pub fn sensor(&self) -> Box3 {
         let conductors = self.conductor_parts().filter_map(|(_, part)| part.bounds());
@@ -267,7 +267,7 @@ impl Scene {
         all.enumerate().map(|(index, (body, potential))| Conductor { index, body, potential })
     }
 
-    /// What determines the potential of each conductor, in their order.
+    /// How the potential of each conductor is determined, in their order.
     pub fn potentials(&self) -> Vec<Potential> {
         self.conductors().map(|c| c.potential).collect()
     }
@@ -351,7 +351,7 @@ pub struct Lookup<'a> {
 }
 
 impl<'a> Lookup<'a> {
-    /// What holds a point. Sheets hold none.
+    /// The body, if any, that contains a point. Sheets contain none.
     pub fn body_at(&self, point: [f64; 3]) -> Filling<'a> {
         match self.conductors.iter().find(|c| c.body.contains(point)) {
             Some(conductor) => Filling::Conductor(*conductor),

@@ -71,7 +71,7 @@ pub enum Shape {
         /// Parts of the outline that stand for curves, in its order; without them it is the polygon.
         arcs: Vec<Arc>,
     },
-    /// What a closed surface of triangles encloses.
+    /// The space that a closed surface of triangles encloses.
     Surface(TriangleSurface),
     /// The cells of a group of an imported volume mesh.
     Physical(String),

@@ -162,7 +162,7 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     Some(lines.filter(|line| line.iter().all(|x| x.abs() > ALIKE)).collect())
 }
 
-/// What a turn and a reflection take with them: corners of outlines, and middles of circles. `None` for bodies of other shapes.
+/// The points that a turn and a reflection take with them: corners of outlines, and middles of circles. `None` for bodies of other shapes.
 fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
     match shape {

@@ -43,7 +43,7 @@ pub trait Operator {
     }
 }
 
-/// What the precision of a preconditioner asks of the method; see the [module](self).
+/// The requirements that the precision of a preconditioner sets on the method; see the [module](self).
 pub trait Precision: Real {
     /// Whether the preconditioner is symmetric to double precision only up to its own rounding.
     const ROUNDED: bool;
@@ -196,7 +196,7 @@ struct Iteration<'a, P> {
     system: System<'a>,
     /// Energy reached.
     energy: f64,
-    /// What is taken out of the residual before it is rounded.
+    /// The factor that is taken out of the residual before it is rounded.
     scale: f64,
     rounded: Vec<P>,
     /// M^-1 r over the scale.
@@ -209,7 +209,7 @@ struct Iteration<'a, P> {
     rz: f64,
     best: f64,
     stalled: usize,
-    /// What each iteration took off the energy.
+    /// The amount by which each iteration lowered the energy.
     steps: Vec<f64>,
 }
 

@@ -88,15 +88,15 @@ impl Rubber {
         self.limiting_invariant().is_some()
     }
 
-    /// What is left of the extension that the law admits at the in-plane tensor `f`: 1 at rest, 0 or less where the energy is
-    /// infinite. `None` for a law without limit.
+    /// The extension that is left at the in-plane tensor `f` before the limit of the law: 1 at rest, 0 or less where the energy is infinite.
+    /// `None` for a law without limit.
     pub fn extension_left(&self, f: &plane::Tensor) -> Option<f64> {
         let i = f.iter().map(|x| x * x).sum::<f64>();
         let w = plane::first_invariant_for(i, plane::determinant(f), self.keeps_volume()).w;
         self.limiting_invariant().map(|limit| gent::margin(w, limit))
     }
 
-    /// What is left of the extension that the law admits at the tensor `f` in three dimensions; see [`Rubber::extension_left`].
+    /// The extension that is left at the tensor `f` in three dimensions before the limit of the law; see [`Rubber::extension_left`].
     pub fn extension_left_in_space(&self, f: &space::Tensor) -> Option<f64> {
         let limit = self.limiting_invariant()?;
         let measure = Measure::first_invariant(f);

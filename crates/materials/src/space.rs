@@ -12,7 +12,7 @@ use crate::plane::EnergyDerivatives;
 /// A tensor, row after row: `F11, F12, F13, F21, ...`.
 pub type Tensor = [f64; 9];
 
-/// What a rubber answers to a deformation gradient, without the pressure field's part.
+/// The response of a rubber to a deformation gradient, without the pressure field's part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// Energy per reference volume in Pa; infinite if `J <= 0` and beyond the limit of the law.

@@ -1,4 +1,4 @@
-//! What this crate refuses, and what to do about it.
+//! The input that this crate refuses, and what to do about it.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
@@ -12,7 +12,7 @@ pub enum MechanicsError {
     /// A quantity that has to be positive and finite is not.
     #[error("the {quantity} is {value} {unit}, but it must be positive and finite; give a value above zero")]
     NotPositive {
-        /// What the quantity is, in words.
+        /// The name of the quantity, in words.
         quantity: &'static str,
         /// The refused value.
         value: f64,

@@ -9,7 +9,7 @@ use elastocap_materials::{HyperfoamTerm, StressTable};
 
 use crate::error::{MechanicsError, require_positive};
 
-/// What says how much stress a foam takes.
+/// The law that says how much stress a foam takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FoamLaw<'a> {
     /// The terms of the law of Ogden and Storåkers.

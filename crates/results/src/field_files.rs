@@ -7,7 +7,7 @@ pub fn field_file(index: usize) -> String {
     format!("step_{index:03}.vtu")
 }
 
-/// What became of the fields of a run.
+/// The files with the fields of a run, and the warnings about them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FieldFiles {
     pub(crate) steps: BTreeMap<usize, FieldFile>,
@@ -16,7 +16,7 @@ pub struct FieldFiles {
     pub(crate) layer_warnings: Vec<String>,
 }
 
-/// What became of the field of a step.
+/// The file with the field of a step, if one was written, and the warning about it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct FieldFile {
     pub(crate) name: Option<String>,
@@ -45,7 +45,7 @@ impl FieldFiles {
         self.sections.get(&step).map_or(&[], Vec::as_slice)
     }
 
-    /// What the files of the layer could not hold.
+    /// Warnings about what the files of the layer could not hold.
     pub fn layer_warnings(&self) -> &[String] {
         &self.layer_warnings
     }

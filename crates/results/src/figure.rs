@@ -135,7 +135,7 @@ pub(crate) fn measured_changes_chart(case: &Case, outcome: &Outcome) -> Option<C
     })
 }
 
-/// What the capacitance is drawn against: the force, or the compression where a step that is known has no force.
+/// The axis and the values that the capacitance is drawn against: the force, or the compression where a step that is known has no force.
 fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
     let rows = || outcome.steps.iter().map(|step| &step.row);
     let without_force =

@@ -1,4 +1,4 @@
-//! What presses on the layer, for a viewer, where it is no part of the field: its working face and a part of what is above it.
+//! The indenter that presses on the layer, for a viewer, where it is no part of the field: its working face and a part of what is above it.
 
 use elastocap_case::{Case, Indenter, Mechanics, SolidIndenter};
 use elastocap_geometry::export::surfaces::{Corners, prism};
@@ -128,7 +128,7 @@ fn block(half_widths: [f64; 2], radius: f64, most: f64, height: f64) -> Vec<Corn
     lofted(&rings)
 }
 
-/// What lies between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
+/// The surface of the body between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
 fn lofted(rings: &[Vec<[f64; 3]>]) -> Vec<Corners> {
     let mut all = Vec::new();
     for pair in rings.windows(2) {

@@ -51,7 +51,7 @@ struct Document<'a> {
     fringe_ratio: Option<f64>,
     bounds: Option<&'static str>,
     relative_tolerance: Option<f64>,
-    /// What was asked of the change against the first load step.
+    /// The tolerance asked for of the change against the first load step.
     #[serde(skip_serializing_if = "Option::is_none")]
     change_tolerance: Option<f64>,
     /// Measured points beside the curve.
@@ -85,7 +85,7 @@ impl<'a> Wire<'a> {
     }
 }
 
-/// What `capacitance_f` and its bounds are.
+/// The measurement that `capacitance_f` and its bounds are of.
 #[derive(Serialize)]
 struct Measured<'a> {
     /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at its potential) or "matrix",

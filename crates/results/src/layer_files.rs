@@ -17,7 +17,7 @@ use elastocap_coupling::outcome::Outcome;
 pub(crate) struct LayerFiles {
     /// Name and content of each.
     pub(crate) files: Vec<(String, Vec<u8>)>,
-    /// What the formats cannot hold.
+    /// Warnings about what the formats cannot hold.
     pub(crate) warnings: Vec<String>,
 }
 

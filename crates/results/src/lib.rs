@@ -51,7 +51,7 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::{Outcome, StepResult};
 use elastocap_coupling::plan::{Kind, Options};
 
-/// What a run has put on disk.
+/// The files that a run has put on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
     /// The folder: that asked for, or the one for unfinished results beside it.
@@ -60,7 +60,7 @@ pub struct Saved {
     pub files: Vec<PathBuf>,
     /// The text of `result.json`.
     pub json: String,
-    /// What could not be shown; the numbers are not touched by it.
+    /// Warnings about what could not be shown; the numbers are not touched by it.
     pub warnings: Vec<String>,
 }
 
@@ -99,7 +99,7 @@ fn stage_scene(folder: &OutputFolder, shown: &Shown) -> Result<Option<String>, O
     }
 }
 
-/// What a run is asked for besides its results.
+/// The requests for a run besides its results.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Request<'a> {
     /// Which files are written.

@@ -5,14 +5,14 @@ use elastocap_coupling::outcome::{Outcome, StepResult};
 
 use crate::force_answer::{CurveLimits, MonotoneCubic};
 
-/// What the curve is at one load. Capacitances and errors in F.
+/// The curve at one load. Capacitances and errors in F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveValue {
     /// The capacitance.
     pub capacitance: f64,
     /// Its derivative by the load, F/N, F/m or F.
     pub slope: f64,
-    /// What the proved bounds and the stated errors of mechanics, geometry and force leave open, to either side.
+    /// The error that the proved bounds and the stated errors of mechanics, geometry and force leave open, to either side.
     pub error: f64,
     /// The estimated error of interpolation, to either side, in addition; `None` where the steps say nothing of it, as two of them do.
     pub interpolation_error: Option<f64>,
@@ -49,7 +49,7 @@ pub struct CurveStep {
 pub struct NoCurve {
     /// How many steps there are.
     pub steps: usize,
-    /// What their load should be.
+    /// The kind of load that they should have.
     pub load: MeasuredLoad,
 }
 

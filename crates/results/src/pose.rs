@@ -39,7 +39,7 @@ fn words(pose: &Pose, length: impl Fn(f64) -> String, degrees: &str) -> Option<S
     (!words.is_empty()).then(|| words.join(", "))
 }
 
-/// Those of two values that are not zero, each with its axis.
+/// The values that are not zero among the two, in words, each with its axis.
 fn parts(values: [f64; 2], shown: impl Fn(f64) -> String, axes: [&str; 2]) -> Vec<String> {
     let own = values.into_iter().zip(axes).filter(|(value, _)| *value != 0.0);
     own.map(|(value, axis)| format!("{} {axis}", shown(value))).collect()
@@ -51,8 +51,8 @@ pub(crate) type Place = (usize, f64);
 /// Steps of a chart by how they are shifted and tilted.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ByPose {
-    /// Those that a line may join, since they differ in the load or the distance alone: the steps that are neither shifted nor tilted, or
-    /// those with the pose of the first step where there are none.
+    /// The steps that a line may join, since they differ in the load or the distance alone: those that are neither shifted nor tilted, or those
+    /// with the pose of the first step where there are none.
     pub(crate) curve: Vec<Place>,
     /// The others, each with words for a legend.
     pub(crate) beside: Vec<(String, Vec<Place>)>,

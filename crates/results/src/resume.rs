@@ -1,4 +1,4 @@
-//! What a stopped run keeps beside its files, so that another goes on from there.
+//! The record that a stopped run keeps beside its files, so that another run goes on from there.
 
 use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
@@ -24,7 +24,7 @@ pub enum ResumeError {
     Nothing {
         /// The file that should say what was found.
         file: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// The file is not one of this program.
@@ -40,7 +40,7 @@ pub enum ResumeError {
     Differs {
         /// Where it is.
         folder: PathBuf,
-        /// What is different.
+        /// The part that is different, in words.
         what: &'static str,
     },
 }

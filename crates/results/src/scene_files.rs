@@ -1,4 +1,4 @@
-//! What other programs show: the bodies of all steps as glTF, the field of each step as VTK.
+//! Files for other programs: the bodies of all steps as glTF, the field of each step as VTK.
 
 use elastocap_electrostatics::{CellBody, Field};
 use elastocap_geometry::export::gltf::{BodyRole, SceneBody, part_name, round_length};
@@ -218,7 +218,7 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     (bodies, labels)
 }
 
-/// What a viewer is shown of all steps.
+/// The bodies of all steps, as a viewer is shown them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shown {
     /// Boxes with their poses, and the labels of the steps; without bodies where no step has a scene.
@@ -350,7 +350,7 @@ fn solid(region: Box3) -> Option<Box3> {
     (0..3).all(|a| region.extent(a) > 0.0).then_some(region)
 }
 
-/// What the ids of a field file mean: the surroundings, then dielectrics, then conductors.
+/// The names of the bodies that the ids of a field file stand for: the surroundings, then dielectrics, then conductors.
 fn body_names(scene: &Scene) -> Vec<String> {
     let dielectrics = scene.dielectrics().map(|d| d.body);
     let named = dielectrics.chain(scene.conductors().map(|c| c.body)).map(|body| body.name.clone());

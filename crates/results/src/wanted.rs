@@ -120,7 +120,7 @@ impl Wanted {
         Self(FileGroup::ALL.map(asked))
     }
 
-    /// What the options of a run leave.
+    /// The files that the options of a run leave.
     pub fn of(options: &Options) -> Self {
         let mut wanted = Self::default();
         if !options.scene {

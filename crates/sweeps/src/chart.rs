@@ -13,7 +13,7 @@ use crate::table::Column;
 /// The largest number of lines in a chart: more cannot be told apart.
 const MAX_LINES: usize = 8;
 
-/// What is drawn against the load: the capacitance, or the force where there are no conductors.
+/// The quantity drawn against the load: the capacitance, or the force where there are no conductors.
 struct Quantity {
     column: &'static str,
     label: &'static str,
@@ -174,7 +174,7 @@ fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     (load.axis(), series)
 }
 
-/// What curves are drawn against: the compression where all cases have the same, else the force, else the number of the step.
+/// The quantity that curves are drawn against: the compression where all cases have the same, else the force, else the number of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Load {
     Compression,

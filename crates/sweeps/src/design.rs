@@ -25,7 +25,7 @@ pub enum DesignKind {
     List,
     /// Drawn at random.
     Random {
-        /// What the generator starts from.
+        /// The seed of the random generator.
         seed: u64,
         /// The distribution of each key as it was written; `None` for a value that is the same in all cases.
         distributions: Vec<Option<String>>,
@@ -80,7 +80,7 @@ pub enum DesignError {
         line: u64,
         /// The fields of the row.
         found: usize,
-        /// Those of the header.
+        /// The fields of the header.
         header: usize,
     },
 }

@@ -68,7 +68,7 @@ pub enum DistributionError {
     Number {
         /// As it was written.
         text: String,
-        /// What is wrong.
+        /// The error.
         why: AmountError,
     },
     /// The parameters have units of different kinds.
@@ -76,9 +76,9 @@ pub enum DistributionError {
     Kinds {
         /// As it was written.
         text: String,
-        /// What the first parameter is.
+        /// The kind of the first parameter.
         first: &'static str,
-        /// What another one is.
+        /// The kind of another one.
         other: &'static str,
     },
     /// The parameters are outside the range of this distribution.
@@ -86,7 +86,7 @@ pub enum DistributionError {
     Range {
         /// As it was written.
         text: String,
-        /// What is wrong, with its cure.
+        /// The error, with its cure.
         why: &'static str,
     },
 }

@@ -48,7 +48,7 @@ pub enum SweepError {
     NoneValid {
         /// How many cases.
         count: usize,
-        /// What is wrong with the first one.
+        /// The error of the first one.
         first: CaseError,
     },
     /// The folder holds another sweep.
@@ -60,7 +60,7 @@ pub enum SweepError {
     Foreign {
         /// The folder.
         folder: PathBuf,
-        /// What differs.
+        /// The parts that differ, in words.
         differences: Vec<String>,
     },
     /// The folder holds another part of the sweep.
@@ -71,9 +71,9 @@ pub enum SweepError {
     OtherShard {
         /// The folder.
         folder: PathBuf,
-        /// What it holds.
+        /// The shard that it holds.
         found: Shard,
-        /// What was asked for.
+        /// The shard that was asked for.
         asked: Shard,
     },
     /// The folder has files that would be replaced and are from something else.
@@ -90,7 +90,7 @@ pub enum SweepError {
     /// A link, or a file, stands where the folder of the records should be.
     #[error("`{}` is not a folder itself but a link or a file: move it away, or name another folder with -o", file.display())]
     NoFolder {
-        /// What stands there.
+        /// The link or file in its place.
         file: PathBuf,
     },
     /// Another process works in the folder.
@@ -104,7 +104,7 @@ pub enum SweepError {
     NoSweep {
         /// The folder.
         folder: PathBuf,
-        /// What is missing or damaged.
+        /// The missing or damaged part, in words.
         why: String,
     },
     /// A file cannot be written.
@@ -112,7 +112,7 @@ pub enum SweepError {
     Write {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// A file cannot be read.
@@ -120,7 +120,7 @@ pub enum SweepError {
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// The folders hold shards of different sweeps.
@@ -135,7 +135,7 @@ pub enum SweepError {
         first: PathBuf,
         /// One that does not belong with it.
         second: PathBuf,
-        /// What differs.
+        /// The parts that differ, in words.
         differences: Vec<String>,
     },
     /// Two folders hold the same shard.
@@ -145,7 +145,7 @@ pub enum SweepError {
         first: PathBuf,
         /// Another one.
         second: PathBuf,
-        /// What both hold.
+        /// The shard that both hold.
         shard: Shard,
     },
     /// Not all shards are among the folders.

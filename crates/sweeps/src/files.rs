@@ -7,7 +7,7 @@ pub(crate) const MANIFEST: &str = "manifest.json";
 pub(crate) const TABLE: &str = "sweep.csv";
 /// The chart.
 pub(crate) const PLOT: &str = "sweep.svg";
-/// What became of the sweep.
+/// The summary of the sweep.
 pub(crate) const SUMMARY: &str = "sweep.json";
 /// How results scatter.
 pub(crate) const STATISTICS: &str = "statistics.csv";

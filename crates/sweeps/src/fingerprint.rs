@@ -1,4 +1,4 @@
-//! What a sweep depends on, so that results of another one are never taken for its own.
+//! The fingerprint of a sweep: the inputs of its results, so that results of another sweep are never taken for its own.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use crate::design::CaseValues;
 pub struct Program {
     /// Its version.
     pub version: String,
-    /// What tells one build of it from another: SHA-256 of its file, in hexadecimal digits.
+    /// The SHA-256 of its file, in hexadecimal digits, which tells one build of it from another.
     pub build: String,
 }
 
@@ -37,7 +37,7 @@ impl Program {
     }
 }
 
-/// What the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
+/// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     /// Version of the program.
@@ -50,7 +50,7 @@ pub struct Fingerprint {
     pub files: BTreeMap<String, String>,
     /// The keys and the values of all cases.
     pub values: String,
-    /// What else the numbers depend on.
+    /// The other settings that the numbers depend on.
     pub settings: String,
 }
 
@@ -61,7 +61,7 @@ impl Fingerprint {
         sha256(&serde_json::to_vec(self).unwrap_or_default())
     }
 
-    /// What differs, in words that complete "it has been made with".
+    /// The parts that differ, in words that complete "it has been made with".
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.version != other.version {

@@ -37,7 +37,7 @@ struct Seal {
     sha256: String,
 }
 
-/// What is finished of a sweep.
+/// The finished part of a sweep.
 #[derive(Debug, Default)]
 pub struct Finished {
     /// Sound records, by case.

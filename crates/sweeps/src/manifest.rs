@@ -21,7 +21,7 @@ const FORMAT: u32 = 1;
 pub struct Manifest {
     /// The form of this file: 1.
     pub format: u32,
-    /// What the results depend on.
+    /// The inputs that the results depend on.
     pub fingerprint: Fingerprint,
     /// SHA-256 of the fingerprint.
     pub digest: String,
@@ -37,9 +37,9 @@ pub struct Manifest {
     pub seed: Option<u64>,
     /// The distribution of each key; empty unless cases are drawn at random.
     pub distributions: Vec<Option<String>>,
-    /// What is varied.
+    /// The keys that are varied.
     pub keys: Vec<String>,
-    /// What the case file has for each key.
+    /// The value of each key in the case file.
     pub defaults: Vec<Option<String>>,
     /// The values of each case.
     pub cases: Vec<CaseValues>,

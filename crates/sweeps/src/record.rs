@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::CaseValues;
 
-/// What was found of one case.
+/// The result of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaseRecord {
     /// Which case, by its place in the design.
@@ -16,7 +16,7 @@ pub struct CaseRecord {
     pub refused: Option<String>,
     /// The load steps.
     pub steps: Vec<StepRecord>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
     /// Wall-clock seconds that it took. Nothing else here differs from one run to the next.
     pub seconds: f64,

@@ -12,7 +12,7 @@ use crate::record::CaseRecord;
 use crate::statistics::{PERCENTILES, StepStatistics, statistics};
 use crate::table::{Column, table};
 
-/// What became of a sweep; `sweep.json` has it.
+/// The summary of a sweep, as in `sweep.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// The title of the case.
@@ -23,13 +23,13 @@ pub struct Summary {
     pub fingerprint: String,
     /// Which part of the sweep this is, such as `2/4`; `None` for the whole.
     pub shard: Option<String>,
-    /// What is varied.
+    /// The keys that are varied.
     pub keys: Vec<String>,
     /// Cases that this folder is for.
     pub cases: usize,
-    /// Those that have a result of whatever kind.
+    /// Cases among them that have a result of whatever kind.
     pub finished: usize,
-    /// Those in which every step has all that was asked for.
+    /// Cases in which every step has all that was asked for.
     pub ok: usize,
     /// Cases that are refused, or in which a step failed.
     pub failed: Vec<usize>,
@@ -45,11 +45,11 @@ pub struct Summary {
 /// How results scatter with the values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scatter {
-    /// What the generator started from.
+    /// The seed of the random generator.
     pub seed: u64,
     /// The distribution of each key, as it was written.
     pub distributions: Vec<Option<String>>,
-    /// What `influence` is.
+    /// The method by which `influence` is computed.
     pub influence_method: &'static str,
     /// For each step and quantity.
     pub statistics: Vec<StepStatistics>,

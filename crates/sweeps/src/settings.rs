@@ -1,4 +1,4 @@
-//! What is varied, as it is written in an argument: `key=10um..100um:10`, `key=400um,450um`, `key=normal(50um, 2um)`.
+//! The key that is varied and its values, as written in an argument: `key=10um..100um:10`, `key=400um,450um`, `key=normal(50um, 2um)`.
 
 use std::str::FromStr;
 
@@ -49,7 +49,7 @@ pub enum SettingError {
     BadCount {
         /// The range.
         range: String,
-        /// What stands after the colon.
+        /// The text after the colon.
         count: String,
         /// The largest number.
         max: usize,
@@ -59,7 +59,7 @@ pub enum SettingError {
     BadSpacing {
         /// The range.
         range: String,
-        /// What stands there.
+        /// The word in place of `log`.
         word: String,
     },
     /// An end of a range is not a number.
@@ -67,7 +67,7 @@ pub enum SettingError {
     BadEnd {
         /// The range.
         range: String,
-        /// What is wrong with the end.
+        /// The error in the end.
         why: AmountError,
     },
     /// The ends of a range have units of different kinds.
@@ -75,9 +75,9 @@ pub enum SettingError {
     EndsDiffer {
         /// The range.
         range: String,
-        /// What the first end is.
+        /// The kind of the first end.
         from: &'static str,
-        /// What the last end is.
+        /// The kind of the last end.
         to: &'static str,
     },
     /// A range with equal ratios has an end that is not above zero.

@@ -18,7 +18,7 @@ use crate::error::SweepError;
 use crate::fingerprint::{Fingerprint, Program, digest_of_values, sha256, sha256_of_file};
 use crate::record::CaseRecord;
 
-/// What the numbers depend on besides the cases.
+/// The settings that the numbers depend on besides the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// Whether what a scene does not need is left out: see [`Options::prune`].
@@ -67,7 +67,7 @@ pub struct Sweep {
     design: Design,
     settings: Settings,
     fingerprint: Fingerprint,
-    /// What the case file has for each key.
+    /// The value of each key in the case file.
     defaults: Vec<Option<String>>,
     /// Fields that several cases have in common.
     shared: Arc<SharedFields>,
@@ -229,12 +229,12 @@ impl Sweep {
         self.shared.spared()
     }
 
-    /// What the results depend on.
+    /// The inputs that the results depend on.
     pub fn fingerprint(&self) -> &Fingerprint {
         &self.fingerprint
     }
 
-    /// What the case file has for each key, as it is written there; `None` where it has nothing.
+    /// The value of each key as it is written in the case file; `None` where the file has none.
     pub fn defaults(&self) -> &[Option<String>] {
         &self.defaults
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::units::prefixed;
 use crate::{Exit, output};
 
-/// What was measured: of one terminal, between two, or of whatever the result measures.
+/// A measured capacitance: of one terminal, between two, or of whatever the result measures.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Argument {
     /// The terminals as they are written, `a` or `a/b`; `None` without names.

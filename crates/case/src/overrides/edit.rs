@@ -5,7 +5,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 use super::OverrideErrorKind;
 use super::key_path::{KeyPath, Part, written};
 
-/// What a part of a path leads to. Tables and arrays come in two forms each, under headers and inline.
+/// The place that a part of a path leads to. Tables and arrays come in two forms each, under headers and inline.
 enum Place<'a> {
     Table(&'a mut Table),
     Tables(&'a mut ArrayOfTables),
@@ -130,7 +130,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// What is under a key; a table is made where there is nothing.
+    /// The place under a key; a table is made where there is nothing.
     fn into_key(self, key: &str, here: &[Part]) -> Result<Self, OverrideErrorKind> {
         self.check_holds_keys(here)?;
         let place = match self {

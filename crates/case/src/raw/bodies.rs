@@ -30,21 +30,21 @@ table! {
         cylinder: Option<Read<Tube>>,
         /// An outline pulled along an axis.
         extrusion: Option<Read<Extruded>>,
-        /// What a closed surface in an OBJ file encloses.
+        /// The body inside a closed surface in an OBJ file.
         surface: Option<Read<SurfaceFile>>,
         /// A physical group of the [mesh]: of volumes, or of surfaces (a sheet, a shell, the skin of a body).
         physical: Option<Read<Text>>,
         /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
         /// a potential.
         charge: Option<Read<Charge>>,
-        /// What it moves with when the layer is loaded. Default: "fixed".
+        /// The part of the sensor that it moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
     one_of: "box", "boxes", "sheet", "sphere", "capsule", "shell", "cylinder", "extrusion", "surface", "physical";
 }
 
 words! {
-    /// What a body moves with: the material of the layer that it lies in, the top of the layer, the indenter, or nothing.
+    /// The part of the sensor that a body moves with: the material of the layer that it lies in, the top of the layer, the indenter, or nothing.
     enum Attached { "layer" => Layer, "layer-top" => LayerTop, "indenter" => Indenter, "fixed" => Fixed, }
 }
 
@@ -67,11 +67,11 @@ table! {
         cylinder: Option<Read<Tube>>,
         /// An outline pulled along an axis.
         extrusion: Option<Read<Extruded>>,
-        /// What a closed surface in an OBJ file encloses.
+        /// The body inside a closed surface in an OBJ file.
         surface: Option<Read<SurfaceFile>>,
         /// A physical group of volumes of the [mesh].
         physical: Option<Read<Text>>,
-        /// What it moves with when the layer is loaded. Default: "fixed".
+        /// The part of the sensor that it moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
     one_of: "box", "slab", "sphere", "capsule", "cylinder", "extrusion", "surface", "physical";

@@ -47,7 +47,7 @@ table! {
 table! {
     /// Two combs, `<name>-1` and `<name>-2`, whose fingers, along x3, lie between one another along x1.
     struct Comb {
-        /// What the names of its conductors begin with. Default: "comb".
+        /// The beginning of the names of its conductors. Default: "comb".
         name: Option<Read<Text>>,
         /// The face that the combs lie on.
         on: Option<Read<On>>,
@@ -78,7 +78,7 @@ table! {
 table! {
     /// Pads in rows along x1 and columns along x3: `<name>-i-j`, where i counts along x1 and j along x3.
     struct Array {
-        /// What the names of its conductors begin with. Default: "pad".
+        /// The beginning of the names of its conductors. Default: "pad".
         name: Option<Read<Text>>,
         /// The face that the pads lie on.
         on: Option<Read<On>>,
@@ -126,7 +126,7 @@ table! {
 table! {
     /// A square spiral, `<name>`, or two within one another, `<name>-1` and `<name>-2`.
     struct Spiral {
-        /// What the names of its conductors begin with. Default: "spiral".
+        /// The beginning of the names of its conductors. Default: "spiral".
         name: Option<Read<Text>>,
         /// The face that the spiral lies on.
         on: Option<Read<On>>,

@@ -25,7 +25,7 @@ table! {
         offset: Option<Read<Either<LoadShift, Text>>>,
         /// Capacitance of cables and of what the case does not have. It is taken off the measured capacitances. Default: 0.
         parasitic: Option<Read<SignedCapacitance>>,
-        /// What the meter shows over what there is; measured capacitances, without the parasitic one, are divided by it. Default: 1.
+        /// The capacitance that the meter shows, over the true one; measured capacitances, without the parasitic one, are divided by it. Default: 1.
         gain: Option<Read<Gain>>,
     }
 }

@@ -188,8 +188,8 @@ words! {
 }
 
 table! {
-    /// What presses on the layer, by its form in [mechanics], as a part of the field. The closed form presses with a plate of the length
-    /// and width of the contact, `indenter = "whole-top"` with one over the whole layer.
+    /// The indenter that presses on the layer, by its form in [mechanics], as a part of the field. The closed form presses with a plate of the
+    /// length and width of the contact, `indenter = "whole-top"` with one over the whole layer.
     struct FieldIndenter {
         /// "grounded" (a conductor at potential zero), "floating" (one without charge), `{ relative_permittivity = .. }` (a dielectric),
         /// or "absent" (the field is that without it, as without this table).
@@ -200,7 +200,7 @@ table! {
 }
 
 words! {
-    /// What the indenter is to the field.
+    /// The electric role of the indenter in the field.
     enum IndenterRole { "grounded" => Grounded, "floating" => Floating, "absent" => Absent, }
 }
 

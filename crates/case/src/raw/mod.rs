@@ -38,18 +38,18 @@ table! {
         mechanics: Option<Read<Mechanics>>,
         /// The load steps, in the order in which they are reported.
         load: Option<Read<Load>>,
-        /// What presses on the layer, as a part of the field.
+        /// The indenter that presses on the layer, as a part of the field.
         indenter: Option<Read<FieldIndenter>>,
         /// Conductors besides the electrodes; none may touch another, unless both belong to one terminal.
         conductor: Option<Read<Vec<Read<Conductor>>>>,
         /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
         terminal: Option<Read<Vec<Read<Terminal>>>>,
-        /// What is measured; conductors that it does not name are at potential zero. Default: the pair of two terminals, or of
+        /// The capacitance that is measured; conductors that it does not name are at potential zero. Default: the pair of two terminals, or of
         /// [electrodes]; of more, the whole matrix.
         measure: Option<Read<Measure>>,
         /// Dielectric bodies; where two overlap, the later one in the file wins.
         dielectric: Option<Read<Vec<Read<Dielectric>>>>,
-        /// What surrounds the bodies, and where the field ends.
+        /// The space around the bodies, and where the field ends.
         surroundings: Option<Read<Surroundings>>,
         /// A volume mesh from Gmsh that is the whole scene; bodies are then `physical` groups of it.
         mesh: Option<Read<MeshFile>>,
@@ -88,7 +88,7 @@ table! {
         /// needs [mechanics.closed_form], or a whole top on a hyperfoam with a Poisson's ratio of 0. Forces need `hyperfoam` or
         /// `foam_table` as the material.
         foam: Option<Read<Foam>>,
-        /// What it is made of; needed as soon as there is a load.
+        /// The material of the layer; needed as soon as there is a load.
         material: Option<Read<MaterialTable>>,
     }
 }
@@ -126,7 +126,7 @@ words! {
 }
 
 table! {
-    /// What is measured. Tolerance, curve and plot are those of this capacitance.
+    /// The capacitance that is measured. Tolerance, curve and plot are those of this capacitance.
     struct Measure {
         /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
         /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.

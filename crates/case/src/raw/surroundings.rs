@@ -10,7 +10,7 @@ use crate::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, w
 use crate::values::Either;
 
 table! {
-    /// What surrounds the bodies, and where the field ends.
+    /// The space around the bodies, and where the field ends.
     struct Surroundings {
         /// The outer walls: "insulated" (no flux), "grounded" (potential zero) or "open" (none, infinite space).
         boundary: Read<Boundary>,
@@ -20,9 +20,9 @@ table! {
         walls: Option<Read<BoxRegion>>,
         /// Relative permittivity wherever nothing else is. Default: 1.
         relative_permittivity: Option<Read<Permittivity>>,
-        /// What lies below x2 = 0. Default: the boundary itself, or infinite space if it is open.
+        /// The medium below x2 = 0, or the plane at which the field ends there. Default: the boundary itself, or infinite space if it is open.
         below: Option<Read<Face>>,
-        /// What lies above the layer. Default: the boundary itself, or infinite space if it is open.
+        /// The medium above the layer, or the plane at which the field ends there. Default: the boundary itself, or infinite space if it is open.
         above: Option<Read<Face>>,
     }
 }
@@ -46,7 +46,7 @@ table! {
         relative_permittivity: Read<Permittivity>,
         /// Its thickness, up to the boundary; "open" for infinitely thick (needs boundary = "open").
         thickness: Read<Either<OpenEnd, Size>>,
-        /// What lies behind it: "grounded" (a ground plane), "insulated", or "open". Default: the boundary.
+        /// The outer wall behind it: "grounded" (a ground plane), "insulated", or "open". Default: the boundary.
         then: Option<Read<Boundary>>,
     }
 }

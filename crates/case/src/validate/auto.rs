@@ -100,13 +100,13 @@ fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut 
 enum NotLong {
     /// A sphere presses.
     Sphere,
-    /// What presses is so many times as long along x3 as it is wide.
+    /// The indenter is so many times as long along x3 as it is wide.
     AgainstWidth(f64),
-    /// What presses is so many times as long along x3 as the layer is thick.
+    /// The indenter is so many times as long along x3 as the layer is thick.
     AgainstThickness(f64),
     /// The pair is so many times as long along x3 as the layer is thick.
     Pair(f64),
-    /// What lies in the layer reaches beyond what presses along x3.
+    /// A body in the layer reaches beyond the indenter along x3.
     NotCovered,
 }
 

@@ -108,7 +108,7 @@ pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Bo
     Some(Body { name: raw.name.get()?.0.clone(), parts, role, purpose: purpose_of(&raw.attached) })
 }
 
-/// What a body is to the device, by what it is attached to.
+/// The purpose of a body in the device, by what it is attached to.
 pub(super) fn purpose_of(attached: &Option<Read<raw::Attached>>) -> Purpose {
     match given(attached) {
         Some(raw::Attached::Layer) => Purpose::InLayer,

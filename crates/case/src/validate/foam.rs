@@ -1,4 +1,4 @@
-//! What a layer of foam can be combined with: `foam` in [layer], and the laws of foams among its materials.
+//! Checks of what a layer of foam can be combined with: `foam` in [layer], and the laws of foams among its materials.
 
 use std::ops::Range;
 

@@ -105,7 +105,7 @@ fn check_one_pair(forms: &raw::Electrodes, log: &mut Log<'_>) {
     }
 }
 
-/// What all forms say of where they are.
+/// The name, place and attachment that all forms have.
 struct Frame<'a> {
     name: String,
     span: &'a Range<usize>,
@@ -117,7 +117,7 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// What the file might have had in place of the form.
+    /// A value as if the file had it in place of the form.
     fn read<T>(&self, value: T) -> Read<T> {
         read_at(self.span, value)
     }

@@ -45,7 +45,7 @@ pub(super) fn is_metal(raw: &Document) -> bool {
 }
 
 impl LayerRoom {
-    /// That of a file; `None` without one, or where it could not be read.
+    /// The layer of a file; `None` without one, or where it could not be read.
     pub(super) fn of(raw: &Document) -> Option<Self> {
         let layer = given(&raw.layer)?;
         let half_length = given(&layer.half_length).map(|size| size.si);
@@ -68,7 +68,8 @@ impl LayerRoom {
 }
 
 impl LayerRoom {
-    /// What a body above the layer may be attached to. An indenter of metal that it lies under would be one conductor with it.
+    /// The values of `attached` that a body above the layer may have, in words. An indenter of metal that it lies under would be one conductor
+    /// with it.
     fn carriers(&self) -> &'static str {
         match (self.stays_flat, self.under_metal) {
             (true, true) => "`attached = \"layer-top\"`, beside the indenter",

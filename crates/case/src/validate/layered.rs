@@ -84,7 +84,7 @@ fn foam(read: &Read<raw::Foam>, layer: &raw::Layer, log: &mut Log<'_>) -> Option
     })
 }
 
-/// What the two layouts have in common.
+/// The keys that the two layouts have in common.
 struct Pair<'a> {
     layout: Layout,
     gap: &'a Read<Size>,

@@ -204,7 +204,7 @@ fn entry_of(read: &Read<raw::OutlineEntry>, log: &mut Log<'_>) -> Option<Entry> 
     }
 }
 
-/// What is wrong with an outline that cannot be drawn.
+/// The error message for an outline that cannot be drawn.
 fn refusal(flaw: Flaw, entries: &[Read<raw::OutlineEntry>]) -> Diagnostic {
     let (entry, what, label, help) = match flaw {
         Flaw::Straight(entry) => (

@@ -19,7 +19,7 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) is_slab: bool,
     /// Whether it is of no other shape than its regions.
     pub(super) is_boxes: bool,
-    /// What it moves with.
+    /// The purpose of the body, which says what it moves with.
     pub(super) purpose: Purpose,
 }
 

@@ -1,4 +1,4 @@
-//! What surrounds the bodies, and where the field ends.
+//! The space around the bodies, and where the field ends.
 
 use std::ops::Range;
 

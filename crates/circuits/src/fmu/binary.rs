@@ -30,7 +30,7 @@ pub enum BinaryError {
     NoCompiler {
         /// Its name.
         compiler: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// The compiler failed.

@@ -26,7 +26,7 @@ fn escaped(text: &str) -> String {
 /// A variable that is computed, for the model structure.
 struct Output {
     reference: usize,
-    /// What it depends on.
+    /// The value references of the variables that it depends on.
     dependencies: Vec<usize>,
 }
 

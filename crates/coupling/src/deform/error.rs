@@ -74,7 +74,7 @@ pub enum LayerSetupError {
         room: f64,
         /// Along which axis, counted from 0.
         axis: usize,
-        /// What to make larger.
+        /// The key of the case file to make larger.
         key: &'static str,
     },
 }

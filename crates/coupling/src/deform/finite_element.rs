@@ -1,4 +1,4 @@
-//! What the finite-element layers have in common, in the plane and in space: their solution becomes load steps.
+//! The parts that the finite-element layers in the plane and in space have in common: their solutions become load steps.
 
 use std::sync::Arc;
 
@@ -109,7 +109,7 @@ pub enum Solution {
     Space(Pressing<Space>),
 }
 
-/// What the numbers of the mechanics are multiplied by.
+/// The factors by which the numbers of the mechanics are multiplied.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
     /// Thickness of the layer in m.
@@ -131,7 +131,7 @@ impl FiniteElementRun {
         }
     }
 
-    /// What `pressing` says of each of `goals`; electrodes and curves come from `bodies`.
+    /// The results of `pressing` for each of `goals`; electrodes and curves come from `bodies`.
     pub(super) fn new<S: Dimension>(
         pressing: &Pressing<S>,
         goals: &[Goal],
@@ -214,7 +214,8 @@ fn step<S: Dimension>(
     }
 }
 
-/// What the mechanics are asked for at each load; `width` (m) is what the mechanics takes forces per metre of, 1 where it takes forces.
+/// The goal of the mechanics at each load; `width` (m) is the width per metre of which the mechanics takes forces, 1 where it takes forces
+/// themselves.
 pub(super) fn goals(loads: &[StepLoad], width: f64) -> Vec<Goal> {
     let goal = |load: &StepLoad| match *load {
         StepLoad::None => Goal::Compression(0.0),

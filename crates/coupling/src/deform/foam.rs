@@ -39,7 +39,7 @@ impl<'a> Foam<'a> {
     /// The foam under a load.
     ///
     /// # Errors
-    /// What the law refuses: a load beyond its table, for instance.
+    /// A refusal of the law: of a load beyond its table, for instance.
     pub(crate) fn state(&self, load: StepLoad) -> Result<FoamState, MechanicsError> {
         let Self { thickness, law, area } = *self;
         match load {
@@ -74,7 +74,7 @@ impl<'a> Foam<'a> {
     }
 }
 
-/// What the user should know of the force of a foam: none without a law, and what a table says of unloading.
+/// The warning about the force of a foam, if there is one: that there is no force without a law, or the remark on the unloading of a table.
 pub(crate) fn force_warning<'a>(
     case: &Case,
     states: impl Iterator<Item = Deformation<'a>>,

@@ -113,7 +113,7 @@ impl ForceCheck {
     }
 }
 
-/// What the user should know of the closed form's forces, if any of them differs notably; beyond `limit` there are none.
+/// The warning that some of the closed form's forces differ notably, if any does; beyond `limit` there are no forces.
 pub(crate) fn force_warning(
     case: &Case,
     states: impl Iterator<Item = Deformation<'static>>,

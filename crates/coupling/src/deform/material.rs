@@ -5,8 +5,7 @@ use elastocap_case::{Case, Mechanics};
 /// Steps of the search for the material point at a place, each of which leaves a fifth of the distance or less.
 const SEARCH_STEPS: usize = 12;
 
-/// What the finite elements say of the layer. They cover a quarter of it, or the half with positive x3 where an indenter stands beside the
-/// middle.
+/// The layer as its finite elements describe it. They cover a quarter of it, or the half with positive x3 where an indenter stands beside the middle.
 pub(crate) struct Material<'a> {
     /// The displacement at a point of it, m; `None` outside.
     pub(crate) displacement: &'a dyn Fn([f64; 3]) -> Option<[f64; 3]>,
@@ -27,7 +26,7 @@ pub(crate) struct Folded {
 }
 
 impl<'a> Material<'a> {
-    /// That of the layer of a case; `None` where it is not by finite elements.
+    /// The material of the layer of a case; `None` where the layer is not computed by finite elements.
     pub(crate) fn of(
         case: &Case,
         is_half: bool,

@@ -113,7 +113,7 @@ impl Displacement<'_> {
     }
 }
 
-/// What had to be solved before the steps can be taken one by one.
+/// The results that all steps need before they can be taken one by one.
 #[derive(Debug)]
 pub enum Prepared {
     /// Nothing: every step has its closed form, or nothing deforms.
@@ -206,8 +206,8 @@ impl Prepared {
         }
     }
 
-    /// What is read off the displacement of a layer by finite elements in the step of this `index` on each mesh that reached it, coarse to
-    /// fine, with the size of the mesh's elements. Nothing of any other layer.
+    /// The values that `read` takes off the displacement of a layer by finite elements in the step of this `index`, on each mesh that reached
+    /// it, coarse to fine, with the size of the mesh's elements. Empty for any other layer.
     pub(crate) fn on_meshes<T>(&self, index: usize, read: &dyn Fn(&Displacement<'_>) -> T) -> Vec<(f64, T)> {
         let Self::FiniteElement(run) = self else { return Vec::new() };
         let Some(Ok(finest)) = run.steps.get(index) else { return Vec::new() };
@@ -228,7 +228,7 @@ impl Prepared {
     /// it.
     ///
     /// # Errors
-    /// What the mechanics refuse or did not reach.
+    /// A refusal of the mechanics, or a load that they did not reach.
     pub fn deformation(
         &self,
         case: &Case,
@@ -274,7 +274,7 @@ pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
 /// out of the run.
 ///
 /// # Errors
-/// What the mechanics refuses: a force that the layer cannot carry, for instance.
+/// A refusal of the mechanics: of a force that the layer cannot carry, for instance.
 pub(crate) fn layer_state(
     case: &Case,
     load: StepLoad,

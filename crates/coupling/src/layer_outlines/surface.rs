@@ -1,4 +1,4 @@
-//! What lies below the surface of a layer that the load has bent.
+//! The space below the surface of a layer that the load has bent.
 //!
 //! The surface is followed as far as the finite elements know it, or as far as walls let it. In open space it is followed to where it has
 //! come back to a level, and the layer goes on from there to infinity as a slab.
@@ -18,7 +18,7 @@ const LOOP: f64 = 0.02;
 /// How far beyond the last bent part of the surface the slab begins that goes on to infinity, over its height.
 const BESIDE: f64 = 0.25;
 
-/// What is below a surface.
+/// The parts of the layer below a surface.
 pub(super) struct Below {
     /// The parts of the layer, side by side; of the whole layer.
     pub(super) parts: Vec<Shape>,

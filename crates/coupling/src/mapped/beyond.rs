@@ -1,4 +1,4 @@
-//! What a map leaves of the bent surface of a layer in open space, where it ends.
+//! The error that a map leaves of the bent surface of a layer in open space, where the map ends.
 
 use elastocap_geometry::scene::{Purpose, Scene, Wall};
 

@@ -24,7 +24,7 @@ const AWAY: f64 = 0.1;
 const BEYOND_CONTACT: [f64; 2] = [1.5, 1.1];
 const WIDEST: f64 = 0.58;
 
-/// What the surface of a layer is to an indenter.
+/// The surface of a layer as seen from an indenter.
 pub(super) struct Surface<'a> {
     /// Where points of the surface go from a place along x1 in the plane of symmetry: along x1, from the middle of the indenter, and
     /// along x2, from its lowest point, m.

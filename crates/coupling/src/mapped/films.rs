@@ -1,4 +1,4 @@
-//! What lies between an indenter and the layer where the two touch, and how thick that is for a tolerance.
+//! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for a tolerance.
 //!
 //! The boxes of the two would need a gap between them that is not there. Either the surface of the layer is moved away from the indenter by
 //! a film of the layer's material, or the metal of a punch or cylinder fills the contact and the narrow end of the gap beside it.
@@ -40,7 +40,7 @@ pub(crate) struct Films {
 }
 
 impl Films {
-    /// Those of the indenter of a case.
+    /// The films under the indenter of a case.
     pub(crate) fn new(case: &Case, relative_tolerance: f64) -> Self {
         let indenter = indenter_in_field(case);
         let is_metal = indenter.is_some_and(|own| matches!(own.role, Role::Conductor { .. }));
@@ -96,7 +96,7 @@ pub(super) enum Contact {
 }
 
 impl Contact {
-    /// That of an indenter of a form, given how wide the gap is in its middle, m.
+    /// The contact of an indenter of this form, given the width of the gap in its middle, m.
     pub(super) fn of(form: &IndenterForm, film: Film, gap: f64) -> Self {
         match form.rounding {
             _ if gap >= 0.5 * film.thickness => Self::Apart,

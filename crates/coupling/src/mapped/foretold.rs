@@ -1,4 +1,4 @@
-//! What is in the way of a map, as far as that can be known before the finite elements are solved.
+//! The bodies in the way of a map, as far as that can be known before the finite elements are solved.
 //!
 //! A map leaves bodies alone that stand far enough above the layer, and those below it. It ends at walls, and in open space at distances from
 //! the corners of the surface, which depend on what is solved, between limits that are known: a body within the narrower ones is in the way in

@@ -5,7 +5,7 @@ use elastocap_geometry::scene::{Box3, Purpose};
 
 use crate::scene::in_layer::lowered;
 
-/// What the map must know of them. Lengths in m, before loading.
+/// The bodies in the layer, as far as the map must know them. Lengths in m, before loading.
 #[derive(Debug, Clone)]
 pub(super) struct InLayer {
     /// The height of the highest of them below the surface.
@@ -19,8 +19,8 @@ pub(super) struct InLayer {
 }
 
 impl InLayer {
-    /// Those of a case, with heights times `scale`, and with a pair of electrodes at these places; nothing without a body that moves with
-    /// the layer.
+    /// The bodies in the layer of a case, with heights times `scale`, and with a pair of electrodes at these places; nothing without a body
+    /// that moves with the layer.
     pub(super) fn of(case: &Case, scale: f64, pair: &[Box3]) -> Self {
         let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
         let regions: Vec<Box3> = own

@@ -55,7 +55,7 @@ pub(super) struct Under<'a> {
     pub(super) surface: f64,
     /// The undeformed thickness of the layer, m.
     pub(super) thickness: f64,
-    /// What may lie between the two.
+    /// The film that may lie between the two.
     pub(super) film: Film,
 }
 
@@ -299,8 +299,8 @@ impl IndenterMap {
         matches!(self.form.rounding, Rounding::Ball { .. }) && self.contact[0] < SMALLEST_FILLED * self.film()
     }
 
-    /// What the film, or the closed gap, changes in the capacitances, over them, at most about: an estimate, where it is one over this
-    /// distance (m) from the electrodes, and of a medium with a permittivity that of the layer is so many times larger than.
+    /// The relative error of the capacitances that the film or the closed gap leaves, at most about: an estimate, where it is this distance
+    /// (m) from the electrodes. `contrast` is the permittivity of the layer over that of the medium in the gap.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
         if let Contact::Closed(width) = self.touch {
             // On average half of the width is closed, which is as much as `contrast` times that of the layer's material, and only beside

@@ -173,7 +173,7 @@ impl LayerMap<'_> {
     }
 }
 
-/// What the finite elements of a layer say of a step.
+/// The result of the layer's finite elements for a step.
 pub(crate) struct Found<'a> {
     pub(crate) step: &'a FiniteElementStep,
     /// The displacement of the layer.

@@ -32,7 +32,7 @@ pub(super) struct Foot {
 }
 
 impl Profile {
-    /// That of a form; `None` where it is a ball, or a box.
+    /// The profile of an indenter of this form; `None` for a ball or a box.
     pub(super) fn of(form: &IndenterForm) -> Option<Self> {
         match form.rounding {
             Rounding::AlongX3 { radius, is_cylinder } => {

@@ -21,8 +21,8 @@ pub(super) struct Others {
 }
 
 impl Others {
-    /// Those of a case whose scene is `scene`, with what is attached moved with the top of the layer, by `top` (m) along x2, and as the pose
-    /// says.
+    /// The bodies of a case that are not bent along, where its scene is `scene`: attached ones moved with the top of the layer, by `top` (m)
+    /// along x2, and as the pose says.
     pub(super) fn of(case: &Case, scene: &Scene, top: f64, pose: &Pose) -> Result<Self, SceneError> {
         let thickness = case.layer.as_ref().map_or(0.0, |layer| layer.thickness);
         let stays = |body: &&Body| match body.purpose {

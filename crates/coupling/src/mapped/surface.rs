@@ -51,7 +51,7 @@ const SAME: f64 = 1e-9;
 /// Steps of the search for the material point at a place.
 const SEARCH_STEPS: usize = 12;
 
-/// What moves below the surface.
+/// The way in which points below the surface move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Below {
     /// The material, but less the nearer to the substrate.
@@ -60,7 +60,7 @@ pub(super) enum Below {
     Material,
 }
 
-/// What a [`SurfaceMap`] is made for. Lengths in m.
+/// The layer that a [`SurfaceMap`] is made for. Lengths in m.
 pub(super) struct Bent {
     pub(super) below: Below,
     /// The height of the highest electrode on the substrate.
@@ -75,7 +75,7 @@ pub(super) struct Bent {
     pub(super) is_half: bool,
     /// Heights of the boxes of the layer over those of its material before loading.
     pub(super) scale: f64,
-    /// What moves with the layer in it, as boxes.
+    /// The bodies that move with the layer in it, as boxes.
     pub(super) bodies: InLayer,
 }
 

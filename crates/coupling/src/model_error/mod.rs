@@ -1,4 +1,4 @@
-//! What the model of the layer adds to the error of a capacitance.
+//! The error that the model of the layer adds to a capacitance.
 //!
 //! The closed form of the paper and plane strain leave out what the next better model has: plane strain knows the electrodes as stiffer
 //! inclusions, the ends of the layer and the bulging beside what presses; three dimensions know that rubber also moves along x3. What that

@@ -1,5 +1,5 @@
-//! What the box solver will take for the steps of a plan. A load may leave a scene without a mirror plane that it has at rest, so that
-//! the steps are counted as they are.
+//! A forecast of what the box solver takes for the steps of a plan. A load may leave a scene without a mirror plane that it has at rest, so
+//! that the steps are counted as they are.
 
 use elastocap_case::{Case, Indenter, Mechanics};
 use elastocap_electrostatics::{Effort, Forecast, SolveError, forecast, symmetries};
@@ -62,13 +62,13 @@ struct Group {
     /// Planes that the load takes away, which is known although its scene is not.
     lost: [bool; 3],
     steps: usize,
-    /// That of the last step: loads usually ascend, and the layer thins.
+    /// The scene of the last step: loads usually ascend, and the layer thins.
     scene: Scene,
 }
 
 impl Plan {
-    /// What the box solver takes for one step of those that it takes, on average, and at most where it is about memory and unknowns;
-    /// `None` without such a step.
+    /// The unknowns, memory and time of the box solver for one step of those that it solves: on average, and at most where it is about memory
+    /// and unknowns; `None` without such a step.
     ///
     /// # Errors
     /// See [`forecast`].

@@ -22,7 +22,7 @@ pub const MEASURED: &str = "measured";
 /// Field problems at the same time, whatever the machine.
 const MAX_AT_ONCE: usize = 8;
 
-/// What the process takes besides its solves, bytes: the program itself, stacks of threads, and files while they are made.
+/// Memory of the process besides its solves, bytes: the program itself, stacks of threads, and files while they are made.
 pub(super) const PROGRAM: u64 = 20 << 20;
 
 /// Share of the tolerance that the facets of an imported mesh may take without a warning.
@@ -86,7 +86,7 @@ impl Plan {
         self.warnings.extend(lines);
     }
 
-    /// What moves with the material of the layer, and that it does not stiffen it.
+    /// Notes which bodies move with the material of the layer, and that they do not stiffen it.
     fn in_the_layer(&mut self, case: &Case) {
         let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
         let names: Vec<String> = own.map(|body| format!("`{}`", body.name)).collect();
@@ -131,7 +131,7 @@ impl Plan {
         }
     }
 
-    /// What is done for the change against the first step, where it is asked for to a tolerance.
+    /// Notes what is done for the change against the first step, where it is asked for to a tolerance.
     fn change(&mut self, case: &Case) {
         let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) else { return };
         let what = format!(

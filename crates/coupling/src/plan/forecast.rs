@@ -1,4 +1,4 @@
-//! What a plan for tetrahedra will take: not known before the scene is meshed, so that it is computed on request.
+//! The forecast of a plan for tetrahedra: its cost is not known before the scene is meshed, so that it is computed on request.
 
 use elastocap_case::Case;
 use elastocap_electrostatics::forecast_extruded;
@@ -12,13 +12,13 @@ use crate::tetrahedra::forecast;
 use crate::words::seconds;
 use elastocap_linalg::memory::bytes_in_words;
 
-/// What bent electrodes take over straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
+/// The cost of bent electrodes over that of straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
 /// since the first mesh that follows them has 40 to 170 thousand already.
 const BENT: f64 = 2.5;
-/// What bent electrodes take over straight ones as outlines, at most, since the meshes of the plan follow every bend: as observed, up to six
-/// times as many unknowns.
+/// The cost of bent electrodes over that of straight ones as outlines, at most, since the meshes of the plan follow every bend: as observed, up
+/// to six times as many unknowns.
 const BENT_OUTLINES: f64 = 6.0;
-/// What a solve of outlines takes beyond what is counted of it, mostly freed memory that the allocator keeps, bytes.
+/// Memory of a solve of outlines beyond what is counted of it, mostly freed memory that the allocator keeps, bytes.
 const OF_OUTLINES: u64 = 20 << 20;
 const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;
@@ -67,7 +67,7 @@ impl Plan {
         self.mirrored = own.mirrored;
     }
 
-    /// What the solver for outlines takes: its first meshes are solved. Bent electrodes count as at rest.
+    /// Forecasts the cost of the solver for outlines: its first meshes are solved. Bent electrodes count as at rest.
     fn forecast_outlines(&mut self, case: &Case, options: &Options) {
         let may_be =
             |route| matches!(route, Route::Extruded | Route::Outlines | Route::EnclosingBoxesThenOutlines);

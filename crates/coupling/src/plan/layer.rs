@@ -17,7 +17,7 @@ use elastocap_case::{
 /// Estimates of memory and time of a layer's finite elements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LayerForecast {
-    /// What presses the layer, in words.
+    /// The indenter that presses the layer, in words.
     pub indenter: &'static str,
     /// Unknowns of each mesh, coarse to fine: displacements and pressures.
     pub unknowns: Vec<usize>,

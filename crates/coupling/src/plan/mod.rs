@@ -22,7 +22,7 @@ use crate::terminals::target;
 use crate::view::loaded_at;
 use steps::planned_steps;
 
-/// What a run should produce besides the numbers.
+/// The output that a run should produce besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// Whether what the scene does not need is left out. Without it the numbers are the same, and take longer.
@@ -42,16 +42,16 @@ impl Default for Options {
     }
 }
 
-/// What is solved, in which order, and what is left out.
+/// The work of a run: what is solved, in which order, and what is left out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
-    /// What the case asks for.
+    /// The kind of result that the case asks for.
     pub kind: Kind,
     /// The load steps in the order of the case; a case without load has one step.
     pub steps: Vec<PlannedStep>,
-    /// What is solved and written.
+    /// The parts that are solved and written.
     pub solved: Vec<Planned>,
-    /// What is left out, and why.
+    /// The parts that are left out, and why.
     pub left_out: Vec<LeftOut>,
     /// Unknowns of the largest problem, primal plus dual; 0 if there is no field problem.
     pub unknowns: usize,
@@ -66,7 +66,7 @@ pub struct Plan {
     pub mirrored: [bool; 3],
     /// Field problems that run at the same time, at most.
     pub at_once: usize,
-    /// What the user should know before the run.
+    /// Warnings for the user before the run.
     pub warnings: Vec<String>,
     /// Memory that the field solves may take together, bytes.
     #[serde(skip)]
@@ -87,7 +87,7 @@ pub struct Plan {
     pub is_rough: bool,
 }
 
-/// What a case asks for.
+/// The kind of result that a case asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {

@@ -1,4 +1,4 @@
-//! What a plan leaves out, and what that saves.
+//! The parts that a plan leaves out, and the work that this saves.
 
 use elastocap_case::{Case, FieldIndenter};
 use elastocap_electrostatics::Forecast;
@@ -17,7 +17,7 @@ pub struct LeftOut {
     pub why: String,
     /// Whose choice it is; only the plan's own are undone by `--no-prune`.
     pub by: Decision,
-    /// What it saves, a sentence.
+    /// The saving, a sentence.
     pub saving: String,
     /// Unknowns that need not be solved for.
     pub saved_unknowns: Option<usize>,

@@ -61,7 +61,7 @@ impl Plan {
         self.steps.iter().map(|step| step.load).collect()
     }
 
-    /// Those of [`Plan::distinct_steps`] that are not known to fail.
+    /// The steps among [`Plan::distinct_steps`] that are not known to fail.
     pub(super) fn solvable_steps(&self) -> impl Iterator<Item = &PlannedStep> {
         self.distinct_steps().filter(|step| step.failure.is_none())
     }
@@ -124,7 +124,7 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     steps
 }
 
-/// What is known of how a step is solved.
+/// The way in which a step is solved, as far as it is known.
 #[derive(Default)]
 struct Way {
     /// If it has a field.

@@ -50,7 +50,7 @@ pub(super) struct Tilt {
 }
 
 impl Tilt {
-    /// That of the attached ones among some bodies; `None` without a tilt.
+    /// The tilt of the attached ones among some bodies; `None` without a tilt.
     pub(super) fn of(bodies: &[Body], pose: &Pose) -> Option<Self> {
         if pose.tilt == [0.0; 2] {
             return None;

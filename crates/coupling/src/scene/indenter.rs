@@ -1,4 +1,4 @@
-//! What presses on the layer, as a body of the scene.
+//! The indenter that presses on the layer, as a body of the scene.
 
 use elastocap_case::{Case, FieldIndenter, Indenter, Layer, Mechanics, SolidIndenter};
 use elastocap_geometry::scene::{Body, Box3, Purpose};
@@ -15,7 +15,7 @@ pub(crate) struct IndenterForm {
     pub(crate) half_widths: [f64; 2],
     /// How tall it is.
     pub(crate) height: f64,
-    /// What rounds it.
+    /// The way in which it is rounded.
     pub(crate) rounding: Rounding,
 }
 
@@ -47,7 +47,7 @@ impl IndenterForm {
         }
     }
 
-    /// That of a case; `None` where nothing presses, or what presses has no form.
+    /// The form of the indenter of a case; `None` where nothing presses, or what presses has no form.
     pub(crate) fn of(case: &Case, height: Option<f64>) -> Option<Self> {
         let layer = case.layer.as_ref()?;
         let plate = |half_length: f64, width: f64| Self {
@@ -130,7 +130,7 @@ impl IndenterForm {
         }
     }
 
-    /// What it consists of, with its lowest point at this height above the substrate, m.
+    /// The shapes that it consists of, with its lowest point at this height above the substrate, m.
     pub(super) fn shapes(&self, lowest: f64) -> Vec<Shape> {
         let all = self.bounds(lowest);
         let rod = |x: f64, radius: f64| Shape::Cylinder {

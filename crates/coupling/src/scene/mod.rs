@@ -142,7 +142,7 @@ pub enum SceneError {
         tilt: f64,
         /// How far it is from being a box, m.
         deviation: f64,
-        /// What does not fit.
+        /// The misfit, in words.
         what: &'static str,
     },
     /// A body that is not attached stands beside those that are tilted.

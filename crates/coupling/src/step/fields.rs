@@ -93,8 +93,8 @@ impl Solver<'_> {
         Ok(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 })
     }
 
-    /// What the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra may serve, and nobody asked for that solver;
-    /// `changes` then says so.
+    /// The solution that the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra may serve, and nobody asked for
+    /// that solver; `changes` then says so.
     pub(super) fn or_tetrahedra(
         &self,
         found: Result<Solved, SolveError>,

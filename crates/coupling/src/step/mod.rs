@@ -38,7 +38,7 @@ pub enum StepField {
     Tetrahedra(BodyMesh),
 }
 
-/// What the solvers for other shapes than boxes are given.
+/// The scene that the solvers for other shapes than boxes are given.
 struct Shaped<'a> {
     scene: &'a Scene,
     /// Relative error of the capacitance for flat faces that the scene has already, or for its curves.
@@ -70,7 +70,8 @@ fn on_tetrahedra_instead(taken: Route) -> Route {
 /// Spread of the bounds of a draft, over the value.
 const DRAFT: f64 = 0.1;
 
-/// What a solve to another tolerance may take over it. A change is known with it all the same: the shares of its two states leave that much.
+/// The spread at which a solve to another tolerance may stop, over that tolerance. A change is known with it all the same: the shares of its
+/// two states leave that much.
 pub(crate) const ACCEPTED: f64 = 1.08;
 
 /// How a step is to be solved again.
@@ -79,11 +80,11 @@ pub(crate) struct Sharper {
     pub(crate) relative_tolerance: f64,
     /// Bytes.
     pub(crate) memory_limit: u64,
-    /// What the solve before has found.
+    /// Findings of the solve before.
     pub(crate) foresight: Option<Foresight>,
 }
 
-/// What all steps of a run have in common.
+/// The parts that all steps of a run have in common.
 pub(crate) struct Solver<'a> {
     pub(crate) case: &'a Case,
     pub(crate) settings: FieldSettings,
@@ -92,7 +93,7 @@ pub(crate) struct Solver<'a> {
     pub(crate) layer: &'a Prepared,
     /// By how many meshes the layer is coarser than the finest that reached a load: none, but where errors of the layer are looked for.
     pub(crate) coarser: usize,
-    /// What the fields of steps under a map are added to where that is possible.
+    /// The solution that the fields of steps under a map are added to where that is possible.
     pub(crate) base: Option<&'a CommonBase>,
 }
 
@@ -163,8 +164,8 @@ impl Solver<'_> {
         }
     }
 
-    /// What the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are known to
-    /// have these `capacitances`, F. `None` where nothing is meant to be added.
+    /// The base that the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are
+    /// known to have these `capacitances`, F. `None` where nothing is meant to be added.
     ///
     /// # Errors
     /// Why there is no base where one is meant.

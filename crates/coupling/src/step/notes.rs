@@ -1,4 +1,4 @@
-//! What a step notes in its result: the layer, what was found of the field, and what it does not have of what was asked for.
+//! Notes of a step in its result: the layer, what was found of the field, and what is missing of what was asked for.
 
 use std::sync::atomic::Ordering;
 
@@ -23,7 +23,7 @@ use crate::settings::FieldSettings;
 use crate::terminals::shown as shown_of;
 use crate::tetrahedra::{Solved, shown};
 
-/// What a step that was carried to its end does not have of what was asked for.
+/// The shortfalls of a step that was carried to its end: what was asked for and is missing.
 #[derive(Default)]
 pub(super) struct Shortfalls {
     /// Why errors are too large.
@@ -40,7 +40,7 @@ impl Shortfalls {
         Self { no_force, ..Self::default() }
     }
 
-    /// What is missing of the layer comes before what its bodies are replaced by.
+    /// Adds a cause. Shortfalls of the layer come before those of the shapes that replace its bodies.
     pub(super) fn add(&mut self, cause: Cause) {
         let is_mechanics = cause.missed() == Some(Missed::Mechanics);
         let is_geometry = |other: &Cause| is_mechanics && other.missed() == Some(Missed::Geometry);
@@ -116,7 +116,7 @@ impl Solver<'_> {
         Ok([of_pair, self.error_of_bodies(step, state)].into_iter().flatten().reduce(f64::max))
     }
 
-    /// That of the bodies that move with the layer's material.
+    /// The relative error, an estimate, of the bodies that move with the layer's material.
     fn error_of_bodies(&self, step: &PlannedStep, state: Option<&Deformation<'_>>) -> Option<f64> {
         let Some(Deformation::FiniteElement(layer)) = state else { return None };
         let rods = Rods::of(self.case);
@@ -136,7 +136,7 @@ impl Solver<'_> {
         Some(rods.error(errors?.into_iter()))
     }
 
-    /// That of the pair: the larger of those of its gap and of its parallel-plate capacitance.
+    /// The relative error, an estimate, of the pair: the larger of those of its gap and of its parallel-plate capacitance.
     fn error_of_pair(
         &self,
         step: &PlannedStep,

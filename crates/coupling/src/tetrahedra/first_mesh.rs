@@ -40,7 +40,7 @@ const FORECAST_INSERTIONS: usize = 20_000;
 /// The most corners of outlines in a mesh that is only to tell what the solve will take.
 const FORECAST_CORNERS: usize = 5_000;
 
-/// What a first mesh is for.
+/// The purpose of a first mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// To be solved.

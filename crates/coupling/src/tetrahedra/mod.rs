@@ -123,7 +123,7 @@ fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
     round.max(curvature_error(mesh, faceted))
 }
 
-/// What solving the scene will take: it is meshed, and solved on a small mesh. An estimate, which is rough where that would take long.
+/// A forecast of what solving the scene will take: it is meshed, and solved on a small mesh. An estimate, which is rough where that would take long.
 ///
 /// # Errors
 /// Why the scene cannot be meshed or solved.

@@ -122,7 +122,7 @@ impl Regions {
     }
 }
 
-/// What of a tetrahedron lies in a box, as tetrahedra that turn the same way.
+/// The part of a tetrahedron that lies in a box, as tetrahedra that turn the same way.
 fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     if tet.iter().all(|(place, _)| shown.contains(*place)) {
         return vec![tet];
@@ -138,7 +138,7 @@ fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     pieces
 }
 
-/// What of a tetrahedron lies beyond a plane across axis `a`, on the side to which `side` points. Neighbours are cut along the same
+/// The part of a tetrahedron that lies beyond a plane across axis `a`, on the side to which `side` points. Neighbours are cut along the same
 /// lines in the face that they share.
 fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
     let inside = |corner: &Corner| side * (corner.0[a] - at) > 0.0;
@@ -176,7 +176,7 @@ fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
 
 /// The mesh of the whole scene, and on its points the potential, V, with conductors held at these.
 ///
-/// What a point's mirror image sees is what the point sees when conductors have changed places.
+/// A point's mirror image sees what the point sees when conductors have changed places.
 pub(super) fn on_whole(
     mesh: &TetMesh,
     potentials: &[Vec<f64>],

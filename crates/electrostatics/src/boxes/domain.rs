@@ -19,7 +19,7 @@ pub(crate) struct Axis {
     pub line: Line,
     /// First element of each interval, and one past the last: one more entry than intervals.
     pub cuts: Vec<usize>,
-    /// What holds at the two ends.
+    /// The wall at each of the two ends.
     pub walls: [Wall; 2],
     /// How flux continues to infinity beyond open ends; `None` where none may leave.
     pub rays: Option<Rays>,
@@ -171,7 +171,7 @@ impl Axis {
         offsets[self.cuts[lo]]..offsets[self.cuts[hi]]
     }
 
-    /// What the flux does at the ends of the intervals `lo..hi` if both are bounded by obstacles.
+    /// The condition on the flux at the two ends of the intervals `lo..hi` if both are bounded by obstacles.
     pub(crate) fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
         let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,

@@ -35,7 +35,8 @@ pub(crate) struct Energies {
     pub seconds: [f64; 2],
 }
 
-/// What moves potentials besides conductors: the solution u minimises u A u less twice the product of u and `pull` as if there were no map.
+/// A source of potentials other than the conductors: the solution u minimises u A u less twice the product of u and `pull` as if there were
+/// no map.
 pub(crate) struct Drive<'a> {
     /// One for each right-hand side.
     pub(crate) pull: &'a [Vec<f64>],
@@ -221,7 +222,7 @@ pub(crate) fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveErro
 struct Flux {
     /// Potentials of the mixed method, which the flux is made from.
     phi: Vec<f64>,
-    /// What is added to them and is smaller than their last digit.
+    /// A correction that is added to them and is smaller than their last digit.
     finer: Option<Vec<f64>>,
     /// The divergence of the flux, with the opposite sign.
     residual: Vec<f64>,

@@ -97,7 +97,7 @@ fn small_layout(scene: &Scene, settings: &Settings) -> Result<Option<Layout>, So
     }
 }
 
-/// What the forecasts of a plan may still take together.
+/// The effort that all forecasts of a plan together may still take.
 #[derive(Debug)]
 pub struct Effort {
     /// Seconds of a processor, by count.
@@ -194,7 +194,7 @@ fn both(a: Forecast, b: Forecast) -> Forecast {
     }
 }
 
-/// What a solve on the largest grid that there may be takes, for a scene with too many cells to be laid out.
+/// The forecast for a scene with too many cells to be laid out: the cost of a solve on the largest grid that there may be.
 fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
     let sides = scene.conductors().filter(|own| own.potential != Potential::Grounded).count().max(1);
     let axis = (MAX_UNKNOWNS as f64 / 2.0).cbrt();
@@ -212,7 +212,7 @@ fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
     }
 }
 
-/// What a problem takes on its first grid.
+/// The cost of a problem on its first grid.
 struct Cost {
     /// Entries of all conductor-free boxes over those of the array.
     overlap: f64,

@@ -28,7 +28,7 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) core: Layout,
     /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used, the last where a half turn is.
     pub(crate) reflected: [bool; 3],
-    /// What any capacitance may change by where faces that are far away were left out, relative.
+    /// The largest relative change of any capacitance where faces that are far away were left out.
     pub(crate) left_out: f64,
     /// Which conductors float.
     pub(crate) floating: Floating,

@@ -55,7 +55,7 @@ const OF_ONE_STATE: f64 = 0.85;
 /// punch.
 const GROWS: f64 = 0.17;
 
-/// What the goal may be multiplied by where the amplification is foreseen, and what exceeds the tolerance by [`MARGIN`] is still accepted.
+/// The factor by which the goal may be multiplied where the amplification is foreseen and [`MARGIN`] times the tolerance is still accepted.
 const CLOSER: f64 = 1.25;
 const MARGIN: f64 = 1.05;
 
@@ -127,7 +127,7 @@ enum Purpose {
     Prove,
 }
 
-/// What sets the search for one of several states of a target apart from others.
+/// The settings that only the search for one of several states of a target has.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OneState {
     /// Where rays to infinity begin, as [`OpenSpace::distance`] has it: the same for all states, whose grids are joined.
@@ -156,7 +156,7 @@ pub(crate) struct Search<'p, 's> {
     last_overstated: Option<f64>,
     /// Whether `last_overstated` was about as much on the grid before.
     settled: bool,
-    /// What the grid before gave.
+    /// The results on the grid before.
     before: Option<Coarser>,
     /// The potentials on the grid before, from which iterations on the next start.
     potentials: Option<Potentials>,
@@ -169,7 +169,7 @@ pub(crate) struct Search<'p, 's> {
     distance: f64,
     /// The error of the target that a base leaves; zero without one.
     of_base: f64,
-    /// What a body that is added to it sees of that.
+    /// The part of that error that a body which is added to the base sees.
     seen: f64,
     /// Errors found so far.
     judged: Vec<f64>,
@@ -341,13 +341,13 @@ impl<'p, 's> Search<'p, 's> {
         (error.sqrt() - self.of_base.sqrt()).max(0.0).powi(2)
     }
 
-    /// What a refinement must leave of an error at most to count as progress. Of what is added to a base, the last grids go on from errors
-    /// that are small beside that of the base.
+    /// The largest ratio of the error after a refinement to the error before that counts as progress. Where a solution is added to a base, the
+    /// last grids go on from errors that are small beside that of the base.
     fn progress(&self) -> f64 {
         if self.problem.base.is_some() { 0.95 } else { 0.8 }
     }
 
-    /// What the amplification of a solve before foresees of this one.
+    /// The foresight that an earlier solve gives for this one; `None` too where the solution is added to a base.
     fn foreseen(&self) -> Option<Foresight> {
         self.problem.settings.foresight.filter(|_| self.problem.base.is_none())
     }
@@ -573,7 +573,7 @@ impl<'p, 's> Search<'p, 's> {
         is_known.then_some(Foresight { amplification, error: *error })
     }
 
-    /// What was found, whether it met the tolerance or not.
+    /// The result of the search, whether it met the tolerance or not.
     ///
     /// # Errors
     /// A request to stop before anything was known, a linear solver that did not converge.

@@ -20,7 +20,7 @@ const SAME: f64 = 1e-13;
 /// Rounding that planes far away leave in the coordinates of all, over the distance of the farthest, and over the unit at most.
 const FROM_AFAR: [f64; 2] = [4.0 * f64::EPSILON, 1e-9];
 
-/// What the coordinate of a plane among others may be wrong by.
+/// The error that the coordinate `at` of a plane may have where the farthest plane is at `farthest`.
 fn same(at: f64, farthest: f64) -> f64 {
     let [share, most] = FROM_AFAR;
     (SAME * at.abs().max(1.0)).max((share * farthest).min(most))
@@ -87,7 +87,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// That of a scene by itself.
+    /// The frame of a scene by itself.
     ///
     /// # Errors
     /// A conductor that consists neither of boxes nor of sheets.

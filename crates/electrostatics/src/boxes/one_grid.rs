@@ -25,14 +25,14 @@ use faer::{Mat, Scale};
 /// on cubes, plates and pairs.
 const SURPLUS_FACTOR: f64 = 1.75;
 
-/// What [`Outcome::amplification`] may be of a coupling that is asked for by itself, however weak it is.
+/// The largest [`Outcome::amplification`] of a coupling that is asked for by itself, however weak it is.
 const LARGEST_AMPLIFICATION: f64 = 1e4;
 
-/// What [`Outcome::overstated`] may be.
+/// The least and the largest value that [`Outcome::overstated`] may have.
 const MOST_UNDERSTATED: f64 = 0.5;
 const MOST_OVERSTATED: f64 = 100.0;
 
-/// What the grid before gave, which the error estimate of a solve without bounds compares with.
+/// The results on the grid before, with which the error estimate of a solve without bounds compares.
 pub(crate) struct Coarser {
     /// Relative energy that the surplus indicated to be missing.
     pub(crate) missing: f64,
@@ -40,10 +40,10 @@ pub(crate) struct Coarser {
     pub(crate) upper: Mat<f64>,
 }
 
-/// What is added to a base misses at least this share of its error in each part.
+/// The share of the error of the solution added to a base that each part is taken to have at least.
 const LEAST_OF_PART: f64 = 0.1;
 
-/// What a body sees of the error of a base, over the share of it that is without sources around the body.
+/// All that a body sees of the error of a base, over what it sees of the part of that error that has no sources around the body.
 const SEEN_BESIDE: f64 = 1.3;
 
 /// Energies of all parts on one grid.
@@ -74,7 +74,7 @@ pub(crate) struct Outcome {
 pub(crate) enum Lower<'a> {
     /// None: they are set equal to the upper ones.
     None,
-    /// Those of the dual problem on the grid. Under a map the dual problem follows the primal one, and is left out where lower bounds that
+    /// The bounds of the dual problem on the grid. Under a map the dual problem follows the primal one, and is left out where lower bounds that
     /// are `known` from another grid give, with the new upper ones, an error of `accepted`.
     Proved { known: Option<&'a Mat<f64>>, accepted: f64 },
 }
@@ -433,7 +433,7 @@ impl Outcome {
         [root * root, SEEN_BESIDE * seen.iter().sum::<f64>()]
     }
 
-    /// What a gap of the energies of each part makes of the target, over its value.
+    /// For each part the spread of the target that a gap in the energies of the part causes, over the target's value.
     pub(in crate::boxes) fn of_gaps(
         &self,
         problem: &GridProblem<'_>,

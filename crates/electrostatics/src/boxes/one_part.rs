@@ -33,7 +33,7 @@ pub(super) struct Embedded<'a> {
 }
 
 impl Potentials {
-    /// Those of the part whose first right-hand side has this number, on a finer grid; `None` where the grid is not finer.
+    /// The potentials of the part whose first right-hand side has the number `first`, on a finer grid; `None` where the grid is not finer.
     pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
         let coarse = self.0.iter().find(|part| part.first == first)?;
         let of_axis =
@@ -75,13 +75,13 @@ pub(in crate::boxes) struct SolvedPart {
     pub(super) copies: f64,
 }
 
-/// What a part that is added to a base has of its own.
+/// The data that only a part that is added to a base has.
 pub(super) struct OnBase {
     /// The index of the part.
     pub(super) index: usize,
     /// The energies of its own problem.
     under_map: Mat<f64>,
-    /// What the interpolated base misses, where that was needed.
+    /// The energies that the interpolated base misses, where they were needed.
     missed: Mat<f64>,
     /// The interpolated base, for each right-hand side.
     pub(super) cut: Vec<Vec<f64>>,

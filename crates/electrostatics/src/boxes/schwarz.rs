@@ -197,7 +197,7 @@ pub(crate) struct SchwarzWork<T> {
     quarters: [Option<Box<SchwarzWork<T>>>; 2],
     /// The parts of the residual on the two quarters.
     parts: [Vec<T>; 2],
-    /// What the preconditioners of the two quarters give for these parts.
+    /// The results of the preconditioners of the two quarters for these parts.
     found: [Vec<T>; 2],
 }
 

@@ -20,13 +20,13 @@ use std::sync::Arc;
 const MOST: f64 = 0.8;
 const MOST_OF_SHARE: f64 = 2.0;
 
-/// What is added to a base.
+/// The additions that a base is made for: their reach, their effect on the target, and the accuracy that they need.
 #[derive(Debug, Clone, Copy)]
 pub struct Additions {
     /// Distance from the middle of the conductors beyond which no face of any scene lies, m.
     pub reach: f64,
-    /// What they change of the target at most, over its value without them; one where nothing is known of it. Where the grids end in open
-    /// space follows from it: bounds hold whatever is given, but too small a value makes them wide.
+    /// The largest change of the target that they cause, over its value without them; one where nothing is known of it. Where the grids end in
+    /// open space follows from it: bounds hold whatever is given, but too small a value makes them wide.
     pub change: f64,
     /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
     pub share: f64,
@@ -38,8 +38,8 @@ pub struct Additions {
 /// The largest share of the error of a base that a body may see where it is to cancel.
 const MOST_SEEN: f64 = 0.35;
 
-/// What a body may see of the error of each part of a base, over the tolerance; the error over the tolerance at most, beyond which it counts
-/// too much in the product with the error of what is added.
+/// The error of each part of a base that a body may see, over the tolerance; and the largest error of a part, over the tolerance: a larger
+/// one counts too much in the product with the error of the solution that is added.
 const SEEN: f64 = 0.2;
 const MOST_OF_PART: f64 = 1.2;
 
@@ -60,7 +60,7 @@ const ENERGY: f64 = 2.0;
 /// where the scene cannot serve as a base.
 ///
 /// # Errors
-/// Those of [`crate::solve`].
+/// The errors of [`crate::solve`].
 pub fn solve_base(
     scene: &Scene,
     like: (&Scene, &Arc<SceneMap>),
@@ -106,7 +106,8 @@ pub fn solve_base(
 const ROUGH_ENERGY: f64 = 0.2;
 const ROUGH_SHARE: f64 = 1e-3;
 
-/// What a gap of the energies of each part, as large as these, would make of the target, over its value: by a small grid.
+/// For each part the spread of the target that a gap as large as the energies of the part would cause, over the target's value: from a small
+/// grid.
 fn weights(problem: &GridProblem<'_>) -> Result<Vec<f64>, SolveError> {
     let settings = problem.settings;
     let far =
@@ -128,7 +129,7 @@ fn weights(problem: &GridProblem<'_>) -> Result<Vec<f64>, SolveError> {
     }
 }
 
-/// What the body of a scene sees of the error of a base, where that can cancel.
+/// The part of the error of a base that the body of a scene sees, where the error can cancel.
 fn sight(
     base: &Scene,
     (scene, map): (&Scene, &Arc<SceneMap>),

@@ -234,7 +234,7 @@ fn rounding(bounds: &MatrixBounds) -> Mat<f64> {
     Mat::from_fn(upper.nrows(), upper.nrows(), |i, j| if i == j { upper[(i, i)].abs() } else { 0.0 })
 }
 
-/// What the search found, as if both states had been solved on one grid: that of the larger one is reported.
+/// The result of the search, as if both states had been solved on one grid: the larger of their two grids is reported.
 fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, begin: Instant) -> Found {
     let larger = if b.outcome.unknowns > a.outcome.unknowns { &b } else { &a };
     let (grid, grids) = (larger.grid.clone(), a.grids + b.grids);

@@ -1,8 +1,8 @@
-//! What is over the triangles of the plan, and the chains of sides between what is over them.
+//! The columns of space over the triangles of the plan, and the chains of sides between the columns.
 
 use std::collections::HashMap;
 
-/// What fills the space over one triangle of the plan. Along the axis, *cuts* are the planes at which something begins or ends, and
+/// The filling of the space over one triangle of the plan. Along the axis, *cuts* are the planes at which something begins or ends, and
 /// the ends of the scene; *intervals* lie between them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
@@ -14,7 +14,7 @@ pub(super) struct Column {
     pub permittivity: Vec<f64>,
 }
 
-/// What holds the sides of triangles in which sheets stand that contain the axis: see [`Column`].
+/// The conductors that hold the sides of triangles in which sheets that contain the axis stand: see [`Column`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chain {
     /// The conductor that holds them over each interval.

@@ -10,7 +10,7 @@ use elastocap_linalg::dense::product;
 use faer::Mat;
 use std::f64::consts::PI;
 
-/// What the open sides of the upper and of the lower problem are.
+/// The wall that open sides become in the upper and in the lower problem.
 pub(super) fn open_sides(is_confined: bool) -> [Wall; 2] {
     if is_confined { [Wall::Grounded, Wall::Insulated] } else { [Wall::Open; 2] }
 }

@@ -50,7 +50,7 @@ pub(super) struct Dual {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trace {
     Unknown,
-    /// That of a conductor.
+    /// The potential of the conductor with this index.
     Held(u32),
     /// Zero: a grounded wall, or inside a conductor.
     Zero,
@@ -274,7 +274,7 @@ impl Operator for Dual {
     }
 }
 
-/// What is known of the traces on the edges in an interval.
+/// The traces on the edges in an interval, as far as they are known.
 fn traces(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], m: usize) -> Vec<Trace> {
     let mut out: Vec<Trace> = (0..mesh.edges.len())
         .map(|e| if mesh.wall(e, walls) == Some(Wall::Grounded) { Trace::Zero } else { Trace::Unknown })

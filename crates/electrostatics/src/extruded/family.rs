@@ -28,27 +28,27 @@ impl Level {
     }
 }
 
-/// What was learnt from the meshes that were explored.
+/// The results of the meshes that were explored.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gained {
-    /// What the upper bound fell by from the first mesh to the second, relative.
+    /// The relative fall of the upper bound from the first mesh to the second.
     pub refined: f64,
     /// The shares of the energy that the last functions of the axis carry, at edges and elsewhere, on the third mesh; on the second
     /// where there are no edges.
     pub last_along_axis: [f64; 2],
-    /// What the upper bound fell by from the second mesh to the third; zero where there are no edges.
+    /// The relative fall of the upper bound from the second mesh to the third; zero where there are no edges.
     pub striped: f64,
-    /// What the upper bound fell by from the third mesh to the fourth; infinite where the fourth was not solved, which is needed with
-    /// sheets only.
+    /// The relative fall of the upper bound from the third mesh to the fourth; infinite where the fourth was not solved, which is needed
+    /// with sheets only.
     pub layered: f64,
 }
 
-/// What the lower bound and finer meshes add to the fall of the upper bound from the first mesh to the second: the error on the second
-/// is that share of the fall.
+/// The error on the second mesh as a share of the fall of the upper bound from the first mesh to the second: the share that the lower
+/// bound and finer meshes add to the fall.
 const SHARE_OF_FALL: f64 = 0.2;
 
-/// The share of that error that comes from the layers toward corners and along the axis, and what a layer takes off it; without and
-/// with sheets, whose edges are more singular than those of bodies. The rest comes from the degrees.
+/// The share of that error that comes from the layers toward corners and along the axis, and the factor by which each further layer
+/// multiplies it; without and with sheets, whose edges are more singular than those of bodies. The rest comes from the degrees.
 const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
 
 /// Errors with two layers and the third degree along the axis over what the last functions of the axis carry, at edges and elsewhere.
@@ -57,15 +57,15 @@ const OF_LAST: [f64; 2] = [1.0, 0.45];
 /// The shares of the errors by layers and by degrees that are left for the plan at least, where the axis seems to have more.
 const LEAST_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
-/// What a degree takes off; and what the second degree leaves over what the third does.
+/// The factor by which each degree beyond the third multiplies the error; and the error with the second degree over that with the third.
 const BY_DEGREE: f64 = 0.18;
 const SECOND_DEGREE: f64 = 10.0;
 
-/// What a strip takes off the error without strips; without and with sheets.
+/// The factor by which each strip multiplies the error without strips; without and with sheets.
 const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 
-/// What a forecast of the error is multiplied by before it is compared with the tolerance. Where the forecast is too low nonetheless,
-/// another mesh is solved.
+/// The factor by which a forecast of the error is multiplied before it is compared with the tolerance. Where the forecast is too low
+/// nonetheless, another mesh is solved.
 const SAFETY: f64 = 1.15;
 
 /// The error expected at least, where the upper bound did not fall: what is found can correct it.
@@ -74,7 +74,7 @@ const LEAST: f64 = 1e-12;
 /// The highest degree.
 pub(super) const HIGHEST: usize = 8;
 
-/// What is expected of the meshes of a scene. The numbers were measured on bars, bent electrodes, discs, rings and boards: see
+/// The errors expected on the meshes of a scene. The numbers were measured on bars, bent electrodes, discs, rings and boards: see
 /// docs/extruded.md.
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {

@@ -23,7 +23,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What the fluxes need of a triangle besides its local matrices: the flux for unit rows, and the constant 1.
+/// The data of a triangle that the fluxes need besides its local matrices: the flux for unit rows, and the constant 1.
 #[derive(Debug)]
 pub(super) struct Cell {
     /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row of its sides.
@@ -133,7 +133,7 @@ struct Sheet {
     ratios: Vec<Option<f64>>,
 }
 
-/// What leaves an edge of the frame along rays.
+/// The flux that leaves an edge of the frame along rays.
 #[derive(Debug)]
 struct Leaving {
     /// First row and number of rows of an edge.
@@ -154,7 +154,7 @@ pub(super) struct Fluxes {
     leaving: Vec<Leaving>,
 }
 
-/// What resists fluxes that leave along rays.
+/// The resistance to fluxes that leave along rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Beyond<'a> {
     /// No flux leaves along rays.

@@ -10,7 +10,7 @@ const MOST: usize = 64;
 /// Rows or columns that are summed up at the same time: sums are chains of dependent additions.
 const AT_ONCE: usize = 4;
 
-/// What couples the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
+/// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
 #[derive(Debug)]
 pub(super) struct InnerUnknowns<T> {
     /// Inner unknowns of each triangle.

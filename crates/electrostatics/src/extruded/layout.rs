@@ -202,7 +202,7 @@ impl Layout {
         }
     }
 
-    /// What fills the space over a point of the plan.
+    /// The column of space over a point of the plan.
     ///
     /// # Errors
     /// Two conductors that touch or overlap there.
@@ -236,7 +236,7 @@ impl Layout {
         Ok(column)
     }
 
-    /// What holds the segment between two points of the plan, which lies either along the whole of a sheet's or outside that.
+    /// The chain that holds the segment between two points of the plan, if any does; the segment lies either wholly in that of a sheet or outside.
     ///
     /// # Errors
     /// Two conductors that touch or overlap there.
@@ -391,7 +391,7 @@ pub(super) struct Plan {
     pub columns: Vec<Column>,
     /// The column of each triangle.
     pub of_triangle: Vec<u32>,
-    /// What the numbers of chains in `marks` stand for.
+    /// The chains that the numbers in `marks` stand for.
     pub chains: Vec<Chain>,
     pub marks: Marks,
     pub frame: [[f64; 2]; 2],

@@ -93,7 +93,7 @@ pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl I
     })
 }
 
-/// What a side of triangles separates: two columns, or two sides of a chain.
+/// The two columns, or the two sides of a chain, that a side of triangles separates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Boundary {
     /// Ascending.

@@ -14,7 +14,7 @@ pub(super) struct PlanMesh {
     pub points: Vec<[f64; 2]>,
     /// Corners in ascending order.
     pub triangles: Vec<[u32; 3]>,
-    /// What each triangle is a part of if that is bent, with the shares of its corners there.
+    /// The bent triangle that each triangle is a part of, if it is, with the shares of its corners there.
     pub bent: Vec<Option<(Bent, [[f64; 2]; 3])>>,
     /// Sides of each triangle, in the order of [`SIDES`].
     pub sides: Vec<[u32; 3]>,
@@ -122,7 +122,7 @@ impl PlanMesh {
         (a[0] - b[0]).hypot(a[1] - b[1])
     }
 
-    /// What holds on the side of the frame that an edge lies on.
+    /// The wall on the side of the frame that an edge lies on; `None` for an edge inside the frame.
     pub(super) fn wall(&self, edge: usize, walls: &[[Wall; 2]; 2]) -> Option<Wall> {
         self.on_frame[edge].map(|[k, side]| walls[k][side])
     }

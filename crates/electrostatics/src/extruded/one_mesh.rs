@@ -235,7 +235,7 @@ struct Refined {
     start: f64,
     /// Share of it at which the iterations stop.
     goal: f64,
-    /// What the last repair cost.
+    /// The cost of the last repair.
     last: f64,
     iterations: usize,
     flux: Option<Flux>,
@@ -244,7 +244,7 @@ struct Refined {
 /// The solution of the lower problem for one right-hand side.
 struct Flux {
     potential: Vec<f64>,
-    /// What the fluxes still diverge.
+    /// The divergence that the fluxes still have.
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,

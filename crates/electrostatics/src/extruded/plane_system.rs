@@ -138,7 +138,7 @@ impl PlaneSystem {
         })
     }
 
-    /// What couples the inner unknowns to the others.
+    /// The couplings of the inner unknowns to the others.
     pub(super) fn inner_unknowns<T: Real>(&self, locals: &[Local]) -> InnerUnknowns<T> {
         InnerUnknowns::new(locals, &self.triangles, &self.places)
     }

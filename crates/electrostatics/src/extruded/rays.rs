@@ -42,7 +42,7 @@ pub(super) fn met_by_rays(mesh: &PlanMesh, axis: &Axis) -> Vec<[f64; 2]> {
 /// A matrix by rows: column, value.
 type SparseRows = Vec<Vec<(u32, f64)>>;
 
-/// What is added to the energy of the potentials of a mesh by open space.
+/// The energy that open space adds to that of the potentials of a mesh.
 #[derive(Debug, Default)]
 pub(super) struct PotentialRays {
     /// Rows of the functions on the open sides of the frame.
@@ -191,7 +191,7 @@ impl PotentialRays {
         }
     }
 
-    /// What the preconditioner adds along the frame: the radial and the tangential part, without their product.
+    /// The matrices that the preconditioner adds along the frame: the radial and the tangential part, without their product.
     pub(super) fn beyond(&self, mesh: &PlanMesh, walls: &[[Wall; 2]; 2], radius: Option<f64>) -> Vec<Beyond> {
         let Some(radius) = radius else { return Vec::new() };
         let open = (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open));

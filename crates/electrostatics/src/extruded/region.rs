@@ -25,7 +25,7 @@ pub(super) struct Region<T> {
     /// Transposed.
     transposed: Vec<T>,
     batches: Vec<Batch<T>>,
-    /// What the unknowns are multiplied by before and after.
+    /// The factors by which the unknowns are multiplied before and after.
     scaling: Scaling,
     couplings: InnerUnknowns<T>,
 }
@@ -37,7 +37,7 @@ struct Batch<T> {
     factor: LaneFactor<T>,
 }
 
-/// What unknowns are multiplied by: a number for each piece of the window and each row.
+/// Factors by which unknowns are multiplied: a number for each piece of the window and each row.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scaling {
     /// Where the pieces are in the window; none for 1 everywhere.

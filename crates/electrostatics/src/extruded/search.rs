@@ -36,7 +36,7 @@ use std::time::Instant;
 /// Size of a layer over the next larger one, in the plan and along the axis.
 const RATIO: f64 = 0.15;
 
-/// What integrals over bent triangles may be wrong by, relative, for each conductor: see the tests of `elastocap_fem::triangle`.
+/// The relative error that integrals over bent triangles may have, for each conductor: see the tests of `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
 
 /// The result of [`solve_extruded`](super::solve::solve_extruded).
@@ -85,7 +85,7 @@ const SMALLER: f64 = 0.7;
 const WIDEST: usize = 2;
 const WIDER: f64 = 4.0;
 
-/// What is known from one mesh.
+/// The results of one mesh.
 struct Found {
     all: MatrixBounds,
     bounds: MatrixBounds,
@@ -117,7 +117,7 @@ pub(super) struct Search<'a> {
     pub(super) parities: Vec<Parity>,
     floating: Floating,
     contrast: f64,
-    /// What any capacitance may change by where faces that are far away were left out, relative.
+    /// The largest relative change of any capacitance where faces that are far away were left out.
     left_out: f64,
     pub(super) seconds: PhaseSeconds,
     meshes: usize,
@@ -438,7 +438,7 @@ impl<'a> Search<'a> {
         pairs.map(ratio).filter(|r| r.is_finite()).fold(1.0, f64::max)
     }
 
-    /// Those of [`Level::EXPLORED`] that are solved.
+    /// The levels of [`Level::EXPLORED`] that are solved.
     pub(super) fn explored(&self) -> impl Iterator<Item = Level> {
         let count = match (self.plan.marks.edges.is_empty(), self.layout.has_sheets()) {
             (true, _) => 2,

@@ -1,4 +1,4 @@
-//! What the solver on tetrahedra will take: a small mesh is solved, and the spread of its bounds extrapolated.
+//! The cost of a solve on tetrahedra, forecast: a small mesh is solved, and the spread of its bounds extrapolated.
 
 use crate::error::SolveError;
 use crate::parity::Parity;
@@ -50,7 +50,7 @@ const PROGRAM: u64 = 36 << 20;
 ///
 /// # Errors
 ///
-/// Those of [`solve_mesh()`].
+/// The errors of [`solve_mesh()`].
 pub fn forecast_mesh(
     mesh: TetMesh,
     scene: MeshScene<'_>,

@@ -5,12 +5,12 @@ use crate::solution::Solution;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_geometry::scene::{MirrorPlane, Potential};
 
-/// What a mesh stands for: its permittivities, the potentials of its conductors and its symmetry.
+/// The scene that a mesh stands for: its permittivities, the potentials of its conductors and its symmetry.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshScene<'a> {
     /// Relative permittivity of each region of the mesh: the background, then the dielectrics.
     pub permittivity: &'a [f64],
-    /// What determines the potential of each conductor of the whole scene.
+    /// How the potential of each conductor of the whole scene is determined.
     pub potentials: &'a [Potential],
     /// For each axis the plane about which the scene is its own mirror image, if the mesh is the half above it. The results are
     /// those of the whole scene, by whose conductors the faces of the mesh are numbered.

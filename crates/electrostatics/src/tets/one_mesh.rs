@@ -28,7 +28,7 @@ const ITERATION: f64 = 1e-5;
 /// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
 pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
-/// What is known on the mesh before the last refinement.
+/// The results on the mesh before the last refinement.
 pub(super) struct Coarser {
     pub(super) solved: MeshSolution,
     /// The potentials of each parity with a field.
@@ -45,7 +45,7 @@ pub(super) struct SolvedParity {
     pub(super) flux: Flux,
 }
 
-/// What stays the same on all meshes of one solve.
+/// The data that stay the same on all meshes of one solve.
 pub(super) struct Task<'a> {
     scene: MeshScene<'a>,
     pub(super) settings: &'a TetrahedraSettings,
@@ -203,7 +203,7 @@ impl<'a> Task<'a> {
         self.reduced(all.upper_with_rounding(&self.rounding_scale(all), factor)).spread.error
     }
 
-    /// What each tetrahedron holds of the gap between the bounds, and the share of the spread that lies beyond the mesh.
+    /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies beyond the mesh.
     pub(super) fn gaps(&self, found: &[SolvedParity], all: &MatrixBounds) -> (Gaps, f64) {
         let rows = self.settings.target.rows(self.floating.driven.len());
         let states = states(&self.floating, all, &rows);

@@ -19,7 +19,7 @@ const MIN_GROWTH: f64 = 1.15;
 /// How much larger a mesh may be than the one before; conformity about doubles both.
 const GROWTH: Growth = Growth { usual: 1.3, last: 1.7 };
 
-/// What is left of the gap is this many times more than foreseen at most, judged by the mesh before.
+/// The largest factor by which the gap that is left is taken to exceed the foreseen one, judged by the mesh before.
 const MAX_EXCESS: f64 = 1.3;
 
 /// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
@@ -35,7 +35,7 @@ pub(super) struct Refinement {
     made: usize,
     /// The relative spread on the mesh before the last.
     spread: f64,
-    /// That of the last mesh as foreseen from there.
+    /// The relative spread of the last mesh as foreseen from the mesh before.
     foreseen: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What the solver on tetrahedra is asked for.
+//! The settings of the solver on tetrahedra.
 
 use crate::target::Target;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 pub struct TetrahedraSettings {
     /// Largest relative spread (upper - lower) / value of the target.
     pub relative_tolerance: f64,
-    /// What the spread is compared with where the value is smaller, F: see [`Settings::least_scale`](crate::Settings::least_scale).
+    /// The scale, F, that the spread is compared with where the value is smaller: see [`Settings::least_scale`](crate::Settings::least_scale).
     pub least_scale: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,

@@ -3,7 +3,7 @@
 use elastocap_coupling::failure::StepFailure;
 use elastocap_electrostatics::{Bounded, ResolutionLevel};
 
-/// What kind of error a line has.
+/// The kind of error that a line has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Both bounds proved: the certified error is half of their spread.
@@ -41,17 +41,17 @@ pub enum Choice {
 /// One solve, or why there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What kind of error it has.
+    /// The kind of error that it has.
     pub kind: Kind,
     /// Who chose the grid.
     pub choice: Choice,
     /// The tolerance asked for. For a given grid, the tolerance that its outer reach and its iterations are set for.
     pub tolerance: Option<f64>,
-    /// What it gave, or why it gave nothing.
+    /// The result, or the reason why there is none.
     pub outcome: Result<Found, Missing>,
 }
 
-/// What a solve gave.
+/// The result of a solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The order and the layers of the grid; of the last one, if there were several.
@@ -80,7 +80,7 @@ pub enum Missing {
 }
 
 impl Run {
-    /// What it gave.
+    /// The result, if there is one.
     pub fn found(&self) -> Option<&Found> {
         self.outcome.as_ref().ok()
     }

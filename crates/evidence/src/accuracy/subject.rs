@@ -18,7 +18,7 @@ use elastocap_coupling::terminals::shown;
 /// Which capacitance is studied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// What the case measures.
+    /// The capacitance that the case measures.
     Measured(Measurement),
     /// The first diagonal entry of the Maxwell matrix, where the case measures all of it.
     FirstEntry,
@@ -28,7 +28,7 @@ pub enum Quantity {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Measured {
     pub(super) seconds: f64,
-    /// What is studied.
+    /// The capacitance that is studied.
     pub(super) value: Bounded,
     /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole matrix where that is asked for.
     pub(super) reported_error: f64,

@@ -100,7 +100,7 @@ impl Item {
         Self::ALL.into_iter().find(|item| item.name() == name)
     }
 
-    /// What it shows.
+    /// The title of the item: what it shows.
     pub fn title(self) -> &'static str {
         match self {
             Self::Table1 => "the phase angle over the compression",
@@ -119,14 +119,14 @@ impl Item {
     }
 }
 
-/// What came of an item.
+/// The files and findings of an item that was drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
     /// Names and contents of its files.
     pub files: Vec<(String, String)>,
-    /// What it says in numbers, a sentence each.
+    /// The findings in numbers, a sentence each.
     pub findings: Vec<String>,
-    /// What was left out because the solver stopped.
+    /// The parts that were left out because the solver stopped.
     pub missing: Vec<String>,
 }
 
@@ -220,7 +220,7 @@ fn closed_form(compression: f64, shear_length: f64) -> Result<LayerStress, Mecha
     LayerStress::new(LayerMap::new(1.0, compression)?, RUBBER, shear_length)
 }
 
-/// What a run left out, if anything.
+/// The part that a run left out, if any, in words.
 fn left_out(what: &str, found: &ShearLengths) -> Option<String> {
     let stopped = found.stopped.as_ref()?;
     let last = found.points.last().map_or(0.0, |p| p.shear.compression);

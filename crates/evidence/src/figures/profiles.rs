@@ -18,7 +18,7 @@ const COLUMNS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
 /// Abscissae of a curve; every second one gets a point.
 const ABSCISSAE: usize = 33;
 
-/// What is drawn upward.
+/// The quantity on the vertical axis.
 #[derive(Clone, Copy)]
 enum Quantity {
     S11,

@@ -1,4 +1,4 @@
-//! What an entry claims: a number with its stated error, and what is known of it from elsewhere.
+//! The claims of an entry: a number with its stated error, and what is known of it from elsewhere.
 
 use elastocap_electrostatics::Bounded;
 
@@ -7,7 +7,7 @@ use elastocap_coupling::outcome::{Outcome, Row};
 /// Relative error that rounding may add to a bound or a formula: bounds are theorems up to this.
 pub const ROUNDING: f64 = 1e-12;
 
-/// What is known about a number independently of the program: it lies between these two limits.
+/// The limits between which a number lies, known independently of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// May be minus infinity.
@@ -38,7 +38,7 @@ impl Truth {
         Self { low, high: f64::INFINITY }
     }
 
-    /// What a solve of another scene proves, scaled.
+    /// The limits that a solve of another scene proves, scaled.
     pub fn proved(of: Bounded, scale: f64) -> Self {
         Self { low: scale * of.lower, high: scale * of.upper }
     }
@@ -47,7 +47,7 @@ impl Truth {
 /// A number with its stated limits beside the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// What the number is, in words.
+    /// The name of the number, in words.
     pub what: String,
     /// Its unit; empty for none.
     pub unit: &'static str,

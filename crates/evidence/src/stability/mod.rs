@@ -25,14 +25,14 @@ use elastocap_coupling::outcome::Outcome;
 use elastocap_results::csv::{number, quoted};
 use elastocap_results::{OutputError, OutputFolder, Placed};
 
-/// What is claimed of the outcomes of an entry's cases.
+/// The claims on the outcomes of an entry's cases.
 type ClaimsOf = Box<dyn Fn(&[Outcome]) -> Claims + Send + Sync>;
 
 /// One extreme case.
 pub struct Entry {
-    /// What is extreme about it.
+    /// The extreme that it is about.
     pub subject: &'static str,
-    /// What it is.
+    /// The name of the case.
     pub name: String,
     /// How it should end.
     pub expect: Expect,
@@ -55,13 +55,13 @@ impl std::fmt::Debug for Entry {
 /// The verdict on an entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// What was extreme.
+    /// The extreme that the entry is about.
     pub subject: &'static str,
     /// The entry's name.
     pub name: String,
     /// The numbers; the first is the one to show.
     pub claims: Vec<Claim>,
-    /// What is to be said of it.
+    /// The verdict.
     pub verdict: Verdict,
     /// Wall-clock seconds.
     pub seconds: f64,

@@ -19,7 +19,7 @@ pub enum Expect {
     Refusal,
 }
 
-/// What is to be said of an entry.
+/// The verdict on an entry.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// The truth lies within the stated error.
@@ -136,7 +136,7 @@ fn refusal(expect: Expect, reason: String) -> Verdict {
     }
 }
 
-/// What no step may show, whatever the truth.
+/// A flaw that no step may have, whatever the truth, in words; `None` if the step has none.
 fn flaw(step: &StepResult, allowed: f64) -> Option<String> {
     let numbers = step.row.numbers();
     if let Some(bad) = numbers.iter().flatten().find(|number| !number.is_finite()) {

@@ -41,7 +41,7 @@ pub struct Folded;
 pub struct Triangle {
     /// Its corners, m (or any other unit).
     pub corners: [[f64; 2]; 3],
-    /// What it is a part of, if that is bent, and the shares of its corners there.
+    /// The bent triangle that it is a part of, if it is, and the shares of its corners there.
     pub bent: Option<(Bent, [[f64; 2]; 3])>,
 }
 

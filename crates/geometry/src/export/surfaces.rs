@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 pub struct SurfaceBody {
     /// Name of its node, mesh and material.
     pub name: String,
-    /// What it is; decides how it looks.
+    /// The kind of body, which decides how it looks.
     pub role: BodyRole,
     /// Corners of each triangle, m, anticlockwise as seen from outside.
     pub triangles: Vec<[[f64; 3]; 3]>,

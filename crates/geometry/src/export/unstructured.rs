@@ -124,7 +124,7 @@ impl Array {
     }
 }
 
-/// What the body ids mean, as the text of an XML comment.
+/// The meaning of the body ids, as the text of an XML comment.
 fn comment(body_names: &[String]) -> String {
     let names = body_names.iter().enumerate().map(|(id, name)| format!("{id} = {name}"));
     let text = format!("body_id: {}", names.collect::<Vec<_>>().join("; "));

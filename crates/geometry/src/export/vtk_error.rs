@@ -1,4 +1,4 @@
-//! What can keep fields from being written for VTK.
+//! The reasons why fields cannot be written for VTK.
 
 /// Why a field cannot be written as VTK.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

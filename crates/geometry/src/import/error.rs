@@ -8,7 +8,7 @@ use std::fmt;
 pub struct ImportError {
     /// The file, as the caller named it.
     pub file: String,
-    /// What is wrong, where, and what to do.
+    /// The fault, its place, and what to do about it.
     pub problem: ImportProblem,
 }
 
@@ -50,7 +50,7 @@ pub enum ImportProblem {
     OtherKind {
         /// The name of the kind.
         kind: &'static str,
-        /// What to do.
+        /// The remedy.
         cure: &'static str,
     },
     /// A line that no OBJ file has, before any point: of the words in it nothing is said, since the file may be anything.
@@ -69,7 +69,7 @@ pub enum ImportProblem {
     Malformed {
         /// "line 12" or "byte 345".
         place: String,
-        /// What is there.
+        /// The fault at that place.
         what: String,
     },
     /// Well-formed, but this program does not read it.
@@ -77,7 +77,7 @@ pub enum ImportProblem {
     Unsupported {
         /// The version, element or feature.
         what: String,
-        /// What to do.
+        /// The remedy.
         cure: String,
     },
     /// A file without faces, or without cells.
@@ -239,11 +239,11 @@ pub enum ImportProblem {
     /// conductors.
     #[error("{what}, {place}; {cure}")]
     OuterFace {
-        /// What is wrong.
+        /// The fault.
         what: &'static str,
         /// The face's middle.
         place: Place,
-        /// What to do.
+        /// The remedy.
         cure: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! What a file is by the end of its name, where that is a kind that the reader asked for it does not read.
+//! The kind of a file by the end of its name, where the reader that was asked for does not read that kind.
 
 use std::path::Path;
 
@@ -61,7 +61,7 @@ impl Wanted {
         (*kind != own).then_some(kind)
     }
 
-    /// What to do about a file of another kind.
+    /// Advice on what to do about a file of another kind.
     pub(super) fn cure(self, kind: &str) -> &'static str {
         match (self, kind) {
             (Self::Obj, "MSH") => {

@@ -16,7 +16,7 @@ pub(super) struct Front<'a, T> {
     pub columns: usize,
     /// Where they go: row by row, with the inverses of the diagonal on it.
     pub panel: &'a mut [Lane<T>],
-    /// What is left of the lower triangle of the other columns, row by row.
+    /// The lower triangle of the other columns after the elimination, row by row.
     pub rest: &'a mut Vec<Lane<T>>,
 }
 

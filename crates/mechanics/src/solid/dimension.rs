@@ -1,4 +1,4 @@
-//! What the plane and space have in common: the solver is written once, generic over a [`Dimension`].
+//! The interface that the plane and space have in common: the solver is written once, generic over a [`Dimension`].
 //!
 //! Code that has a type parameter `S: Dimension` works in plane strain with `S = Plane` and in three dimensions with `S = Space`:
 //!
@@ -128,8 +128,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// Reference volume in m^3 that belongs to quadrature point `q`; area in m^2 in the plane.
     fn point_volume(&self, q: usize) -> f64;
 
-    /// What is left at quadrature point `q` of the extension that `rubber` admits under the displacements `u`; `None` where it has
-    /// no limit. See [`Rubber::extension_left`].
+    /// The part that is left at quadrature point `q`, under the displacements `u`, of the extension that `rubber` admits; `None` where it
+    /// has no limit. See [`Rubber::extension_left`].
     fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64>;
 
     /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
@@ -213,7 +213,7 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     }
 }
 
-/// What an element adds to the residual and to the tangent. In the plane all is per metre of width.
+/// The contributions of an element to the residual and to the tangent. In the plane all is per metre of width.
 #[derive(Debug, Clone)]
 pub struct ElementSystem<S: Dimension = Plane> {
     /// Internal forces of the displacements in N.

@@ -21,7 +21,7 @@ use elastocap_materials::plane::{Tensor, cofactor, determinant};
 /// Quadrature points of an element.
 pub const POINTS: usize = 9;
 
-/// What an element keeps of the reference configuration.
+/// The data that an element keeps of the reference configuration.
 #[derive(Debug, Clone)]
 pub struct ReferenceElement {
     /// `dN_a/dX_k` at each quadrature point, in 1/m.

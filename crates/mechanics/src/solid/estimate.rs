@@ -38,7 +38,7 @@ const SMALL: f64 = 1e-6;
 /// Residual of a response above which the factors are taken to be of another tangent.
 const STALE: f64 = 1e-6;
 
-/// What is wanted of an equilibrium.
+/// The numbers that are wanted of an equilibrium, and how accurately.
 #[derive(Debug)]
 pub(crate) struct Wanted {
     /// Force times displacement of the indenter, of the part of the layer that is solved, in J; in the plane in J/m.
@@ -69,7 +69,7 @@ pub(crate) struct Estimate {
     pub(crate) force: f64,
     /// The other numbers.
     pub(crate) numbers: Vec<Estimated>,
-    /// What each element has to do with it.
+    /// The share of each element in the errors.
     pub(crate) elements: Vec<Share>,
 }
 

@@ -18,7 +18,7 @@ const FARTHEST_GROWTH: f64 = 2.0;
 /// Half-length over the thickness of a layer that is solved with equal elements all along.
 const SHORT: f64 = 4.0;
 
-/// What the first mesh depends on. Lengths in m.
+/// The data that the first mesh depends on. Lengths in m.
 #[derive(Debug, Clone)]
 pub(crate) struct FirstMesh {
     /// Thickness at rest.
@@ -27,7 +27,7 @@ pub(crate) struct FirstMesh {
     pub(crate) half_length: f64,
     /// Ends of the inclusions along each axis.
     pub(crate) edges: [Vec<f64>; 3],
-    /// What presses.
+    /// The indenter that presses.
     pub(crate) indenter: Indenter,
     /// `x1` of its middle; off the middle of the layer, all of that is meshed.
     pub(crate) position: f64,

@@ -1,8 +1,8 @@
-//! What hangs in a mesh with elements of different sizes side by side.
+//! The hanging nodes and sides of a mesh with elements of different sizes side by side.
 
 use std::collections::BTreeMap;
 
-/// What hangs in a mesh.
+/// The hanging nodes and sides of a mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hanging {
     /// For each node that hangs the nodes that it follows, none of which hangs, and the part of each: its displacement is the sum of theirs times

@@ -38,11 +38,11 @@ pub struct Inclusion<S: Dimension = Plane> {
     pub min: S::Point,
     /// Its highest corner at rest in m.
     pub max: S::Point,
-    /// What it is made of.
+    /// The rubber that it is made of.
     pub rubber: Rubber,
 }
 
-/// What presses on the layer.
+/// The indenter that presses on the layer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Indenter {
     /// A smooth plate over the whole top: `u2 = -U` there.

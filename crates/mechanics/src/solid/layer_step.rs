@@ -1,4 +1,4 @@
-//! What is known of a layer in an equilibrium.
+//! The results for a layer in an equilibrium.
 
 use super::newton::{Effort, NewtonSettings};
 

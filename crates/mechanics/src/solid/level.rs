@@ -42,7 +42,7 @@ pub struct Level<S: Dimension = Plane> {
     /// Equilibria found, goal by goal; the goals that were not reached are not in it.
     pub(super) reached: Vec<Option<Reached<S>>>,
     pub(super) stopped: Vec<Option<Box<Stopped>>>,
-    /// What was found for goals that do not count as reached because of a fault: on a finer mesh, the equilibrium is searched near it.
+    /// States found for goals that do not count as reached because of a fault: on a finer mesh, the equilibrium is searched near them.
     faulty: Vec<Option<(Reached<S>, StateFault)>>,
     /// The estimated errors of the states that were found for goals, those with a fault included.
     pub(super) estimates: Vec<Option<Estimate>>,
@@ -59,7 +59,7 @@ pub(super) struct Reached<S: Dimension> {
     pub(super) load: Load<S>,
 }
 
-/// What was found for a goal, before it counts.
+/// The state that was found for a goal, before it counts.
 struct Found<S: Dimension> {
     step: LayerStep,
     state: State<S>,
@@ -68,7 +68,7 @@ struct Found<S: Dimension> {
     estimate: Option<Estimate>,
 }
 
-/// What came of the search near the equilibrium of a coarser mesh: `None` if there is none near it, so that the load has to be followed.
+/// The result of the search near the equilibrium of a coarser mesh: `None` if there is none near it, so that the load has to be followed.
 type Tried<S> = Option<Result<Found<S>, Box<Stopped>>>;
 
 impl<S: Dimension> Found<S> {
@@ -270,7 +270,7 @@ impl<S: Dimension> Level<S> {
         self.faulty[g].as_ref().map(|(reached, fault)| (reached.step.compression, *fault))
     }
 
-    /// What was found for goal `g`, a fault or not.
+    /// The step that was found for goal `g`, with a fault or not.
     pub(super) fn step(&self, g: usize) -> Option<&LayerStep> {
         self.to_start_from(g).map(|(_, reached)| &reached.step)
     }

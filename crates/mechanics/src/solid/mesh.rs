@@ -19,7 +19,7 @@ pub struct Mesh<S: Dimension = Plane> {
     /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
     /// `(i - 1, j - 1, k - 1)` of the reference cube.
     pub elements: Vec<S::Nodes>,
-    /// What hangs where elements are finer than their neighbours; nothing in a mesh that was not refined.
+    /// The hanging nodes and sides where elements are finer than their neighbours; none in a mesh that was not refined.
     pub hanging: Hanging,
 }
 

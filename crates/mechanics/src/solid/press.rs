@@ -63,12 +63,12 @@ pub enum PressError {
         /// Where and why.
         stopped: Box<Stopped>,
     },
-    /// What was found is not a state of a layer under its indenter.
+    /// The state that was found is not one of a layer under its indenter.
     #[error("at a compression of {compression:.4} {fault}: the meshes are too coarse for this load")]
     Unsound {
         /// Compression of the state.
         compression: f64,
-        /// What is wrong with it.
+        /// The fault of that state.
         fault: StateFault,
     },
     /// The run was stopped on request.
@@ -133,7 +133,7 @@ pub(crate) struct Layers<'a, S: Dimension> {
     pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
     /// The least errors that are stated.
     pub(crate) least_errors: LeastErrors,
-    /// What else is to be known, besides the force.
+    /// The numbers that are to be known besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
     /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
     pub(crate) for_places: usize,
@@ -437,7 +437,7 @@ fn judge<S: Dimension>(
     })
 }
 
-/// What is left to come in the plane over the last step of a value from mesh to mesh, at least and at most.
+/// The change of a value that is still to come in the plane, over its last step from mesh to mesh, at least and at most.
 const LEFT: [f64; 2] = [1.5, 4.0];
 
 /// A value on the meshes before one: a guard against errors that are estimated too small on that mesh by itself.
@@ -480,8 +480,8 @@ impl Before {
     }
 }
 
-/// What is left to come over the last `step` of a value from mesh to mesh, where the steps go on to fall as they did from the `earlier` one:
-/// where meshes do not resolve yet what makes the error, they hardly fall. 0 where the value goes up and down.
+/// The change of a value that is still to come, over its last `step` from mesh to mesh, if the steps go on to fall as they did from the
+/// `earlier` one: where meshes do not resolve yet what makes the error, they hardly fall. 0 where the value goes up and down.
 fn left_of(step: f64, earlier: f64) -> f64 {
     let falls = step / earlier;
     match falls {

@@ -5,7 +5,7 @@
 //! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; a state with a fault counts
 //! as not reached.
 //!
-//! What a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a
+//! An effect that a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a
 //! free end without a substrate may pass through itself (see [`folds`](super::folds)).
 
 use super::dimension::{Dimension, Numbers};

@@ -24,7 +24,7 @@ pub struct OneResult {
     pub title: String,
     /// "complete", "incomplete" or "stopped".
     pub status: String,
-    /// What the capacitances are, in words; `None` without conductors.
+    /// The kind of capacitance that is measured, in words; `None` without conductors.
     pub measured: Option<String>,
     /// Whether the bounds are proved.
     pub proved: bool,
@@ -45,11 +45,11 @@ pub struct OneResult {
 pub struct ComparedStep {
     /// The load in words.
     pub label: String,
-    /// What each result has at the step; `None` where it has no such step.
+    /// The values of each result at the step; `None` where it has no such step.
     pub values: Vec<Option<StepValue>>,
 }
 
-/// What a result has at a step.
+/// The values of a result at a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepValue {
     /// The force, N.
@@ -101,7 +101,7 @@ impl ComparedStep {
 pub struct Comparison {
     /// In the order of the caller.
     pub results: Vec<OneResult>,
-    /// What differs between the case files; `None` where a result does not have the text of its case.
+    /// The keys that differ between the case files; `None` where a result does not have the text of its case.
     pub keys: Option<Vec<DifferentKey>>,
     /// The loads of the first result in its order, then those that only others have.
     pub steps: Vec<ComparedStep>,
@@ -170,7 +170,7 @@ struct Step {
     geometry_error_estimate: Option<f64>,
     unknowns: Option<u64>,
     seconds: StepSeconds,
-    /// What the case asks for; filled in from the plan.
+    /// The load that the case asks for; filled in from the plan.
     #[serde(skip)]
     load: String,
     /// How what is attached is moved besides; filled in from the plan.

@@ -45,7 +45,7 @@ pub enum CurveError {
         step: usize,
         /// The force there, N.
         force: f64,
-        /// What it does before.
+        /// The course of the capacitance before it, as a verb.
         before: &'static str,
         /// And after it.
         after: &'static str,

@@ -18,7 +18,7 @@ pub enum CurveFileError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// Another file.
@@ -61,7 +61,7 @@ pub struct CurveOnFile {
     pub title: String,
     /// The curve.
     pub curve: ForceCurve,
-    /// What the limits of a force do not include.
+    /// Errors that the limits of a force do not include.
     pub warnings: Vec<String>,
 }
 
@@ -185,7 +185,7 @@ pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileE
 /// An error of the model of the layer, relative to the capacitance or to the force, from which it is said that the limits do not include it.
 const NOTABLE: f64 = 0.02;
 
-/// What the limits of a force do not include.
+/// Warnings of errors that the limits of a force do not include.
 fn warnings(document: &Document, used: usize) -> Vec<String> {
     let mut out = Vec::new();
     if document.status != "complete" {

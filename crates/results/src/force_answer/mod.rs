@@ -49,7 +49,7 @@ pub enum NoForce {
          {first:e} F to {last:e} F; check unit and offset of the measurement, or run the case with loads up to that capacitance"
     )]
     Outside {
-        /// What was measured, F.
+        /// The measured capacitance, F.
         value: f64,
         /// Its error, F.
         error: f64,

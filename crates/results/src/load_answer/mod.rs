@@ -42,14 +42,14 @@ pub struct MeasuredEntry {
     pub terminal: usize,
     /// The other one of a mutual capacitance; `None` for that of the terminal against all others at potential zero.
     pub other: Option<usize>,
-    /// What was measured.
+    /// The measured capacitance.
     pub capacitance: MeasuredCapacitance,
 }
 
 /// One quantity of the load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// What it is.
+    /// The name of the quantity.
     pub name: &'static str,
     /// N, m or rad.
     pub unit: &'static str,
@@ -62,7 +62,7 @@ pub struct Found {
 /// The load that belongs to measured capacitances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadAnswer {
-    /// What differs between the steps, and the horizontal forces where these are known.
+    /// The quantities that differ between the steps, and the horizontal forces where these are known.
     pub quantities: Vec<Found>,
     /// Their covariance, in the products of their units.
     pub covariance: Vec<Vec<f64>>,
@@ -87,7 +87,7 @@ pub enum NoLoad {
     TooFewSteps {
         /// How many there are.
         steps: usize,
-        /// What differs between them.
+        /// The quantities that differ between them.
         quantities: String,
         /// How many a linear dependence needs.
         least: usize,

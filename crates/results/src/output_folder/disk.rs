@@ -1,4 +1,4 @@
-//! What is asked of the file system: files that survive a power failure, folders that change places, locks.
+//! Requests to the file system: files that survive a power failure, folders that change places, locks.
 
 use std::fs::{self, File};
 use std::io;

@@ -12,7 +12,7 @@ pub enum OutputError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// A file of this name is there already, and is not from elastocap.
@@ -36,7 +36,7 @@ pub enum OutputError {
     File {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// The files stand ready and cannot be put in place.
@@ -44,7 +44,7 @@ pub enum OutputError {
     Place {
         /// The folder.
         folder: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
     /// The files stand ready, were put in place in part, and cannot be taken back.
@@ -59,7 +59,7 @@ pub enum OutputError {
         folder: PathBuf,
         /// Where the rest is.
         rest: PathBuf,
-        /// What the system says.
+        /// The error that the system reports.
         source: io::Error,
     },
 }

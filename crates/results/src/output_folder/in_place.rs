@@ -36,7 +36,7 @@ struct Plan {
 /// Why files could not be put in place.
 #[derive(Debug)]
 pub(super) struct NotPlaced {
-    /// What the system says.
+    /// The error that the system reports.
     pub(super) source: io::Error,
     /// Whether it is all as it was before.
     pub(super) undone: bool,

@@ -18,7 +18,7 @@ pub(crate) const MESH_INDEX: &str = "mesh.json";
 /// The file that a stopped run leaves for one that goes on from it.
 pub(crate) const RESUME: &str = "resume.json";
 
-/// What is known of a folder from the files that list its contents.
+/// The contents of a folder, as far as the files that list them tell.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     /// Files that a run or `mesh` wrote.
@@ -49,7 +49,7 @@ impl Known {
     }
 }
 
-/// What matters here of an index.
+/// The parts of an index that matter here.
 #[derive(Debug, Deserialize)]
 struct Document {
     /// Only elastocap writes its own version.

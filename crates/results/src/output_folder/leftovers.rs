@@ -1,4 +1,4 @@
-//! What runs left behind that were killed.
+//! The folders that killed runs left behind.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -41,11 +41,11 @@ pub(super) fn recover(place: &Path) -> Vec<String> {
     notes
 }
 
-/// What a folder beside an output folder holds.
+/// The kind of files that a folder beside an output folder holds.
 enum Stage {
     /// Files that were never put in place, and links to some that are in place.
     New,
-    /// What was in place before.
+    /// Files that were in place before.
     Old,
 }
 

@@ -76,14 +76,14 @@ pub struct Placed {
     pub folder: PathBuf,
     /// The files, sorted.
     pub files: Vec<PathBuf>,
-    /// What the user should know about it.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
 /// Which files of the folder stay there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Keep {
-    /// Those that no run and no `mesh` wrote.
+    /// Files that no run and no `mesh` wrote.
     Foreign,
     /// All that are not replaced by one of the same name.
     Others,
@@ -148,12 +148,12 @@ impl OutputFolder {
         &self.asked
     }
 
-    /// What came up when it was opened.
+    /// The warnings that came up when the folder was opened.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// What has to be removed when the process is broken off before the files are in place.
+    /// The folders that have to be removed when the process is broken off before the files are in place.
     pub fn unfinished(&self) -> &Unfinished {
         &self.staging.unfinished
     }
@@ -187,7 +187,7 @@ impl OutputFolder {
         }
     }
 
-    /// What a folder says of itself.
+    /// The contents of a folder, as its own files list them.
     fn known(&self, folder: &Path) -> Result<Known, OutputError> {
         Known::of(folder).map_err(|source| OutputError::Folder { folder: self.shown(folder), source })
     }

@@ -90,7 +90,7 @@ fn conclude(old: &Path, target: &Path, kept: &[OsString], coming: &BTreeSet<Stri
     notes
 }
 
-/// What to say where the system does not confirm that a new name is on the disk.
+/// The warning that the system does not confirm that a new name is on the disk.
 pub(super) fn not_on_disk(folder: &Path, error: &io::Error) -> String {
     format!(
         "the new files are in place in `{}`, but the system does not confirm that they would survive a power failure: {error}",

@@ -11,11 +11,11 @@ use super::unfinished::Unfinished;
 /// How the names of staging folders begin inside the output folder; beside it, a dot and the name of the output folder come first.
 pub(super) const STAGING: &str = ".elastocap-";
 
-/// What is added to the name of a staging folder, for the earlier result while it has no place.
+/// The ending added to the name of a staging folder, for the earlier result while it has no place.
 pub(super) const OLD: &str = ".old";
 
-/// What is added while it changes places with the output folder, before its number on the disk: whoever finds a folder of that
-/// name sees by its number whether it is the new one still or the old one already.
+/// The ending added while it changes places with the output folder, before its number on the disk: whoever finds a folder of that name sees by
+/// its number whether it is the new one still or the old one already.
 pub(super) const SWAP: &str = ".swap-";
 
 /// Is told what will have to be removed before a folder for files is made.
@@ -27,7 +27,7 @@ pub(super) struct Staging {
     pub(super) path: PathBuf,
     /// It, and folders made for it, as what must be removed if the process is broken off.
     pub(super) unfinished: Unfinished,
-    /// What sets its name apart from others of this kind.
+    /// The random part of its name, which sets it apart from others of this kind.
     mark: String,
     /// Tells other processes that it is in use.
     _lock: Option<File>,

@@ -3,10 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What is added to the name of a folder before it is removed by a process that is about to end.
+/// The ending added to the name of a folder before it is removed by a process that is about to end.
 const GIVEN_UP: &str = ".given-up";
 
-/// What a process that ends early must not leave behind. Everything that takes memory is done when it is made.
+/// The folders that a process that ends early must not leave behind. Everything that takes memory is done when it is made.
 #[derive(Debug, Clone)]
 pub struct Unfinished {
     /// Where files wait until they are put in place.
@@ -69,7 +69,7 @@ mod system {
         let _ = rustix::fs::rmdir(folder.as_c_str());
     }
 
-    /// What cannot be removed stays. The standard library reads folders into memory that it allocates.
+    /// Removes the files in a folder, and the folder; what cannot be removed stays. The standard library reads folders into memory that it allocates.
     #[cfg(target_os = "linux")]
     pub(super) fn remove_files(folder: &Name) {
         use std::mem::MaybeUninit;

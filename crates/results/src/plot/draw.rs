@@ -41,7 +41,7 @@ struct Spot {
     y: f64,
     /// Ends of its bar, upper end first, where it has one.
     bar: Option<(f64, f64)>,
-    /// What a pointer held over it shows.
+    /// The values that a pointer held over it shows.
     value: (f64, f64),
 }
 

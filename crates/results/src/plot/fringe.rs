@@ -18,7 +18,7 @@ pub struct Fringes {
     pub x: Axis,
     /// Upward.
     pub y: Axis,
-    /// What the colours stand for, with its unit.
+    /// The quantity that the colours stand for, with its unit.
     pub quantity: String,
     /// Values between which colours differ; what lies outside has the colours of the ends. `None` draws the cells alone.
     pub range: Option<(f64, f64)>,
@@ -127,7 +127,7 @@ impl Fringes {
     }
 }
 
-/// What the colours between these levels stand for.
+/// Draws the bar of colours between these levels, with the levels and the quantity beside it.
 pub(super) fn draw_bar(out: &mut String, frame: &Frame, levels: &[(f64, String)], quantity: &str) {
     if levels.is_empty() {
         return;
@@ -163,12 +163,12 @@ pub(super) fn draw_bar(out: &mut String, frame: &Frame, levels: &[(f64, String)]
     );
 }
 
-/// What of a polygon lies where `side * value >= side * level`.
+/// The part of a polygon where `side * value >= side * level`.
 pub(super) fn clip(polygon: &[(f64, f64, f64)], level: f64, side: f64) -> Vec<(f64, f64, f64)> {
     clip_by(polygon, |p| side * (p.2 - level))
 }
 
-/// What of a polygon, or of a line, lies where this linear function of its points is not negative.
+/// The part of a polygon, or of a line, where this linear function of its points is not negative.
 pub(super) fn clip_by(
     polygon: &[(f64, f64, f64)],
     distance: impl Fn(&(f64, f64, f64)) -> f64,

@@ -44,7 +44,7 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// What an axis shows.
+/// An axis of a plot: its quantity, its unit and its scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// The quantity, without its unit.

@@ -22,7 +22,7 @@ pub struct Section {
     pub x: Axis,
     /// The axis upward.
     pub y: Axis,
-    /// What is shown, as (lower, upper) along both axes. What no cell covers there is metal.
+    /// The region that is shown, as (lower, upper) along both axes. Where no cell covers it there is metal.
     pub window: [(f64, f64); 2],
     /// The potential and where it is.
     pub cells: Vec<SectionCell>,
@@ -44,7 +44,7 @@ pub struct SectionCell {
 
 /// Bands that are aimed at.
 const BANDS: usize = 20;
-/// What metal is drawn in.
+/// The colour of metal.
 const METAL: &str = "#4d4d4d";
 /// Distance between arrows, and the length of the longest one.
 const ARROWS: f64 = 26.0;
@@ -117,7 +117,7 @@ impl Section {
         if low < high { round_values(low, high, 0, BANDS) } else { Vec::new() }
     }
 
-    /// What of the cells is in the window, as triangles.
+    /// The part of the cells in the window, as triangles.
     fn triangles(&self) -> Vec<[Point; 3]> {
         let [(x0, x1), (y0, y1)] = self.window;
         let mut all = Vec::new();
@@ -162,7 +162,7 @@ impl Section {
         }
     }
 
-    /// What of a line is in the window.
+    /// Appends the part of a line in the window to the path.
     fn append_line(&self, path: &mut String, frame: &Frame, line: [[f64; 2]; 2]) {
         let [(x0, x1), (y0, y1)] = self.window;
         let mut ends: Vec<Point> = line.iter().map(|p| (p[0], p[1], 0.0)).collect();

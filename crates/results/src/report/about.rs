@@ -9,7 +9,7 @@ use elastocap_coupling::words::{counted, grouped, seconds};
 use super::html::{Table, escape};
 use super::{REPORT, Report};
 
-/// What was solved, and what was left out and what that saved.
+/// The plan: what was solved, and what was left out and what that saved.
 pub(super) fn plan(plan: &Plan) -> String {
     let mut out = "<dl class=\"plan\">\n".to_owned();
     for own in &plan.solved {

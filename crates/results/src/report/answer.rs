@@ -66,8 +66,8 @@ fn error_of(row: &Row, kind: &str) -> String {
     row.total_error().map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
 }
 
-/// What a change over the first capacitance is, in words: a direction only where the limits of the change leave no other, and the
-/// limits themselves. With "it" as the subject.
+/// A change over the first capacitance, in words: a direction only where the limits of the change leave no other, and the limits themselves.
+/// With "it" as the subject.
 fn change_in_words(change: f64, limits: Option<[f64; 2]>) -> String {
     let Some([lower, upper]) = limits else { return format!("its change is {}", signed(change)) };
     if change == 0.0 && lower == upper {

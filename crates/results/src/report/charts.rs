@@ -109,7 +109,7 @@ fn sensitivity(outcome: &Outcome) -> Option<Chart> {
     })
 }
 
-/// What the page's script draws.
+/// The data of all charts, for the page's script to draw.
 pub(super) fn data(all: &[PageChart]) -> Value {
     all.iter().map(|own| chart_data(own.id, &own.chart)).collect()
 }

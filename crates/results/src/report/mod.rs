@@ -69,12 +69,12 @@ impl MeasuredPoint {
     }
 }
 
-/// What the page is made from.
+/// The content that the page is made from.
 pub(crate) struct Report<'a> {
     pub(crate) case: &'a Case,
     pub(crate) outcome: &'a Outcome,
     pub(crate) fields: &'a FieldFiles,
-    /// What came up while files were written, and what concerns the whole run.
+    /// Warnings that came up while files were written, and those that concern the whole run.
     pub(crate) warnings: &'a [String],
     pub(crate) seconds: RunSeconds,
     /// Names of the files beside the page.

@@ -17,7 +17,7 @@ const FEW: usize = 400;
 /// Positions are whole numbers up to this, over the extent of a mesh.
 const STEPS: f64 = 65_535.0;
 
-/// What the page gets: a description, and the numbers of the meshes as bytes.
+/// The scene as the page gets it: a description, and the numbers of the meshes as bytes.
 pub(super) struct SceneData {
     pub(super) description: Value,
     pub(super) bytes: Vec<u8>,

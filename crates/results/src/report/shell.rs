@@ -24,7 +24,7 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 /// Before anything is drawn, so that a page does not flash in the other theme.
 const THEME: &str = "try{var t=localStorage.getItem('elastocap-theme');if(t==='light'||t==='dark')document.documentElement.dataset.theme=t}catch(e){}";
 
-/// What of the page's scripts is needed.
+/// The part of the page's scripts that is needed.
 pub(super) enum Part<'a> {
     /// Charts that can be read by pointer and keyboard.
     Charts,
@@ -45,7 +45,7 @@ impl Page {
         Self { title: title.to_owned(), lead: String::new(), contents: Vec::new(), body: String::new() }
     }
 
-    /// What stands below the title, as HTML.
+    /// Sets the HTML below the title.
     pub(super) fn lead(&mut self, lead: String) {
         self.lead = lead;
     }

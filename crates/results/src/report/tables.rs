@@ -37,7 +37,7 @@ fn labels(outcome: &Outcome) -> Vec<String> {
     outcome.steps.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect()
 }
 
-/// What people read of each step.
+/// The table of the main numbers of each step.
 pub(super) fn steps(outcome: &Outcome) -> String {
     let all = |value| of_each(outcome, value);
     let caption = match outcome.plan.kind {

@@ -34,13 +34,13 @@ pub(crate) struct Fluxes {
     repair: Repair,
     /// The domain up to the last finite nodes.
     pub(super) domain: Domain,
-    /// What the flux of each right-hand side is made from.
+    /// The potentials from which the flux of each right-hand side is made.
     states: Vec<State>,
     /// The coordinates of the fluxes where they are kept, see [`Fluxes::prepare`].
     pub(super) kept: Vec<Flux>,
 }
 
-/// What a flux without divergence is made from.
+/// The potentials from which a flux without divergence is made.
 #[derive(Debug)]
 pub(crate) struct State {
     /// The potential of each block of a conductor.
@@ -111,7 +111,7 @@ struct RunFlux {
 }
 
 impl RunFlux {
-    /// What flows through the faces at one end of the lines, outwards and weighed as in the coordinates: `[row][column]`.
+    /// The flux through the faces at one end of the lines, outwards and weighed as in the coordinates: `[row][column]`.
     fn through(&self, face: &[f64]) -> Vec<f64> {
         let [_, len, width] = self.dims;
         let mut out = vec![0.0; self.dims[0] * width];
@@ -314,7 +314,7 @@ fn product(
     dot(&z, &y.coordinates)
 }
 
-/// What the obliqueness of rays adds to [`product`].
+/// The term that the obliqueness of rays adds to [`product`].
 fn oblique(
     x: &RunFlux,
     y: &RunFlux,

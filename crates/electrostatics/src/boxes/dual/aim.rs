@@ -70,7 +70,7 @@ impl Target {
     }
 }
 
-/// That of a potential under a map, less what there is of another one.
+/// The target for a potential under a map, less that for another potential where one is given.
 pub(super) fn target(
     domain: &Domain,
     dual: &Dual,
@@ -119,7 +119,7 @@ pub(super) fn target(
     Target { points, parts }
 }
 
-/// What the targets of all elements have in common.
+/// The data that the targets of all elements have in common.
 struct Aim<'a> {
     potentials: Potentials<'a>,
     ratio: Option<Vec<f64>>,
@@ -131,7 +131,7 @@ struct Aim<'a> {
     points: &'a [AxisPoints; 3],
 }
 
-/// What one thread needs, kept from one element to the next.
+/// Working memory of one thread, kept from one element to the next.
 #[derive(Default)]
 struct Work {
     across: [Vec<f64>; 3],

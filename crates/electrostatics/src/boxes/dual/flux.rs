@@ -283,7 +283,7 @@ fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize
     }
 }
 
-/// What leaves one line of a flux at its open ends.
+/// The flux that leaves one line at its open ends.
 fn trace(y: &[f64], width: usize, column: usize, segment: &super::Segment, sides: &[usize]) -> [f64; 2] {
     let line: Vec<f64> = y[column..].iter().step_by(width).copied().collect();
     let mut out = [0.0; 2];

@@ -63,7 +63,7 @@ pub(super) struct Segment {
     pub ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
     profile: Vec<f64>,
-    /// What straight continuations are multiplied by at the two ends.
+    /// Factors by which straight continuations are multiplied at the two ends.
     factor: [f64; 2],
 }
 

@@ -38,17 +38,17 @@ const ENOUGH: f64 = 1e-2;
 /// A repair may have so many times that energy.
 const CHEAP: f64 = 4.0;
 
-/// What is known of the primal problem.
+/// The solved primal problem.
 pub(crate) struct Solved<'a> {
     /// Its solutions.
     pub(crate) coefficients: &'a [Vec<f64>],
-    /// What is taken off them where no map bends the field: the flux aimed at is K grad u less eps times the gradient of this.
+    /// The potentials that are subtracted where no map bends the field: the flux aimed at is K grad u less eps times their gradient.
     pub(crate) less: Option<Less<'a>>,
     /// Their energies.
     pub(crate) energies: &'a Mat<f64>,
     /// Which of them are images of others: what the flux of one aims at and starts from are the images of the other's.
     pub(crate) images: &'a [Option<Image>],
-    /// What the map added to the problem.
+    /// The operator that the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
 }
 

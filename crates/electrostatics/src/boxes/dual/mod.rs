@@ -331,7 +331,7 @@ impl Dual {
     }
 }
 
-/// What takes potential modes of an axis of a domain without infinite elements to those of the mirror image.
+/// The matrix that takes potential modes of an axis of a domain without infinite elements to those of the mirror image.
 fn reflection(domain: &Domain, basis: &[Option<Basis>; 3], a: usize) -> Mat<f64> {
     let legendre = reflected_modes(&domain.axes[a].line);
     let Some(basis) = &basis[a] else { return legendre };

@@ -60,7 +60,7 @@ impl Lines {
 /// Modes of the second and of the third axis.
 type Window = [Range<usize>; 2];
 
-/// What two ranges have in common.
+/// The intersection of two ranges.
 fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     a.start.max(b.start)..a.end.min(b.end)
 }
@@ -102,7 +102,7 @@ impl Dual {
         (&self.lines, self.other.as_ref())
     }
 
-    /// What the map adds to the energies of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
+    /// The energies that the map adds to those of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
     /// largest of eps K^-1; `None` where the map changes nothing.
     pub(super) fn added_energies(
         &self,

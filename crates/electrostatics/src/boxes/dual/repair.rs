@@ -22,8 +22,8 @@ use std::sync::Arc;
 /// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
 const ENOUGH: f64 = 1e-9;
 
-/// What one entry of a product with the operator of the repair may be wrong by, as a share of its largest eigenvalue times the norm of what
-/// it is applied to. An entry is a sum of some hundred products, whose errors are not all of one sign.
+/// The rounding error that one entry of a product with the operator of the repair may have, as a share of the operator's largest eigenvalue
+/// times the norm of the vector it is applied to. An entry is a sum of some hundred products, whose errors are not all of one sign.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A flux that cancels a divergence, but for a small rest.
@@ -51,7 +51,7 @@ pub(super) struct Repair {
     ratio: Option<Vec<f64>>,
     /// Its permittivity, a product of one factor per axis and interval.
     factors: [Vec<f64>; 3],
-    /// What straight continuations to infinity are multiplied by.
+    /// The factor by which straight continuations to infinity are multiplied.
     obliqueness: f64,
 }
 

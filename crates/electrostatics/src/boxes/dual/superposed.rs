@@ -15,8 +15,8 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
-/// What the repair of a flux may take of the energy of its correction: next to nothing, but more than the solver is asked for where what is
-/// added is small.
+/// The largest share of the energy of a flux's correction that its repair may take: next to nothing, but more than the solver is asked for
+/// where the solution that is added is small.
 const OF_CORRECTION: f64 = 1e-4;
 
 /// Squared distances, as forms of the right-hand sides, and what they took.

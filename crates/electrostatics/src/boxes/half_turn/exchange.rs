@@ -1,4 +1,4 @@
-//! What is even or odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
+//! Arrays that are even or odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
 //!
 //! Lines of the first axis that cross its middle are whole on the second of these halves alone, lines of the last on the first. What one
 //! half has and the other has not is the turned rest of it.
@@ -56,7 +56,7 @@ impl Exchange {
         [[n0, self.between, 2 * n2], [2 * n0, self.between, n2]]
     }
 
-    /// What an array of the first half is on the second. `parity` is 1 for what is even under the turn, -1 for what is odd.
+    /// The array on the second half that belongs to an array on the first. `parity` is 1 for arrays that are even under the turn, -1 for odd ones.
     pub(crate) fn to_second(&self, x: &[f64], parity: f64) -> Vec<f64> {
         let mut out = Vec::new();
         self.write_second(x, parity, &mut out);

@@ -108,7 +108,7 @@ pub(crate) fn whole_axes<'d>(domain: &'d Domain, turn: &'d OtherParts) -> [&'d A
     [&turn.half.axes[0], &domain.axes[1], &domain.axes[2]]
 }
 
-/// What takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
+/// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
 pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
     let (whole, own) = (reflected_functions(&axis.line), axis.functions());
     whole.as_ref().submatrix(own.start, own.start, own.len(), own.len()).to_owned()

@@ -53,7 +53,7 @@ struct OfElement {
     back: [Dense<f64>; 2],
 }
 
-/// What is between the third axis and the second, of one function of the first.
+/// Intermediate results, after the third axis and before the second, for one function of the first axis.
 #[derive(Default)]
 struct Between {
     by_value: Vec<f64>,
@@ -139,8 +139,8 @@ pub(crate) struct Gradients {
     functions: Functions,
 }
 
-/// What products with the operator need besides, kept from one to the next: arrays at points of the second and the third axis, for functions of
-/// the first.
+/// Working memory of products with the operator, kept from one to the next: arrays at points of the second and the third axis, for functions
+/// of the first.
 #[derive(Debug, Default)]
 pub(crate) struct Work([Vec<f64>; 3]);
 
@@ -260,7 +260,7 @@ impl Gradients {
         }
     }
 
-    /// What the map adds to the energies of potentials, by the rule of these points.
+    /// The energies that the map adds to those of potentials, by the rule of these points.
     ///
     /// # Errors
     /// As for [`products`].
@@ -295,8 +295,8 @@ pub(crate) fn gradients_at(
     at_points(points, &Potentials { functions: &functions, coefficients, dims: domain.primal_dims() })
 }
 
-/// What the map of a domain adds to the energies of potentials, by a rule of `extra` more points on each element than its degree; `None`
-/// where the map changes nothing.
+/// The energies that the map of a domain adds to those of potentials, by a rule of `extra` more points on each element than its degree;
+/// `None` where the map changes nothing.
 ///
 /// # Errors
 /// A map that turns space inside out.

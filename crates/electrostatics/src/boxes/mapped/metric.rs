@@ -1,4 +1,4 @@
-//! What the map of a domain does to energies: in the coordinates of the boxes the permittivity eps becomes the tensor
+//! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps becomes the tensor
 //! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
 
 use super::map::MapGradients;
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Rows of points, along the third axis, that one thread takes at a time.
 const ROWS_AT_ONCE: usize = 32;
 
-/// What a [`Metric`] holds.
+/// The tensor that a [`Metric`] holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Of {
     /// K - eps, for potentials.
@@ -96,7 +96,7 @@ impl<'d> Rule<'d> {
 pub(crate) struct Metric {
     pub(crate) points: [AxisPoints; 3],
     pub(crate) runs: Runs,
-    /// What [`Rule::slab`] gives for each place on the first axis: `[i][j][run]`.
+    /// The tensors that [`Rule::slab`] gives for each place on the first axis: `[i][j][run]`.
     pub(crate) tensors: Vec<Symmetric>,
     /// At least the largest of eps K^-1 at any of the points in any direction, and at least 1.
     pub(crate) largest: f64,

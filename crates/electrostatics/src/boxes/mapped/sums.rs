@@ -57,7 +57,7 @@ impl Tensors<'_> {
     }
 }
 
-/// What one thread needs, kept from one element to the next.
+/// Working memory of one thread, kept from one element to the next.
 #[derive(Default)]
 struct Work {
     tensors: Vec<Symmetric>,

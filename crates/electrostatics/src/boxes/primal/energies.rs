@@ -192,7 +192,7 @@ impl<'t> Pieces<'t> {
     }
 }
 
-/// What one thread needs to differentiate, kept from one piece to the next.
+/// Working memory in which one thread differentiates, kept from one piece to the next.
 #[derive(Default)]
 struct Work {
     slab: Vec<f64>,

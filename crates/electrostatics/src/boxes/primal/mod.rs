@@ -158,7 +158,7 @@ pub(crate) struct Primal {
     terms: Terms,
     /// Open space beyond the last nodes.
     faces: Faces,
-    /// What the map adds that bends the scene, and the domain, for a finer rule.
+    /// The operator that the map of a bent scene adds, and the domain, for a finer rule.
     bent: Option<(Gradients, Domain)>,
     bent_work: Work,
     /// Where the potential is even or odd under a half turn.
@@ -232,7 +232,7 @@ impl Primal {
         }
     }
 
-    /// What the map adds that bends the scene.
+    /// The operator that the map adds, where one bends the scene.
     pub(crate) fn bent(&self) -> Option<&Gradients> {
         self.bent.as_ref().map(|(gradients, _)| gradients)
     }
@@ -340,7 +340,7 @@ fn boxes(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
 /// range).
 pub(crate) type AxisKey = (usize, usize, usize, [bool; 2], Vec<u64>);
 
-/// What the modes of each axis of a box depend on.
+/// The data that the modes of each axis of a box depend on.
 pub(crate) fn axis_keys(domain: &Domain, b: &FreeBox) -> [AxisKey; 3] {
     let (lo, hi) = (b.block.lo, b.block.hi);
     let factors = domain.separable(&b.block);

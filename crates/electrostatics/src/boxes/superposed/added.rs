@@ -1,4 +1,4 @@
-//! What is added to a base on a coarse grid.
+//! The solution that is added to a base on a coarse grid.
 
 use super::base::{Base, BasePart};
 use super::grids::{bent_block, interpolation, only, permittivity_of};
@@ -139,7 +139,7 @@ impl<'a> Added<'a> {
         Some(Self { base: own, of, block, cut, potentials, without: None })
     }
 
-    /// What the base does to y. Energies of the base are given.
+    /// The source by which the base drives y. The energies of the base are given.
     pub(crate) fn drive<'d>(&'d self, energies: &'d [f64]) -> Drive<'d> {
         let products = self.without.as_ref().map(|own| own.products.as_slice());
         Drive { pull: &self.cut, products, energies }

@@ -1,4 +1,4 @@
-//! What the flux of a base is apart from the gradient of its potential, on the part of space that a map bends and around a body.
+//! The difference between the flux of a base and the gradient of its potential, in the part of space that a map bends and around a body.
 
 use super::added::Added;
 use super::grids::at_planes;
@@ -17,7 +17,7 @@ use std::ops::Range;
 const EXACT: usize = 1;
 const RULES: [usize; 2] = [0, 1];
 
-/// What a length on B is in the norm of K^-1 over what it is without a map, usually.
+/// The usual ratio of a length on B in the norm of K^-1 to the same length without a map.
 const BENT: f64 = 3.0;
 
 /// A share of the error of the base that need not be known any better.

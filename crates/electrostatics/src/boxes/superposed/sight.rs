@@ -1,4 +1,4 @@
-//! What a body that comes near sees of the error of the base that it is added to.
+//! The part of the error of a base that is seen by a body which is added to the base and comes near.
 //!
 //! Let e be the error of the potential of the base, and H the function that is e on the body, zero on the electrodes and without sources
 //! elsewhere. The energy X of e in the body and of H outside is what the body *sees* of e. Where nothing else lies in a ball of radius b
@@ -39,7 +39,7 @@ const BETWEEN: f64 = 1.18;
 const CLEAR: f64 = 0.8;
 
 impl Sight {
-    /// What the body sees that follows the first `others` conductors of a scene, under a map and in a frame. In other scenes that body may be
+    /// The sight of the body that follows the first `others` conductors of a scene, under a map and in a frame. In other scenes that body may be
     /// closer to everything else, by `nearer` (m) at most. `None` if there is no such body, if the map bends another one as well, or if a wall is
     /// insulated.
     pub(crate) fn of(
@@ -132,7 +132,7 @@ fn distance(region: &Box3, from: [f64; 3]) -> f64 {
     (0..3).map(|a| of(a).powi(2)).sum::<f64>().sqrt()
 }
 
-/// What a map may bend.
+/// The box in which a map may bend space.
 fn hull(map: &SceneMap) -> Option<Box3> {
     let mut out = Box3 { min: [0.0; 3], max: [0.0; 3] };
     for (a, axis) in map.axes().iter().enumerate() {

@@ -53,7 +53,7 @@ pub enum FluxError {
     /// A list whose length does not fit the mesh.
     #[error("{what}: {found} given, {expected} needed")]
     Length {
-        /// What the list contains.
+        /// The contents of the list, in words.
         what: &'static str,
         /// How many entries were given.
         found: usize,

@@ -159,7 +159,7 @@ impl Potentials {
         self.energies = self.stiffness.energies(&self.space, &self.values);
     }
 
-    /// What is needed of them to start from on a finer mesh.
+    /// Their space and values, from which a solve on a finer mesh starts.
     pub(crate) fn into_coarser(self) -> CoarserPotentials {
         CoarserPotentials { space: self.space, values: self.values }
     }

@@ -6,7 +6,7 @@ use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::sparse::SparseMatrix;
 use rayon::prelude::*;
 
-/// What prescribes the coefficient of a function.
+/// The wall or conductor that prescribes the coefficient of a function, if any does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
     /// Nothing: it is an unknown.
@@ -114,7 +114,7 @@ impl Space {
         self.unknowns
     }
 
-    /// What prescribes each function.
+    /// The wall or conductor, if any, that prescribes the coefficient of each function.
     pub(crate) fn held(&self) -> &[Held] {
         &self.held
     }

@@ -9,7 +9,7 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 const SUBJECT: &str = "nm and km lengths";
 const THIN: &str = "1 nm electrodes in a 1 mm layer";
 
-/// What the law may lose to rounding.
+/// The relative error of the scaling law that rounding may cause.
 const LAW: f64 = 1e-10;
 
 fn cubes(scale: f64) -> Entry {

@@ -1,4 +1,4 @@
-//! What cannot be answered and must be refused.
+//! Cases that cannot be answered and must be refused.
 
 use super::super::Entry;
 use super::super::text::{GROUNDED, Scene, Sensor, to};

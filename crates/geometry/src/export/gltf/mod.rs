@@ -30,7 +30,7 @@ pub(super) use materials::Materials;
 pub(super) use units::SceneUnit;
 pub use units::round_length;
 
-/// What a body is; decides how it looks.
+/// The kind of a body, which decides how it looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
     /// Metal that is held at a potential: opaque, each in a colour of its own.
@@ -43,15 +43,15 @@ pub enum BodyRole {
     Layer,
     /// Any other dielectric: translucent, each in a colour of its own.
     Dielectric,
-    /// What the layer lies on: translucent.
+    /// The substrate, on which the layer lies: translucent.
     Substrate,
-    /// What lies above the layer: faintly translucent.
+    /// The cover above the layer: faintly translucent.
     Cover,
     /// An insulated wall of the computed region: barely visible.
     Wall,
     /// A wall at potential zero: a little darker.
     GroundedWall,
-    /// What presses on the layer: translucent, so that it does not hide the surface under it.
+    /// The indenter, which presses on the layer: translucent, so that it does not hide the surface under it.
     Indenter,
     /// A bar of a round length, which its name states.
     ScaleBar,
@@ -97,7 +97,7 @@ impl BodyRole {
     }
 }
 
-/// What stands between the name of a body and the number of one of its parts.
+/// The text between the name of a body and the number of one of its parts.
 const PART: &str = ", part ";
 
 /// The name of a part of a body, counted from zero. Parts of one body look alike.
@@ -110,7 +110,7 @@ pub fn part_name(body: &str, part: usize) -> String {
 pub struct SceneBody {
     /// Name of its node, mesh and material.
     pub name: String,
-    /// What it is.
+    /// The kind of body.
     pub role: BodyRole,
     /// Its box or sheet at each load step, m, all finite: bodies that extend to infinity must be cut off first.
     pub poses: Vec<Box3>,

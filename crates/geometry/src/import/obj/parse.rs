@@ -27,7 +27,7 @@ const POINTS_PER_BLOCK: usize = 512;
 /// The triangles of the bytes of a file.
 ///
 /// # Errors
-/// What is wrong with the file, with its line.
+/// The first fault of the file, with its line.
 pub(super) fn triangles(bytes: &[u8]) -> Result<Triangles, ImportProblem> {
     let (mut out, face_count) = reserved(bytes)?;
     if face_count == 0 {

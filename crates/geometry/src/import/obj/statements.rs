@@ -125,7 +125,7 @@ pub(super) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
     rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// What is wrong with the first faulty line of a file, for the messages: `tobj` says what, but not where.
+/// The first fault of a file, with its line, for the messages: `tobj` says what is wrong, but not where.
 pub(super) fn first_fault(bytes: &[u8]) -> Option<ImportProblem> {
     let mut points = 0;
     for statement in statements(bytes) {
@@ -144,7 +144,7 @@ pub(super) fn first_fault(bytes: &[u8]) -> Option<ImportProblem> {
     None
 }
 
-/// What is wrong with a point, if anything is.
+/// The fault of a point, if it has one.
 pub(super) fn point_fault(rest: &[u8]) -> Option<LineFault> {
     let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse().ok().filter(|x: &f64| x.is_finite());
     let not_finite = words(rest).take(4).find(|word| number(word).is_none());
@@ -156,7 +156,7 @@ pub(super) fn point_fault(rest: &[u8]) -> Option<LineFault> {
     }
 }
 
-/// What is wrong with a face that has `points` points above it, if anything is.
+/// The fault of a face that has `points` points above it, if it has one.
 fn face_fault(rest: &[u8], points: usize) -> Option<LineFault> {
     for word in words(rest) {
         let mut parts = word.split(|&b| b == b'/');

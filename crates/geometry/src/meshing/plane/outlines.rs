@@ -12,7 +12,7 @@ pub(crate) struct Outline {
     pub(crate) near: f64,
 }
 
-/// What is wrong with an outline.
+/// A fault of an outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OutlineFault {
     /// Fewer than three corners, or no area.

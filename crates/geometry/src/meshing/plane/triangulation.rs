@@ -166,7 +166,7 @@ impl HasPosition for Numbered {
 /// `outlines` whose widest triangle has its centre `inside`. The `further` edges are sides of triangles too.
 ///
 /// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone makes them do so.
-/// What an outline does not separate from the space around all points is outside.
+/// Any part of the plane that no outline separates from the space around all points is outside.
 pub(crate) fn constrained_triangles(
     points: &[[f64; 2]],
     outlines: &[[usize; 2]],

@@ -20,7 +20,7 @@ pub use mesher::{MeshError, Meshed, Quality, Sizing, mesh, mesh_unless};
 pub(crate) use mesher::{bounds, flat_parts};
 pub use reflection::Reflected;
 
-/// What holds on a face of the mesh.
+/// The role of a face of the mesh: the condition on the field there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaceRole {
     /// It lies on the conductor with this index. There are no tetrahedra inside conductors, but on both sides of a sheet.
@@ -40,7 +40,7 @@ pub enum FaceRole {
 pub struct BoundaryFace {
     /// Its corners, in any order.
     pub face: [u32; 3],
-    /// What holds there.
+    /// The condition on the field there.
     pub role: FaceRole,
 }
 
@@ -52,7 +52,7 @@ pub struct TetMesh {
     pub points: Vec<[f64; 3]>,
     /// Corners of the tetrahedra: det(p1 - p0, p2 - p0, p3 - p0) > 0.
     pub tets: Vec<[u32; 4]>,
-    /// What fills each tetrahedron, as an index into tables of materials: 0 for the background, 1 + k for dielectric k.
+    /// The material of each tetrahedron, as an index into tables of materials: 0 for the background, 1 + k for dielectric k.
     pub regions: Vec<u32>,
     /// Faces on conductors, on grounded walls and towards open space. No flux passes through any other outer face.
     pub boundary: Vec<BoundaryFace>,

@@ -21,7 +21,7 @@ pub(super) struct Expanded {
 }
 
 impl Expansion {
-    /// That of an element with these nodes; `None` if none of them hangs.
+    /// The expansion of an element with these nodes; `None` if none of them hangs.
     pub(super) fn new(own: &[u32], hanging: &Hanging) -> Option<Self> {
         if !own.iter().any(|n| hanging.nodes.contains_key(n)) {
             return None;

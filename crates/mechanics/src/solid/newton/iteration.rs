@@ -19,7 +19,7 @@ const MAX_CUT_STEPS: usize = 6;
 /// The shortest part of a Newton step that is tried.
 const SHORTEST_PART: f64 = 1e-3;
 
-/// What Newton's method keeps from one step to the next under one load.
+/// The data that Newton's method keeps from one step to the next under one load.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Course {
     /// Steps taken.
@@ -32,7 +32,7 @@ pub(super) struct Course {
 
 /// A step that was taken.
 pub(super) struct Taken {
-    /// What is left after it.
+    /// The residual that is left after it.
     pub(super) residual: Residual,
     /// Whether it was the whole step.
     pub(super) whole: bool,

@@ -1,4 +1,4 @@
-//! What a load took, and why it was not reached.
+//! The work that a load took, and why it was not reached.
 
 /// The work it took to reach a load, and the quality of the result.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Stopped {
     pub reached: f64,
     /// The fraction of the way that was tried last.
     pub step: f64,
-    /// What happened in the last try.
+    /// The reason why the last try failed.
     pub reason: StopReason,
     /// Smallest `J` of the quadrature points in the last try.
     pub smallest_j: f64,

@@ -1,4 +1,4 @@
-//! What Newton's method and its load steps are allowed to do.
+//! The tolerances and limits of Newton's method and of its load steps.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

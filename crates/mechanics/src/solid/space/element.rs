@@ -20,7 +20,7 @@ pub const POINTS: usize = 27;
 /// Displacements of an element.
 pub const DISPLACEMENTS: usize = 81;
 
-/// What an element keeps of the reference configuration.
+/// The data that an element keeps of the reference configuration.
 #[derive(Debug, Clone)]
 pub struct ReferenceElement {
     /// `dN_a/dX_k` at quadrature point `q`, in 1/m: entry `(3 q + k) 27 + a`.

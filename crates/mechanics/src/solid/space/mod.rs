@@ -1,4 +1,4 @@
-//! What only three dimensions have: layers of finite width.
+//! The code that only three dimensions need: layers of finite width.
 //!
 //! Equations, contact and Newton's method are those of the plane; see [`super::dimension`].
 //!

@@ -23,11 +23,11 @@ pub struct SpaceLayer {
     pub half_length: f64,
     /// From the middle of the layer to its side along `x3`, at rest.
     pub half_width: f64,
-    /// What the layer is made of.
+    /// The rubber that the layer is made of.
     pub rubber: Rubber,
     /// Bodies of another rubber in the quarter with `x1 > 0` and `x3 > 0`, within [`SpaceLayer::room`].
     pub inclusions: Vec<Inclusion<Space>>,
-    /// What presses.
+    /// The indenter that presses.
     pub indenter: Indenter,
     /// The condition at the end.
     pub end: End,
@@ -62,7 +62,7 @@ impl SpaceLayer {
         if self.indenter.patch().is_some() { 2 } else { 1 }
     }
 
-    /// What the first mesh depends on, for compressions up to `deepest`.
+    /// The data that the first mesh depends on, for compressions up to `deepest`.
     fn first_mesh(&self, deepest: f64) -> FirstMesh {
         let ends = |axis: usize| self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]]);
         FirstMesh {

@@ -7,7 +7,7 @@ use super::outline::{Course, Outline};
 use crate::cubic::Cubic;
 use std::f64::consts::TAU;
 
-/// What outlines consist of, divided where it crosses.
+/// The circles, segments and cubics that outlines consist of, divided where they cross.
 pub(super) struct Divided {
     pub circles: Vec<DividedCircle>,
     /// Straight sides, and chords of circles.

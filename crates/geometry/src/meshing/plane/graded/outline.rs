@@ -14,7 +14,7 @@ pub struct Side {
     pub arc: Option<Course>,
 }
 
-/// What a side that is not straight follows.
+/// The curve that a side which is not straight follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Course {
     /// A circle, turning by an angle, positive anticlockwise.

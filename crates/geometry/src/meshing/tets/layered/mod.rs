@@ -162,7 +162,7 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
 
 /// A part of a body in layers.
 struct Body {
-    /// What fills it.
+    /// The conductor or region that fills it.
     filling: Filling,
     /// Its outline, by its place in the list of outlines; `None` for a body that fills the whole plane.
     outline: Option<usize>,

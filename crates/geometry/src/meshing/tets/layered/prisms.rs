@@ -24,7 +24,7 @@ pub(super) struct Prisms<'a> {
     pub(super) center: [f64; 3],
 }
 
-/// What fills a prism.
+/// The conductor or region that fills a prism.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Filling {
     /// The conductor with this index; then the prism is no part of the mesh.

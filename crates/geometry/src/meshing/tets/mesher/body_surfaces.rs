@@ -17,7 +17,7 @@ const SNAP: f64 = 1e-9;
 struct Face {
     /// Points that span its plane.
     frame: Vec<u32>,
-    /// What it covers; corners need not be points of the mesh.
+    /// The polygons that it covers; corners need not be points of the mesh.
     polygons: Vec<Vec<u32>>,
     /// Its outline, each edge in ascending order.
     edges: Vec<[u32; 2]>,
@@ -280,7 +280,7 @@ impl BodySurface {
         })
     }
 
-    /// What a cut leaves of an edge, if anything.
+    /// The part of an edge that a cut leaves, if any.
     fn remaining_edge(
         &mut self,
         [a, b]: [u32; 2],
@@ -331,7 +331,7 @@ impl BodySurface {
         Some(out)
     }
 
-    /// What a cut leaves of a polygon (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a polygon that is not convex stay
+    /// The part of a polygon that a cut leaves (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a polygon that is not convex stay
     /// joined along the plane.
     fn clipped(&mut self, polygon: &[u32], cut: Cut, crossings: &mut Crossings) -> Vec<u32> {
         let mut out = Vec::new();
@@ -391,7 +391,7 @@ impl BodySurface {
     }
 }
 
-/// What a cut leaves of an edge.
+/// The part of an edge that a cut leaves.
 struct RemainingEdge {
     edge: [u32; 2],
     /// Its new end in the plane, if it has one.

@@ -17,12 +17,12 @@ struct FilledBox {
     filling: Region,
 }
 
-/// What meets at a face of the grid.
+/// The regions on the two sides of a face of the grid, and the sheet that covers it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct GridFace {
-    /// What fills the cell below; `None` outside the walls.
+    /// The region that fills the cell below; `None` outside the walls.
     below: Option<Region>,
-    /// What fills the cell above; `None` outside the walls.
+    /// The region that fills the cell above; `None` outside the walls.
     above: Option<Region>,
     /// The sheet that covers the face.
     sheet: Option<Region>,
@@ -50,13 +50,13 @@ struct BoxGrid {
     planes: [Vec<f64>; 3],
     /// Numbers of the planes. Signed, because the cells next to the walls have neighbours outside.
     counts: [isize; 3],
-    /// What fills each cell; the last axis runs fastest.
+    /// The region that fills each cell; the last axis runs fastest.
     cells: Vec<Region>,
     /// The sheets in each plane of each axis, by their places in `boxes`.
     sheets: [Vec<Vec<usize>>; 3],
 }
 
-/// What fills each of so many cells between planes: boxes painted one over the other, those that are not flat.
+/// The region that fills each of so many cells between planes: the boxes that are not flat, painted one over the other.
 fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec<Region> {
     let middles = planes
         .each_ref()
@@ -120,7 +120,7 @@ impl BoxGrid {
         [0, 1, 2].map(|a| self.planes[a][at[a] as usize])
     }
 
-    /// What fills a cell; `None` outside the walls.
+    /// The region that fills a cell; `None` outside the walls.
     fn cell(&self, cell: [isize; 3]) -> Option<Region> {
         if (0..3).any(|a| cell[a] < 0 || cell[a] + 1 >= self.counts[a]) {
             return None;

@@ -9,7 +9,7 @@ pub enum MeshError {
     Unsupported {
         /// Its name.
         body: String,
-        /// What it has that the mesher cannot take.
+        /// The property of the body that the mesher cannot handle.
         what: &'static str,
     },
     /// A body is so small that rounding takes its corners for one point.

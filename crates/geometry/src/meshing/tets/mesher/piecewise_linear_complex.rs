@@ -1,4 +1,4 @@
-//! What a mesh has to contain: points, straight segments and flat facets (a piecewise linear complex, in the words of the
+//! The parts that a mesh has to contain: points, straight segments and flat facets (a piecewise linear complex, in the words of the
 //! literature on mesh generation).
 
 use super::Point;
@@ -103,7 +103,7 @@ impl Facet {
     }
 }
 
-/// What is known of a part of a body whose surface is in the complex.
+/// The data of a part of a body whose surface is in the complex.
 #[derive(Debug)]
 pub(super) struct PartInfo {
     /// The name of the body.

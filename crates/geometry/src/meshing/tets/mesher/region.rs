@@ -1,6 +1,6 @@
-//! What may fill a part of space.
+//! The background, dielectric or conductor that may fill a part of space.
 
-/// What fills a part of space.
+/// The background, dielectric or conductor that fills a part of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Region {
     /// No body.

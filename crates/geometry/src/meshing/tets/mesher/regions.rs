@@ -1,4 +1,4 @@
-//! What fills each tetrahedron.
+//! The region that fills each tetrahedron.
 
 use super::delaunay::Delaunay;
 use super::faceting::faceted;
@@ -79,7 +79,7 @@ impl Filling {
         }
     }
 
-    /// What fills a point: conductors take precedence over dielectrics, later dielectrics over earlier ones.
+    /// The region at a point: conductors take precedence over dielectrics, later dielectrics over earlier ones.
     pub(super) fn at(&self, p: Point) -> Region {
         if let Some((c, _)) = self.conductors.iter().find(|(_, part)| part.contains(p)) {
             return Region::Conductor(*c as u32);

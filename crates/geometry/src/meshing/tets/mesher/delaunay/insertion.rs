@@ -14,7 +14,7 @@ const MAX_STEPS: usize = 20_000;
 /// Where new tetrahedra must be round, a cavity grows to this many tetrahedra at most.
 const MAX_ROUND_CAVITY: usize = 100;
 
-/// What an insertion does about tetrahedra whose corners would all lie on one facet.
+/// The rule of an insertion for tetrahedra whose corners would all lie on one facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FlatTets {
     /// They may arise.
@@ -23,7 +23,7 @@ pub(crate) enum FlatTets {
     Avoid,
 }
 
-/// What an insertion does about a point in the smallest sphere around a kept face or edge that is not its own (it
+/// The rule of an insertion for a point in the smallest sphere around a kept face or edge that is not its own (it
 /// *encroaches* upon it: Shewchuk, Comput. Geom. 22, 2002).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Encroachment {
@@ -46,9 +46,9 @@ pub(crate) struct Insertion<'a> {
     pub(crate) facets: &'a [u32],
     /// The segment that it splits; a kept edge of this may be replaced.
     pub(crate) splits: Option<u32>,
-    /// What to do about flat tetrahedra.
+    /// The rule for flat tetrahedra.
     pub(crate) flat_tets: FlatTets,
-    /// What to do if it encroaches upon what is kept.
+    /// The rule for the case that it encroaches upon a kept face or edge.
     pub(crate) encroachment: Encroachment,
     /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away than this, m.
     pub(crate) apart: f64,

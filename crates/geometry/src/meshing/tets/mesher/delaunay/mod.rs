@@ -41,7 +41,7 @@ pub(super) struct Delaunay {
     pub(super) neighbours: Vec<[OptionalIndex; 4]>,
     /// The facet of which the face opposite each corner is a kept part.
     pub(super) kept_faces: Vec<[OptionalIndex; 4]>,
-    /// What fills each tetrahedron. Those that replace it on the same side of all kept faces inherit it.
+    /// The region of each tetrahedron. Tetrahedra that replace it on the same side of all kept faces inherit the region.
     pub(super) regions: Vec<Region>,
     /// Edges to be kept, by ascending ends, and the segments of which they are parts.
     pub(super) kept_edges: HashMap<[u32; 2], u32>,

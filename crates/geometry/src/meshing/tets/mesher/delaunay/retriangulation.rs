@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 /// The corners of a face in the order that shows its inner side, the smallest first.
 type OrientedFace = [u32; 3];
 
-/// What the surface of a cavity borders on.
+/// The surroundings of a face on the surface of a cavity.
 #[derive(Debug, Clone, Copy)]
 struct Border {
     neighbour: OptionalIndex,
