@@ -29,9 +29,9 @@ impl Case {
     /// The terminal that a conductor belongs to, one that the file names or itself, and whether it is at potential zero: as the file
     /// says, or because something else is measured.
     fn terminal_of<'a>(&'a self, conductor: &'a str) -> (&'a str, bool) {
-        let own = self.terminals.iter().find(|terminal| terminal.holds(conductor));
+        let named = self.terminals.iter().find(|terminal| terminal.holds(conductor));
         let (name, is_grounded) =
-            own.map_or((conductor, false), |terminal| (terminal.name.as_str(), terminal.is_grounded));
+            named.map_or((conductor, false), |terminal| (terminal.name.as_str(), terminal.is_grounded));
         (name, is_grounded || !self.is_measured(name))
     }
 
@@ -76,7 +76,7 @@ impl Case {
     /// The terminal of every conductor that does not float, and whether it is at potential zero. Those of electrodes come first, and a
     /// terminal of several conductors comes once for each.
     fn wired(&self) -> impl Iterator<Item = (&str, bool)> {
-        let electrodes = self.electrodes.iter().flat_map(|own| own.names().map(|name| -> &str { name }));
+        let electrodes = self.electrodes.iter().flat_map(|pair| pair.names().map(|name| -> &str { name }));
         let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str());
         electrodes.chain(fixed).map(|conductor| self.terminal_of(conductor))
     }
@@ -101,8 +101,9 @@ impl Case {
     /// Whether what is measured lies between the two electrodes, so that it can be compared with parallel plates.
     pub fn electrodes_are_measured(&self) -> bool {
         let names = self.driven_terminals();
-        let own = self.electrodes.as_ref().map(|own| own.names().map(|name| self.terminal_of(name).0));
-        let rows = own.map(|own| own.map(|name| names.iter().position(|known| known == name)));
+        let terminals =
+            self.electrodes.as_ref().map(|pair| pair.names().map(|name| self.terminal_of(name).0));
+        let rows = terminals.map(|pair| pair.map(|name| names.iter().position(|known| known == name)));
         match (rows, self.measurement()) {
             (Some([Some(a), Some(b)]), Measurement::TwoTerminal(of) | Measurement::Mutual(of)) => {
                 of == [a, b] || of == [b, a]

@@ -126,7 +126,7 @@ words! {
 }
 
 table! {
-    /// The capacitance that is measured. Tolerance, curve and plot are those of this capacitance.
+    /// The capacitance that a chip measures: tolerance, curve and plot are about it.
     struct Measure {
         /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
         /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.

@@ -66,8 +66,8 @@ pub(super) fn check(raw: &Document, log: &mut Log<'_>) {
 /// Whether finite elements leave the foam compressed evenly: its whole top is pressed, no term gets wider, and nothing lies in it.
 fn stays_even(layer: &raw::Layer, raw: &Document) -> bool {
     let whole_top = match given(&raw.mechanics) {
-        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_))),
-        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_))),
+        Some(raw::Mechanics::PlaneStrain(model)) => matches!(model.indenter.get(), Some(Either::First(_))),
+        Some(raw::Mechanics::Solid(model)) => matches!(model.indenter.get(), Some(Either::First(_))),
         Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => false,
     };
     whole_top && given(&layer.material).is_some_and(material::gets_no_wider) && first_within(raw).is_none()

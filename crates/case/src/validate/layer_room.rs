@@ -30,8 +30,10 @@ pub(super) struct LayerRoom {
 /// Whether the top of the layer stays a plane under every load.
 pub(super) fn is_pressed_flat(raw: &Document) -> bool {
     match given(&raw.mechanics) {
-        Some(raw::Mechanics::PlaneStrain(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
-        Some(raw::Mechanics::Solid(own)) => matches!(own.indenter.get(), Some(Either::First(_)) | None),
+        Some(raw::Mechanics::PlaneStrain(model)) => {
+            matches!(model.indenter.get(), Some(Either::First(_)) | None)
+        }
+        Some(raw::Mechanics::Solid(model)) => matches!(model.indenter.get(), Some(Either::First(_)) | None),
         Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => true,
     }
 }

@@ -152,7 +152,8 @@ fn errors(
             StepLoad::None | StepLoad::Compression(_) => 0.0,
         };
         let away = |share: f64| (own - share * change).abs();
-        let stretched = shares.of_stretch * step.row.compression? * step.row.capacitance_f?.abs();
+        let stretch = shares.of_stretch * step.row.compression.unwrap_or(0.0);
+        let stretched = stretch * step.row.capacitance_f?.abs();
         Some((away(1.0 + more).max(away(1.0 - shares.in_plane)).max(stretched) + error, known))
     };
     steps.iter().map(error).collect()

@@ -418,9 +418,10 @@ impl<S: Dimension> LayerModel<S> {
     /// that. `None` where that fails; the model is then somewhere on the way.
     fn push(&mut self, target: f64, settings: &NewtonSettings, last: LayerStep) -> Option<LayerStep> {
         let mut effort = Effort::default();
-        let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, left| {
+        // The effort is that of all tries together, and so is the limit of it.
+        let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, _| {
             let to = self.load_at(next);
-            self.equations.march(&mut self.state, &mut self.load, &to, left, &mut effort)?;
+            self.equations.march(&mut self.state, &mut self.load, &to, settings, &mut effort)?;
             Ok(self.step(effort))
         });
         roughly.ok()?;
