@@ -15,7 +15,7 @@ Found fault with, and printed with the seed of the file (hostile/faults.py says 
 
     abort or signal, panic, defect, undocumented exit status, contradiction of bounds, oracle
     hang              `check` takes more than 10 s of processor time
-    late              a run goes on for more than 2 s of processor time after SIGTERM or --max-time
+    late              a run goes on for more than 2 s of processor time after SIGTERM or --max-time, and 1 s for 100 MB of results
     lie               `check` and `run` contradict each other
     peak              the memory of a run is more than `check` says at most
     messages          more than ten errors and warnings

@@ -33,6 +33,11 @@ NOT_KEPT = frozenset(TIMES + SURROUNDINGS)
 # The largest relative difference of numbers that --close lets pass.
 CLOSE = 1e-12
 
+# The numbers of the shipped cases that lie in the project, and how far another machine may be from them: of the largest number in the
+# column, since its order of additions is another one.
+KEPT = "tests/kept_numbers"
+OTHER_MACHINE = 1e-6
+
 # Beyond this, a report of one case is cut short.
 MOST_LINES = 8
 
@@ -52,6 +57,9 @@ examples:
     tests/same_numbers.py compare /tmp/kept --with /tmp/kept-again
   see whether the numbers depend on the number of threads
     tests/same_numbers.py threads --program target/release/elastocap --threads 1,2,3 --only pair
+
+  compare what was just written for the cases of cases/ with the numbers that lie in the project; --write keeps them anew
+    tests/same_numbers.py examples results
 
 exit status:
   0  all numbers are the same
@@ -464,6 +472,44 @@ def threads(arguments):
     return conclude(list(cases), differ, " to the byte")
 
 
+def examples(arguments):
+    """Compares the tables of RESULTS/<case> with those kept in the project, for every case of cases/."""
+    differ, names = [], [file.stem for file in sorted((repository() / "cases").glob("*.toml"))]
+    for name in names:
+        old, new = repository() / KEPT / name, arguments.folder / name
+        tables = [table for table in TABLES if (new / table).is_file()]
+        if arguments.write:
+            shutil.rmtree(old, ignore_errors=True)
+            old.mkdir(parents=True)
+            for table in tables:
+                shutil.copyfile(new / table, old / table)
+            continue
+        faults = [] if tables == [table for table in TABLES if (old / table).is_file()] and tables else ["other tables than those kept"]
+        for table in tables if not faults else []:
+            faults += far_cells(table, *((place / table).read_text() for place in (old, new)))
+        for fault in shortened(faults):
+            print(f"{name}: {fault}")
+        if faults:
+            differ.append(name)
+    return 0 if arguments.write else conclude(names, differ, f" within {OTHER_MACHINE:g}")
+
+
+def far_cells(table, old, new):
+    """The cells of a table that are further from the kept ones than another machine may bring them."""
+    (old_columns, old_rows), (new_columns, new_rows) = find_rows(old), find_rows(new)
+    if old_columns != new_columns or len(old_rows) != len(new_rows):
+        return [f"{table}: other columns or another number of rows"]
+    faults = []
+    for column in old_columns:
+        values = [[as_value(row[column]) for row in rows] for rows in (old_rows, new_rows)]
+        largest = max((abs(value) for value in values[0] if is_number(value)), default=0.0)
+        for line, (before, after) in enumerate(zip(*values), 2):
+            numbers = is_number(before) and is_number(after)
+            if not (numbers and abs(before - after) <= OTHER_MACHINE * largest or repr(before) == repr(after)):
+                faults.append(f"{table} line {line} {column}: {before!r} is now {after!r}")
+    return faults
+
+
 def conclude(names, differ, how):
     if differ:
         print(f"\nnumbers are NOT the same in {len(differ)} of {len(names)} cases: {', '.join(differ)}")
@@ -502,7 +548,7 @@ def natural(text):
 def parse():
     plain = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, epilog=HELP, formatter_class=plain)
-    commands = parser.add_subparsers(title="subcommands", required=True, metavar="keep | compare | threads")
+    commands = parser.add_subparsers(title="subcommands", required=True, metavar="keep | compare | threads | examples")
     about = "comma-separated columns of the CSV files, and keys of result.json with all in them, to leave out"
 
     def command(name, function, summary):
@@ -534,6 +580,12 @@ def parse():
     made.add_argument("--program", type=program, required=True, metavar="BINARY")
     made.add_argument("--threads", type=counts, default=[1, 2, 3], metavar="1,2,3", help="thread counts (1,2,3)")
     made.add_argument("--ignore-columns", type=words, default=frozenset(), metavar="A,B", help=about)
+
+    summary = "Compare the tables of RESULTS/<case> with the kept numbers of the shipped cases."
+    made = commands.add_parser("examples", help=summary, description=summary, epilog=HELP, formatter_class=plain)
+    made.set_defaults(function=examples)
+    made.add_argument("folder", type=Path, metavar="RESULTS")
+    made.add_argument("--write", action="store_true", help="keep the numbers of RESULTS in the project")
     return parser.parse_args()
 
 

@@ -10,6 +10,8 @@ from .damage import SECRET
 MESSAGES = 10
 # Processor seconds of a `check`, and of a run after it was told to stop.
 CHECK_SECONDS, STOP_SECONDS = 10.0, 2.0
+# Bytes that a stopped run may write in a further second: a case of 100,000 load steps leaves a result.json of 170 MB.
+BYTES_PER_SECOND = 1e8
 # Seconds in which a process may still be loading.
 BEGINNING = 0.5
 # Why a step may fail in a run though `check` did not foretell it: what finite elements find out at large loads, and what is told as an
@@ -53,7 +55,9 @@ def of_run(done, folder, stopped_at, terminated=False, is_case=True):
         # The signal came before the program had begun.
         return []
     faults = of_answer(done, is_case)
-    if stopped_at is not None and (done.status is None or done.late is not None and done.late > STOP_SECONDS):
+    written = sum(path.stat().st_size for path in folder.glob("out*/**/*") if path.is_file())
+    allowed = STOP_SECONDS + written / BYTES_PER_SECOND
+    if stopped_at is not None and (done.status is None or done.late is not None and done.late > allowed):
         late = f"{done.late:.1f} s" if done.late is not None else "killed"
         faults.append(f"late: {late} of processor time after the end of {stopped_at:g} s")
     left = [path.name for path in folder.glob("out*/**/*")]

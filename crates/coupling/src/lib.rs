@@ -12,7 +12,7 @@
 //! - [`route`]: which field solver takes a scene, the only place that decides it.
 //! - [`failure`]: why a step has no result. `status`: how it went. [`reason`]: why it does not have all that was asked for.
 //!   [`route_change`]: why it was not solved as it was meant to be.
-//! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter; [`box_fields`]: a scene for the box solver.
+//! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter.
 //! - `layer_outlines`, `outline_curves`: a scene of what the load has bent, with curves or polygons.
 //! - `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
 //! - [`plan`]: what is solved, what is left out and why, what it will take.
@@ -23,7 +23,6 @@
 //! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
 //!   `side_by_side`; [`shortfalls`]: what steps do not have of what was asked for, as it is told.
 
-pub mod box_fields;
 pub mod change;
 mod common_base;
 pub mod deform;

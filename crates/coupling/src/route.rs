@@ -2,33 +2,28 @@
 //!
 //! | bodies             | how the load bends the electrodes                | asked for         | route                              |
 //! |--------------------|--------------------------------------------------|-------------------|------------------------------------|
-//! | boxes              | not at all                                       | -, boxes          | [`Route::Boxes`]                   |
-//! | outlines with few edges | not at all                                  | -                 | [`Route::Extruded`]                |
-//! | boxes, outlines    | not at all                                       | extruded          | [`Route::Extruded`]                |
-//! | others             | not at all                                       | -                 | [`Route::Tetrahedra`]              |
-//! | any                | not at all                                       | tetrahedra        | [`Route::Tetrahedra`]              |
-//! | two electrodes     | in the plane, under a flat surface, boxes fit    | -                 | [`Route::EnclosingBoxesThenOutlines`] |
-//! | boxes, outlines along x3 | in the plane, any other way                | -                 | [`Route::Outlines`]                |
-//! | boxes, outlines along x3 | in the plane                               | extruded          | [`Route::Outlines`]                |
-//! | others             | in the plane                                     | -                 | [`Route::OutlinesOnTetrahedra`]    |
-//! | any                | in the plane                                     | tetrahedra        | [`Route::OutlinesOnTetrahedra`]    |
-//! | two electrodes     | in the plane                                     | boxes             | [`Route::EnclosingBoxes`]          |
-//! | boxes              | in space                                         | -, boxes          | [`Route::MappedBoxes`]             |
-//! | boxes              | the surface is bent, or an indenter in the field is round | -, boxes | [`Route::MappedBoxes`]             |
-//! | boxes              | not, but attached bodies are tilted              | -, boxes          | [`Route::MappedBoxes`]             |
+//! | boxes              | not at all                                       | -, boxes          | [`Route::BOXES`]                   |
+//! | outlines with few edges | not at all                                  | -                 | [`Route::EXTRUDED`]                |
+//! | boxes, outlines    | not at all                                       | extruded          | [`Route::EXTRUDED`]                |
+//! | others             | not at all                                       | -                 | [`Route::TETRAHEDRA`]              |
+//! | any                | not at all                                       | tetrahedra        | [`Route::TETRAHEDRA`]              |
+//! | boxes, outlines along x3 | in the plane                               | -, extruded       | [`Route::OUTLINES`]                |
+//! | others             | in the plane                                     | -                 | [`Route::OUTLINES_ON_TETRAHEDRA`]  |
+//! | any                | in the plane                                     | tetrahedra        | [`Route::OUTLINES_ON_TETRAHEDRA`]  |
+//! | boxes              | in space                                         | -, boxes          | [`Route::MAPPED_BOXES`]            |
+//! | boxes              | the surface is bent, or an indenter in the field is round | -, boxes | [`Route::MAPPED_BOXES`]            |
+//! | boxes              | not, but attached bodies are tilted              | -, boxes          | [`Route::MAPPED_BOXES`]            |
 //!
-//! *Outlines* are bodies that are outlines pulled along one axis.
-//! Where the solver for them fails though nobody asked for it, the scene goes to tetrahedra after all. Where no map bends the boxes,
-//! [`Route::MappedBoxes`] becomes [`Route::EnclosingBoxes`] for two electrodes.
-//!
-//! Everything else has no solver: see [`RouteError`].
+//! *Outlines* are bodies that are outlines pulled along one axis. Where the extruded solver fails though nobody asked for it, the scene
+//! goes to tetrahedra after all. Everything else has no solver: see [`RouteError`].
 
 use std::fmt;
 
-use elastocap_case::{Case, FieldSolver, Indenter, Mechanics, Pose};
+use elastocap_case::{Case, FieldSolver, Mechanics, Pose};
 use elastocap_electrostatics::{has_few_edges, is_extruded};
 use elastocap_geometry::scene::{Purpose, Scene};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::deform::Deformation;
 use crate::load_steps::StepLoad;
@@ -36,64 +31,107 @@ use crate::scene::DeformedScene;
 use crate::scene::indenter::{IndenterForm, Rounding};
 use crate::scene::neutral::indenter_in_field;
 
-/// How the field of a scene is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Route {
-    /// By the box solver: every body is a box, a sheet or a slab.
-    Boxes,
-    /// By the box solver, twice: boxes inside and boxes around the bent electrodes bound their capacitance.
-    EnclosingBoxes,
-    /// By the box solver, under a map that bends its boxes as the load bends electrodes and layer in three dimensions.
-    MappedBoxes,
-    /// As [`Route::EnclosingBoxes`]; where these bounds are too far apart, as [`Route::Outlines`].
-    EnclosingBoxesThenOutlines,
-    /// By the solver for extruded scenes: every body is an outline pulled along one axis.
-    Extruded,
-    /// By the solver for extruded scenes, for electrodes bent in the plane of x1 and x2: their outlines are pulled along x3, under the surface
-    /// of the layer as it bulges where the scene has it.
+/// The shape in which a solver is given the bodies of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolvedShape {
+    /// Bodies as the scene has them: nothing is bent.
+    Straight,
+    /// The outlines of what is bent in the plane of x1 and x2, pulled along x3.
     Outlines,
-    /// As [`Route::Outlines`], on tetrahedra.
-    OutlinesOnTetrahedra,
-    /// On tetrahedra: bodies of any shape.
-    Tetrahedra,
+    /// Boxes under a map that bends them as the load bends electrodes and layer, or that tilts them.
+    Mapped,
+}
+
+/// How the field of a scene is solved: which solver is given the bodies in which shape. Only the constants below exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Route {
+    shape: SolvedShape,
+    solver: FieldSolver,
 }
 
 impl Route {
-    /// Whether another solver than that for boxes may be needed, which takes all threads and all memory for itself.
-    pub fn may_need_more_than_boxes(self) -> bool {
-        match self {
-            Self::Boxes | Self::EnclosingBoxes | Self::MappedBoxes => false,
-            Self::EnclosingBoxesThenOutlines
-            | Self::Extruded
-            | Self::Outlines
-            | Self::OutlinesOnTetrahedra
-            | Self::Tetrahedra => true,
-        }
+    /// Boxes, sheets and slabs by the box solver.
+    pub const BOXES: Self = Self { shape: SolvedShape::Straight, solver: FieldSolver::Boxes };
+    /// Boxes by the box solver, under a map.
+    pub const MAPPED_BOXES: Self = Self { shape: SolvedShape::Mapped, solver: FieldSolver::Boxes };
+    /// Outlines pulled along one axis, by the extruded solver.
+    pub const EXTRUDED: Self = Self { shape: SolvedShape::Straight, solver: FieldSolver::Extruded };
+    /// Bent outlines by the extruded solver.
+    pub const OUTLINES: Self = Self { shape: SolvedShape::Outlines, solver: FieldSolver::Extruded };
+    /// Bent outlines on tetrahedra.
+    pub const OUTLINES_ON_TETRAHEDRA: Self =
+        Self { shape: SolvedShape::Outlines, solver: FieldSolver::Tetrahedra };
+    /// Bodies of any shape on tetrahedra.
+    pub const TETRAHEDRA: Self = Self { shape: SolvedShape::Straight, solver: FieldSolver::Tetrahedra };
+
+    const ALL: [Self; 6] = [
+        Self::BOXES,
+        Self::MAPPED_BOXES,
+        Self::EXTRUDED,
+        Self::OUTLINES,
+        Self::OUTLINES_ON_TETRAHEDRA,
+        Self::TETRAHEDRA,
+    ];
+
+    /// The shape in which the solver is given the bodies.
+    pub fn shape(self) -> SolvedShape {
+        self.shape
     }
 
-    /// Whether a step on this route is solved on tetrahedra in any case.
-    pub fn is_on_tetrahedra(self) -> bool {
-        matches!(self, Self::OutlinesOnTetrahedra | Self::Tetrahedra)
+    /// The solver.
+    pub fn solver(self) -> FieldSolver {
+        self.solver
+    }
+
+    /// This route on tetrahedra: where the extruded solver cannot take a scene.
+    pub(crate) fn on_tetrahedra(self) -> Self {
+        Self { solver: FieldSolver::Tetrahedra, ..self }
+    }
+
+    /// The name of the route in result.json.
+    pub fn name(self) -> &'static str {
+        match (self.shape, self.solver) {
+            (SolvedShape::Mapped, _) => "mapped_boxes",
+            (_, FieldSolver::Boxes) => "boxes",
+            (SolvedShape::Straight, FieldSolver::Extruded) => "extruded",
+            (SolvedShape::Outlines, FieldSolver::Extruded) => "outlines",
+            (SolvedShape::Outlines, FieldSolver::Tetrahedra) => "outlines_on_tetrahedra",
+            (SolvedShape::Straight, FieldSolver::Tetrahedra) => "tetrahedra",
+        }
     }
 }
 
-/// In words, as what a field is solved by.
+/// The route as what a field is solved by, in words.
 impl fmt::Display for Route {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Boxes => "the box solver",
-            Self::EnclosingBoxes => "the box solver, with boxes inside and around the bent electrodes",
-            Self::MappedBoxes => "the box solver, under a map that bends its boxes as the load bends the electrodes",
-            Self::EnclosingBoxesThenOutlines => {
-                "the box solver, with boxes inside and around the bent electrodes, and their outlines by the extruded solver where \
-                 these boxes do not bound the capacitance as closely as asked"
+        f.write_str(match (self.shape, self.solver) {
+            (SolvedShape::Mapped, _) => {
+                "the box solver, under a map that bends its boxes as the load bends the electrodes"
             }
-            Self::Extruded => "the extruded solver",
-            Self::Outlines => "the extruded solver, with the outlines of the bent electrodes",
-            Self::OutlinesOnTetrahedra => "the outlines of the bent electrodes on tetrahedra",
-            Self::Tetrahedra => "tetrahedra",
+            (_, FieldSolver::Boxes) => "the box solver",
+            (SolvedShape::Straight, FieldSolver::Extruded) => "the extruded solver",
+            (SolvedShape::Outlines, FieldSolver::Extruded) => {
+                "the extruded solver, with the outlines of the bent electrodes"
+            }
+            (SolvedShape::Outlines, FieldSolver::Tetrahedra) => {
+                "the outlines of the bent electrodes on tetrahedra"
+            }
+            (SolvedShape::Straight, FieldSolver::Tetrahedra) => "tetrahedra",
         })
+    }
+}
+
+impl Serialize for Route {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Route {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let known = Self::ALL.into_iter().find(|route| route.name() == name);
+        known.ok_or_else(|| D::Error::custom(format_args!("no route is called `{name}`")))
     }
 }
 
@@ -102,8 +140,6 @@ impl fmt::Display for Route {
 pub enum Bodies {
     /// Axis-aligned boxes, sheets and slabs only.
     Boxes {
-        /// How many of them are conductors, the electrodes and floating ones included.
-        conductors: usize,
         /// Along which axes the extruded solver takes them.
         along: [bool; 3],
     },
@@ -123,7 +159,7 @@ impl Bodies {
     pub fn of(scene: &Scene) -> Self {
         let along = [0, 1, 2].map(|axis| is_extruded(scene, axis));
         if scene.is_boxes() {
-            Self::Boxes { conductors: scene.conductors().count(), along }
+            Self::Boxes { along }
         } else if along.contains(&true) {
             Self::Outlines { along, few_edges: has_few_edges(scene) }
         } else {
@@ -146,7 +182,7 @@ pub enum Bending {
     /// Not at all: they are boxes, or there are none.
     Straight,
     /// In the plane of x1 and x2, where their outlines are known.
-    InPlane(PlaneBending),
+    InPlane,
     /// In three dimensions.
     InSpace,
     /// The surface of the layer is bent, an indenter in the field is round, or bodies move with the material of the layer; electrodes may
@@ -156,15 +192,6 @@ pub enum Bending {
     Tilted,
     /// By the load, while bodies that are attached are tilted.
     TiltedAndBent,
-}
-
-/// How electrodes are bent in the plane, as far as it matters to the solvers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlaneBending {
-    /// The surface of the layer is flat, and boxes fit inside and around the electrodes: these may do instead of the outlines.
-    BoxesMayDo,
-    /// The surface bulges, or no such boxes fit.
-    OutlinesOnly,
 }
 
 impl Bending {
@@ -193,10 +220,7 @@ impl Bending {
         }
         match &case.mechanics {
             None | Some(Mechanics::ClosedForm { .. }) => Self::Straight,
-            Some(Mechanics::PlaneStrain(model)) => Self::InPlane(match model.indenter {
-                Indenter::WholeTop => PlaneBending::BoxesMayDo,
-                Indenter::FlatPunch { .. } | Indenter::Cylinder { .. } => PlaneBending::OutlinesOnly,
-            }),
+            Some(Mechanics::PlaneStrain(_)) => Self::InPlane,
             Some(Mechanics::Solid(_)) => Self::InSpace,
         }
     }
@@ -223,15 +247,11 @@ impl Bending {
         if bends_the_field(case, is_at_rest, distance > 0.0) {
             return Self::UnderIndenter;
         }
-        let Some(enclosing) = &deformed.bent else { return Self::Straight };
+        if !deformed.electrodes_are_bent {
+            return Self::Straight;
+        }
         match state {
-            Some(Deformation::FiniteElement(layer)) if !layer.curves.electrodes.is_empty() => {
-                if enclosing.is_ok() && layer.curves.bent_between().is_none() {
-                    Self::InPlane(PlaneBending::BoxesMayDo)
-                } else {
-                    Self::InPlane(PlaneBending::OutlinesOnly)
-                }
-            }
+            Some(Deformation::FiniteElement(layer)) if !layer.curves.electrodes.is_empty() => Self::InPlane,
             // No outlines are known.
             Some(Deformation::FiniteElement(_) | Deformation::ClosedForm(_) | Deformation::Foam(_))
             | None => Self::InSpace,
@@ -304,11 +324,11 @@ pub enum RouteError {
          [electrostatics], and bodies that are not boxes"
     )]
     BentInSpace,
-    /// Enclosing boxes bound the capacitance of two conductors, not the matrix of more.
+    /// The box solver is asked for, and the load bends electrodes in the plane.
     #[error(
-        "the electrodes are bent by the load, and with other conductors beside them the box solver has no bounds for that"
+        "the box solver does not take electrodes that the load bends in the plane: leave out `solver` in [electrostatics]"
     )]
-    BentAmongOthers,
+    BentInPlane,
 }
 
 /// The route of a scene of these bodies, with electrodes bent like this; `asked` is the solver that the case asks for.
@@ -321,7 +341,7 @@ pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Re
         (_, Bending::TiltedAndBent) => Err(RouteError::TiltedAndBent),
         (Some(FieldSolver::Boxes), _) => by_boxes(bodies, bending),
         (None, Bending::Tilted | Bending::UnderIndenter) if matches!(bodies, Bodies::Boxes { .. }) => {
-            Ok(Route::MappedBoxes)
+            Ok(Route::MAPPED_BOXES)
         }
         (_, Bending::UnderIndenter) => Err(RouteError::UnderIndenter),
         (_, Bending::Tilted) => Err(RouteError::TiltedShapes),
@@ -333,24 +353,19 @@ pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Re
         (Some(FieldSolver::Tetrahedra | FieldSolver::Extruded), Bending::InSpace) => {
             Err(RouteError::BentInSpace)
         }
-        (Some(FieldSolver::Tetrahedra), Bending::Straight) => Ok(Route::Tetrahedra),
-        (Some(FieldSolver::Tetrahedra), Bending::InPlane(_)) => Ok(Route::OutlinesOnTetrahedra),
-        (Some(FieldSolver::Extruded), Bending::Straight) if along.contains(&true) => Ok(Route::Extruded),
-        (Some(FieldSolver::Extruded), Bending::InPlane(_)) if along[2] => Ok(Route::Outlines),
+        (Some(FieldSolver::Tetrahedra), Bending::Straight) => Ok(Route::TETRAHEDRA),
+        (Some(FieldSolver::Tetrahedra), Bending::InPlane) => Ok(Route::OUTLINES_ON_TETRAHEDRA),
+        (Some(FieldSolver::Extruded), Bending::Straight) if along.contains(&true) => Ok(Route::EXTRUDED),
+        (Some(FieldSolver::Extruded), Bending::InPlane) if along[2] => Ok(Route::OUTLINES),
         (Some(FieldSolver::Extruded), _) => Err(RouteError::OutlinesOnly),
         (None, Bending::InSpace) => by_boxes(bodies, bending),
         (None, Bending::Straight) => Ok(match bodies {
-            Bodies::Boxes { .. } => Route::Boxes,
-            Bodies::Outlines { few_edges: true, .. } => Route::Extruded,
-            Bodies::Outlines { few_edges: false, .. } | Bodies::AnyShape => Route::Tetrahedra,
+            Bodies::Boxes { .. } => Route::BOXES,
+            Bodies::Outlines { few_edges: true, .. } => Route::EXTRUDED,
+            Bodies::Outlines { few_edges: false, .. } | Bodies::AnyShape => Route::TETRAHEDRA,
         }),
-        (None, Bending::InPlane(plane)) => Ok(match (bodies, plane) {
-            (Bodies::Boxes { conductors: 2, .. }, PlaneBending::BoxesMayDo) => {
-                Route::EnclosingBoxesThenOutlines
-            }
-            _ if along[2] => Route::Outlines,
-            _ => Route::OutlinesOnTetrahedra,
-        }),
+        (None, Bending::InPlane) if along[2] => Ok(Route::OUTLINES),
+        (None, Bending::InPlane) => Ok(Route::OUTLINES_ON_TETRAHEDRA),
     }
 }
 
@@ -358,12 +373,12 @@ pub fn route(bodies: Bodies, bending: Bending, asked: Option<FieldSolver>) -> Re
 fn by_boxes(bodies: Bodies, bending: Bending) -> Result<Route, RouteError> {
     match (bodies, bending) {
         (Bodies::Outlines { .. } | Bodies::AnyShape, _) => Err(RouteError::BoxesOnly),
-        (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::Boxes),
+        (Bodies::Boxes { .. }, Bending::Straight) => Ok(Route::BOXES),
+        (Bodies::Boxes { .. }, Bending::InPlane) => Err(RouteError::BentInPlane),
+        (Bodies::Boxes { .. }, Bending::TiltedAndBent) => Err(RouteError::TiltedAndBent),
         (Bodies::Boxes { .. }, Bending::Tilted | Bending::InSpace | Bending::UnderIndenter) => {
-            Ok(Route::MappedBoxes)
+            Ok(Route::MAPPED_BOXES)
         }
-        (Bodies::Boxes { conductors: 0..=2, .. }, Bending::InPlane(_)) => Ok(Route::EnclosingBoxes),
-        (Bodies::Boxes { .. }, _) => Err(RouteError::BentAmongOthers),
     }
 }
 
@@ -378,90 +393,83 @@ mod tests {
     use super::*;
 
     const EVERY: [bool; 3] = [true; 3];
-    const PAIR: Bodies = Bodies::Boxes { conductors: 2, along: EVERY };
-    const THREE: Bodies = Bodies::Boxes { conductors: 3, along: EVERY };
-    /// Two boxes that the extruded solver does not take.
-    const NOT_EXTRUDED: Bodies = Bodies::Boxes { conductors: 2, along: [false; 3] };
+    const PAIR: Bodies = Bodies::Boxes { along: EVERY };
+    /// Boxes that the extruded solver does not take.
+    const NOT_EXTRUDED: Bodies = Bodies::Boxes { along: [false; 3] };
     const UPRIGHT: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: true };
     const ALONG: Bodies = Bodies::Outlines { along: [false, false, true], few_edges: true };
     const COMB: Bodies = Bodies::Outlines { along: [false, true, false], few_edges: false };
-    const FLAT: Bending = Bending::InPlane(PlaneBending::BoxesMayDo);
-    const BULGING: Bending = Bending::InPlane(PlaneBending::OutlinesOnly);
     const BOXES: Option<FieldSolver> = Some(FieldSolver::Boxes);
     const EXTRUDED: Option<FieldSolver> = Some(FieldSolver::Extruded);
     const TETRAHEDRA: Option<FieldSolver> = Some(FieldSolver::Tetrahedra);
 
     #[test]
     fn straight_boxes_go_to_the_box_solver_unless_another_is_asked_for() {
-        for bodies in [Bodies::Boxes { conductors: 1, along: EVERY }, PAIR, THREE, NOT_EXTRUDED] {
-            assert_eq!(route(bodies, Bending::Straight, None), Ok(Route::Boxes));
-            assert_eq!(route(bodies, Bending::Straight, BOXES), Ok(Route::Boxes));
-            assert_eq!(route(bodies, Bending::Straight, TETRAHEDRA), Ok(Route::Tetrahedra));
+        for bodies in [PAIR, NOT_EXTRUDED] {
+            assert_eq!(route(bodies, Bending::Straight, None), Ok(Route::BOXES));
+            assert_eq!(route(bodies, Bending::Straight, BOXES), Ok(Route::BOXES));
+            assert_eq!(route(bodies, Bending::Straight, TETRAHEDRA), Ok(Route::TETRAHEDRA));
         }
-        assert_eq!(route(PAIR, Bending::Straight, EXTRUDED), Ok(Route::Extruded));
+        assert_eq!(route(PAIR, Bending::Straight, EXTRUDED), Ok(Route::EXTRUDED));
         assert_eq!(route(NOT_EXTRUDED, Bending::Straight, EXTRUDED), Err(RouteError::OutlinesOnly));
     }
 
     #[test]
     fn outlines_go_to_the_extruded_solver_and_other_shapes_to_tetrahedra() {
         for asked in [None, EXTRUDED] {
-            assert_eq!(route(UPRIGHT, Bending::Straight, asked), Ok(Route::Extruded));
-            assert_eq!(route(ALONG, BULGING, asked), Ok(Route::Outlines));
+            assert_eq!(route(UPRIGHT, Bending::Straight, asked), Ok(Route::EXTRUDED));
+            assert_eq!(route(ALONG, Bending::InPlane, asked), Ok(Route::OUTLINES));
         }
-        assert_eq!(route(COMB, Bending::Straight, None), Ok(Route::Tetrahedra));
-        assert_eq!(route(COMB, Bending::Straight, EXTRUDED), Ok(Route::Extruded));
-        assert_eq!(route(UPRIGHT, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
-        assert_eq!(route(UPRIGHT, BULGING, EXTRUDED), Err(RouteError::OutlinesOnly));
-        assert_eq!(route(UPRIGHT, Bending::Straight, TETRAHEDRA), Ok(Route::Tetrahedra));
+        assert_eq!(route(COMB, Bending::Straight, None), Ok(Route::TETRAHEDRA));
+        assert_eq!(route(COMB, Bending::Straight, EXTRUDED), Ok(Route::EXTRUDED));
+        assert_eq!(route(UPRIGHT, Bending::InPlane, None), Ok(Route::OUTLINES_ON_TETRAHEDRA));
+        assert_eq!(route(UPRIGHT, Bending::InPlane, EXTRUDED), Err(RouteError::OutlinesOnly));
+        assert_eq!(route(UPRIGHT, Bending::Straight, TETRAHEDRA), Ok(Route::TETRAHEDRA));
         for asked in [None, TETRAHEDRA] {
-            assert_eq!(route(Bodies::AnyShape, Bending::Straight, asked), Ok(Route::Tetrahedra));
-            assert_eq!(route(Bodies::AnyShape, FLAT, asked), Ok(Route::OutlinesOnTetrahedra));
-            assert_eq!(route(Bodies::AnyShape, BULGING, asked), Ok(Route::OutlinesOnTetrahedra));
+            assert_eq!(route(Bodies::AnyShape, Bending::Straight, asked), Ok(Route::TETRAHEDRA));
+            assert_eq!(route(Bodies::AnyShape, Bending::InPlane, asked), Ok(Route::OUTLINES_ON_TETRAHEDRA));
         }
-        for bending in [Bending::Straight, FLAT, BULGING, Bending::InSpace] {
+        for bending in [Bending::Straight, Bending::InPlane, Bending::InSpace] {
             assert_eq!(route(Bodies::AnyShape, bending, BOXES), Err(RouteError::BoxesOnly));
             assert_eq!(route(UPRIGHT, bending, BOXES), Err(RouteError::BoxesOnly));
         }
     }
 
     #[test]
-    fn boxes_are_tried_before_outlines_only_for_a_pair_alone_under_a_flat_surface() {
-        assert_eq!(route(PAIR, FLAT, None), Ok(Route::EnclosingBoxesThenOutlines));
-        assert_eq!(route(PAIR, BULGING, None), Ok(Route::Outlines));
-        assert_eq!(route(THREE, FLAT, None), Ok(Route::Outlines));
-        assert_eq!(route(THREE, BULGING, None), Ok(Route::Outlines));
-        assert_eq!(route(NOT_EXTRUDED, BULGING, None), Ok(Route::OutlinesOnTetrahedra));
+    fn electrodes_bent_in_the_plane_are_outlines_unless_tetrahedra_are_asked_for_and_never_boxes() {
+        for asked in [None, EXTRUDED] {
+            assert_eq!(route(PAIR, Bending::InPlane, asked), Ok(Route::OUTLINES));
+        }
+        assert_eq!(route(PAIR, Bending::InPlane, TETRAHEDRA), Ok(Route::OUTLINES_ON_TETRAHEDRA));
+        assert_eq!(route(PAIR, Bending::InPlane, BOXES), Err(RouteError::BentInPlane));
+        assert_eq!(route(NOT_EXTRUDED, Bending::InPlane, None), Ok(Route::OUTLINES_ON_TETRAHEDRA));
     }
 
     #[test]
-    fn a_solver_that_is_asked_for_is_the_only_one_for_electrodes_bent_in_the_plane() {
-        for bending in [FLAT, BULGING] {
-            assert_eq!(route(PAIR, bending, BOXES), Ok(Route::EnclosingBoxes));
-            assert_eq!(route(THREE, bending, BOXES), Err(RouteError::BentAmongOthers));
-            for pair in [PAIR, THREE] {
-                assert_eq!(route(pair, bending, EXTRUDED), Ok(Route::Outlines));
-                assert_eq!(route(pair, bending, TETRAHEDRA), Ok(Route::OutlinesOnTetrahedra));
-            }
+    fn a_route_is_read_back_from_its_name_and_no_two_have_one_name() {
+        for route in Route::ALL {
+            let text = serde_json::to_string(&route).unwrap();
+            assert_eq!(serde_json::from_str::<Route>(&text).unwrap(), route);
         }
+        assert!(serde_json::from_str::<Route>("\"enclosing_boxes\"").is_err());
     }
 
     #[test]
     fn nothing_takes_a_tilt_while_the_load_bends_what_the_field_sees() {
-        for bending in [FLAT, BULGING, Bending::InSpace, Bending::UnderIndenter] {
+        for bending in [Bending::InPlane, Bending::InSpace, Bending::UnderIndenter] {
             assert_eq!(bending.tilted(false), bending);
             for asked in [None, BOXES, EXTRUDED, TETRAHEDRA] {
                 assert_eq!(route(PAIR, bending.tilted(true), asked), Err(RouteError::TiltedAndBent));
             }
         }
         assert_eq!(Bending::Straight.tilted(true), Bending::Tilted);
-        assert_eq!(route(PAIR, Bending::Tilted, None), Ok(Route::MappedBoxes));
+        assert_eq!(route(PAIR, Bending::Tilted, None), Ok(Route::MAPPED_BOXES));
     }
 
     #[test]
     fn electrodes_bent_in_space_have_mapped_boxes_or_nothing() {
         for asked in [None, BOXES] {
-            assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::MappedBoxes));
-            assert_eq!(route(THREE, Bending::InSpace, asked), Ok(Route::MappedBoxes));
+            assert_eq!(route(PAIR, Bending::InSpace, asked), Ok(Route::MAPPED_BOXES));
         }
         for asked in [EXTRUDED, TETRAHEDRA] {
             assert_eq!(route(PAIR, Bending::InSpace, asked), Err(RouteError::BentInSpace));

@@ -3,8 +3,6 @@
 use elastocap_electrostatics::{Shortfall, SolveError};
 use serde::{Serialize, Serializer};
 
-use crate::scene::SceneError;
-
 /// A change of the route of a step, with its reason. The text is a sentence for the user.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -15,35 +13,12 @@ pub enum RouteChange {
     /// The solver for outlines could not take the scene.
     #[error("the field is solved on tetrahedra in place of outlines pulled along an axis: {0}")]
     Tetrahedra(SolveError),
-    /// There is no map that bends boxes to the electrodes.
-    #[error(
-        "the field is solved between boxes inside and around the electrodes in place of boxes under a map: {0}"
-    )]
-    EnclosingBoxes(NoMap),
     /// The field could not be added to that of the scene without its indenter.
     #[error("the field is solved by itself, and not by what the indenter changes in that without it: {0}")]
     WithoutBase(NoBase),
     /// A change that an earlier run reported, in the words of its files.
     #[error("{0}")]
     Earlier(String),
-}
-
-/// Why there is no map for a scene.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NoMap {
-    /// The layer is bent too far.
-    #[error("the layer is bent too far for a map, or there is none for such bodies")]
-    Bent,
-    /// The layer is not solved by finite elements.
-    #[error("no displacement of the layer is known")]
-    NoDisplacement,
-    /// A body is in the way of the map.
-    #[error(transparent)]
-    Scene(SceneError),
-    /// The map turns space inside out, or is torn.
-    #[error(transparent)]
-    Solve(SolveError),
 }
 
 /// Why no base serves for a step.

@@ -414,17 +414,8 @@ fn deform_step(
         Bodies::Boxes { .. } => {}
         Bodies::Outlines { .. } | Bodies::AnyShape => return Err(StepFailure::NoGrid),
     }
-    match taken {
-        Route::Boxes => {}
-        Route::EnclosingBoxes
-        | Route::MappedBoxes
-        | Route::EnclosingBoxesThenOutlines
-        | Route::Extruded
-        | Route::Outlines
-        | Route::OutlinesOnTetrahedra
-        | Route::Tetrahedra => {
-            result.warnings.push(shown_as_boxes(&scene, taken));
-        }
+    if taken != Route::BOXES {
+        result.warnings.push(shown_as_boxes(&scene, taken));
     }
     result.route = Some(taken);
     result.scene = Some(scene);
@@ -433,7 +424,7 @@ fn deform_step(
 
 /// A note for a viewer of the boxes of a step that is solved on something else.
 fn shown_as_boxes(scene: &DeformedScene, taken: Route) -> String {
-    let bodies = if scene.bent.is_some() {
+    let bodies = if scene.electrodes_are_bent {
         "the bent electrodes are shown as the boxes of their mean faces"
     } else {
         "the bodies are shown on a grid of boxes"

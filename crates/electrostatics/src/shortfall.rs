@@ -89,13 +89,4 @@ pub enum Shortfall {
         /// The share that it is less than.
         share: f64,
     },
-    /// Boxes inside and around bent conductors stand in for them.
-    #[error(
-        "the electrodes are bent and tilted, and the solver takes boxes: the bounds are those of boxes inside and around them{}",
-        if *flat_surfaces { ", under flat surfaces at the least and the greatest height of the layer's" } else { "" }
-    )]
-    EnclosingBoxes {
-        /// Whether flat surfaces of the layer stand in for its bent one as well.
-        flat_surfaces: bool,
-    },
 }

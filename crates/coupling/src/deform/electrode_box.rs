@@ -1,8 +1,4 @@
-//! The boxes that an electrode of the finite-element layer is to the field solver.
-//!
-//! A deformed electrode is bent and tilted, and the field solver knows boxes. Capacitances of a pair grow with its
-//! electrodes (Dirichlet's principle: a larger conductor has fewer admissible potentials): the largest box inside
-//! an electrode gives less, the smallest box around it more than the electrode itself. The two together are bounds.
+//! The box that stands for an electrode of the finite-element layer where nothing needs its bent shape.
 
 /// Lower and upper end along x1, x2 and x3, m.
 pub type Ends = [[f64; 2]; 3];
@@ -12,12 +8,9 @@ pub type Ends = [[f64; 2]; 3];
 pub struct ElectrodeBox {
     /// The box of the means over its faces.
     pub mean: Ends,
-    /// A box inside it; empty (an upper end at or below the lower one) where it is bent too much.
-    pub inside: Ends,
-    /// The box around it.
-    pub around: Ends,
-    /// Slope of its middle, dx2/dx1, by least squares.
-    pub tilt: f64,
+    /// How far the electrode is from being a box, m: the largest distance between the ends of the largest box inside it and of the smallest
+    /// box around it.
+    pub deviation: f64,
 }
 
 /// One face of an electrode: weights (parts of its reference area, adding up to 1) and deformed points.
@@ -30,12 +23,6 @@ impl ElectrodeBox {
         let most =
             |face: &Face, axis: usize| face.iter().map(|p| p.1[axis]).fold(f64::NEG_INFINITY, f64::max);
         let least = |face: &Face, axis: usize| face.iter().map(|p| p.1[axis]).fold(f64::INFINITY, f64::min);
-        let slope = |face: &Face| {
-            let (a, b) = (mean(face, 0), mean(face, 1));
-            let sum =
-                |f: fn(f64, f64) -> f64| face.iter().map(|(w, x)| w * f(x[0] - a, x[1] - b)).sum::<f64>();
-            sum(|dx, dy| dx * dy) / sum(|dx, _| dx * dx).max(f64::MIN_POSITIVE)
-        };
         let ends = |of: &dyn Fn(usize, &[Face; 2]) -> [f64; 2]| [0, 1, 2].map(|a| of(a, &faces[a]));
         let around = |axis: usize, _: &[Face; 2]| {
             let all = || faces.iter().flatten();
@@ -43,27 +30,19 @@ impl ElectrodeBox {
             let high = all().map(|f| most(f, axis)).fold(f64::NEG_INFINITY, f64::max);
             [low, high]
         };
-        let [lower, upper] = &faces[1];
+        let inside = ends(&|axis, [low, high]| [most(low, axis), least(high, axis)]);
+        let around = ends(&around);
+        let apart = |a: usize| [0, 1].map(|side| (inside[a][side] - around[a][side]).abs());
         Self {
             mean: ends(&|axis, [low, high]| [mean(low, axis), mean(high, axis)]),
-            inside: ends(&|axis, [low, high]| [most(low, axis), least(high, axis)]),
-            around: ends(&around),
-            tilt: 0.5 * (slope(lower) + slope(upper)),
+            deviation: (0..3).flat_map(apart).fold(0.0, f64::max),
         }
     }
 
     /// Both halves of an electrode of which this is the one with `x3 > 0`.
     pub(super) fn across(mut self) -> Self {
-        for ends in [&mut self.mean, &mut self.inside, &mut self.around] {
-            ends[2][0] = -ends[2][1];
-        }
+        self.mean[2][0] = -self.mean[2][1];
         self
-    }
-
-    /// Largest distance between the box inside and the box around, m: how far it is from being a box.
-    pub fn deviation(&self) -> f64 {
-        let of = |a: usize| [0, 1].map(|s| (self.inside[a][s] - self.around[a][s]).abs());
-        (0..3).flat_map(of).fold(0.0, f64::max)
     }
 }
 
@@ -88,19 +67,15 @@ mod tests {
     }
 
     #[test]
-    fn a_box_is_its_own_box_inside_and_around() {
+    fn a_box_is_no_distance_from_being_one() {
         let found = tilted(0.0);
-        let own = [[0.0, 2.0], [0.0, 1.0], [-1.0, 3.0]];
-        assert_eq!((found.mean, found.inside, found.around), (own, own, own));
-        assert_eq!((found.tilt, found.deviation()), (0.0, 0.0));
-        assert_eq!(found.across().inside[2], [-3.0, 3.0]);
+        assert_eq!(found.mean, [[0.0, 2.0], [0.0, 1.0], [-1.0, 3.0]]);
+        assert_eq!(found.deviation, 0.0);
+        assert_eq!(found.across().mean[2], [-3.0, 3.0]);
     }
 
     #[test]
-    fn a_tilted_electrode_lies_between_its_two_boxes() {
-        let found = tilted(0.2);
-        assert!((found.tilt - 0.2).abs() < 1e-12 && (found.deviation() - 0.4).abs() < 1e-12);
-        assert_eq!(found.inside, [[0.0, 2.0], [0.2, 0.8], [-1.0, 3.0]]);
-        assert_eq!(found.around, [[0.0, 2.0], [-0.2, 1.2], [-1.0, 3.0]]);
+    fn a_tilted_electrode_is_as_far_from_a_box_as_its_ends_rise() {
+        assert!((tilted(0.2).deviation - 0.4).abs() < 1e-12);
     }
 }

@@ -1,6 +1,6 @@
 //! The layer of a case by finite elements in plane strain: the case becomes a problem.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Plane;
@@ -71,10 +71,13 @@ pub(super) fn solve(
     let bodies = |pressed: &Pressed| bodies(&problem, &layer_places, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
     let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
-    run.clothe(&pressing, |pressed, step| {
-        let body = pressing.model_of(pressed).equations().body();
-        skin::of_plane(body, &pressed.state, &step.curves, pair, [model.width, width])
-    });
+    // Once a run is stopped no field is solved any more, and no step of it is drawn.
+    if !(cancel.load(Ordering::Relaxed) && case.electrostatics.is_some()) {
+        run.clothe(&pressing, |pressed, step| {
+            let body = pressing.model_of(pressed).equations().body();
+            skin::of_plane(body, &pressed.state, &step.curves, pair, [model.width, width])
+        });
+    }
     run.solution = Some(Solution::Plane(pressing));
     Ok(run)
 }

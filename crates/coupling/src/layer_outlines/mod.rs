@@ -17,7 +17,7 @@ use crate::failure::SurfaceCrossesItself;
 use crate::outline_curves::{self, Curved, Piece, both_halves as both_curved_halves, closed, followed};
 use crate::scene::{DeformedScene, ElectrodePlace};
 use surface::{below_surface, cut, fill};
-pub(crate) use surface::{far_off, under_wall, with_surface_at};
+pub(crate) use surface::{far_off, under_wall};
 
 /// Share of the tolerance that polygons may use up.
 const SHARE: f64 = 0.2;
@@ -287,7 +287,7 @@ mod tests {
                 thickness: 0.5,
                 parallel_plate: 1.0,
             }),
-            bent: None,
+            electrodes_are_bent: false,
             tilt: None,
         }
     }

@@ -143,28 +143,6 @@ pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
     }
 }
 
-/// A scene with the surface of its layer flat at a height, m.
-pub(crate) fn with_surface_at(mut scene: Scene, height: f64) -> Scene {
-    for Body { purpose, parts, .. } in &mut scene.bodies {
-        for part in parts {
-            let Shape::Box(region) = part else { continue };
-            match purpose {
-                Purpose::Layer if region.max[1].is_finite() => region.max[1] = height,
-                Purpose::Cover => region.min[1] = height,
-                Purpose::Layer
-                | Purpose::Substrate
-                | Purpose::Electrode
-                | Purpose::InLayer
-                | Purpose::OnTop
-                | Purpose::Indenter
-                | Purpose::OnIndenter
-                | Purpose::Fixed => {}
-            }
-        }
-    }
-    scene
-}
-
 /// The relative error of a capacitance for a bent surface on which a wall lies, which is flat: the share of the layer's height in which the
 /// surface lies. An estimate; zero where a medium lies on the layer.
 pub(crate) fn under_wall(scene: &Scene, curves: &DeformedCurves) -> f64 {

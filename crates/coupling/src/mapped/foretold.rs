@@ -61,10 +61,6 @@ pub(crate) fn in_the_way(
     let (Some(form), Some(half_length)) = (form, layer.half_length) else { return Ok(None) };
     let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
     let is_pair = case.electrodes.is_some() && !is_in_layer;
-    if is_pair && in_field.is_none() && scene.conductors().count() <= 2 {
-        // Boxes inside and around the electrodes take the place of a map.
-        return Ok(None);
-    }
     let compression = match load {
         StepLoad::Compression(compression) => [compression; 2],
         StepLoad::ForceN(force) if force != 0.0 => [0.0, 1.0],

@@ -37,9 +37,9 @@ impl MapFactors {
 
     fn of(case: &Case, step: &PlannedStep) -> Self {
         match step.route {
-            Some(Route::MappedBoxes) if step.pose.tilt != [0.0; 2] => Self::TILTED,
-            Some(Route::MappedBoxes) if indenter_in_field(case).is_some() => Self::UNDER_INDENTER,
-            Some(Route::MappedBoxes) => Self::BENT,
+            Some(Route::MAPPED_BOXES) if step.pose.tilt != [0.0; 2] => Self::TILTED,
+            Some(Route::MAPPED_BOXES) if indenter_in_field(case).is_some() => Self::UNDER_INDENTER,
+            Some(Route::MAPPED_BOXES) => Self::BENT,
             _ => Self::NONE,
         }
     }
@@ -127,7 +127,7 @@ impl Plan {
 /// other ones.
 fn lost_under_load(case: &Case, scene: &Scene, step: &PlannedStep) -> [bool; 3] {
     let off_the_middle = match step.route {
-        Some(Route::MappedBoxes) => planes(scene).map(|plane| plane.is_some_and(|plane| plane.at != 0.0)),
+        Some(Route::MAPPED_BOXES) => planes(scene).map(|plane| plane.is_some_and(|plane| plane.at != 0.0)),
         _ => [false; 3],
     };
     let by_mechanics = match &case.mechanics {

@@ -1,6 +1,6 @@
 //! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
 
-use elastocap_case::{Body, Case, ImportedMesh, Measurement};
+use elastocap_case::{Body, Case, FieldSolver, ImportedMesh, Measurement};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
 use elastocap_geometry::mirror;
 use elastocap_geometry::scene::{Purpose, Scene};
@@ -60,11 +60,11 @@ impl Plan {
             self.by_boxes(case, options, &settings, by_boxes);
         }
         self.around_bent_electrodes(case);
-        let by_outlines = |route| matches!(route, Route::Extruded);
+        let by_outlines = |route| route == Route::EXTRUDED;
         if let Some((_, scene)) = self.first_scene(case, options, by_outlines) {
             self.by_outlines(&scene, &settings);
         }
-        let on_tetrahedra = |route| matches!(route, Route::Tetrahedra);
+        let on_tetrahedra = |route| route == Route::TETRAHEDRA;
         if let Some((_, scene)) = self.first_scene(case, options, on_tetrahedra) {
             self.on_tetrahedra(case.mesh.as_ref(), &scene, &settings);
         }
@@ -139,17 +139,10 @@ impl Plan {
              do not give it are solved again, as sharply as the changes found take; memory and time of that are not in the estimates"
         );
         self.solved.push(Planned { part: "change", what });
-        if self.count(Route::is_on_tetrahedra) > 0 {
+        if self.count(is_on_tetrahedra) > 0 {
             self.warnings.push(
                 "`change_tolerance`: on tetrahedra, bounds that are some 1e-5 of C apart are mostly out of reach, and a change that is \
                  small takes such bounds"
-                    .to_owned(),
-            );
-        }
-        if self.count(|route| route == Route::EnclosingBoxes) > 0 {
-            self.warnings.push(
-                "`change_tolerance`: boxes inside and around bent electrodes leave their shape in the bounds, which does not get less when \
-                 a step is solved again"
                     .to_owned(),
             );
         }
@@ -207,7 +200,7 @@ impl Plan {
     /// Divides the memory among solves at the same time, of which each takes so many bytes.
     fn share_memory(&mut self, each: u64) {
         self.at_once = 1;
-        if self.count(Route::may_need_more_than_boxes) == 0 {
+        if self.count(|route| !is_by_boxes(route)) == 0 {
             let room = self.memory_limit.checked_div(each).map_or(MAX_AT_ONCE, |n| n.min(64) as usize);
             let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
             if room >= wanted {
@@ -221,41 +214,24 @@ impl Plan {
 
     /// Plans how electrodes that the load bends are solved.
     fn around_bent_electrodes(&mut self, case: &Case) {
-        for route in [
-            Route::MappedBoxes,
-            Route::EnclosingBoxes,
-            Route::EnclosingBoxesThenOutlines,
-            Route::Outlines,
-            Route::OutlinesOnTetrahedra,
-        ] {
+        for route in [Route::MAPPED_BOXES, Route::OUTLINES, Route::OUTLINES_ON_TETRAHEDRA] {
             let steps = self.count(|planned| planned == route);
             if steps == 0 {
                 continue;
             }
             let steps = counted(steps, if case.load.is_some() { "load step" } else { "state" });
-            let what = match route {
-                Route::MappedBoxes => format!(
-                    "at {steps}, where the load bends electrodes and layer in three dimensions: boxes under a map that bends them \
-                     in the same way"
-                ),
-                Route::EnclosingBoxes => format!(
-                    "at {steps}, where the load bends the electrodes: boxes inside and around them, between which their \
-                     capacitance lies"
-                ),
-                Route::EnclosingBoxesThenOutlines => format!(
-                    "at {steps}, where the load bends the electrodes: boxes inside and around them, and where these do not \
-                     bound the capacitance as closely as asked, their outlines, pulled along x3"
-                ),
-                Route::Outlines => format!(
-                    "at {steps}, where the load bends the electrodes: their outlines, pulled along x3, which the extruded solver \
-                     takes"
-                ),
-                Route::OutlinesOnTetrahedra => format!(
-                    "at {steps}, where the load bends the electrodes: their outlines, pulled along x3, on tetrahedra, which \
-                     takes seconds to minutes per step"
-                ),
-                Route::Boxes | Route::Extruded | Route::Tetrahedra => continue,
+            let how = match route.solver() {
+                FieldSolver::Boxes => {
+                    "electrodes and layer in three dimensions: boxes under a map that bends them in the same way"
+                }
+                FieldSolver::Extruded => {
+                    "the electrodes: their outlines, pulled along x3, which the extruded solver takes"
+                }
+                FieldSolver::Tetrahedra => {
+                    "the electrodes: their outlines, pulled along x3, on tetrahedra, which takes seconds to minutes per step"
+                }
             };
+            let what = format!("at {steps}, where the load bends {how}");
             self.solved.push(Planned { part: "electrostatics", what });
         }
     }
@@ -391,10 +367,12 @@ fn shortened(names: &[String]) -> String {
     if more.is_empty() { listed(shown) } else { format!("{} and {} more", shown.join(", "), more.len()) }
 }
 
-/// Whether the box solver takes a step, at least at first.
+/// Whether a step on this route is solved on tetrahedra, by what is known before it is solved.
+pub(super) fn is_on_tetrahedra(route: Route) -> bool {
+    route.solver() == FieldSolver::Tetrahedra
+}
+
+/// Whether the box solver takes a step on this route.
 pub(super) fn is_by_boxes(route: Route) -> bool {
-    match route {
-        Route::Boxes | Route::EnclosingBoxes | Route::MappedBoxes | Route::EnclosingBoxesThenOutlines => true,
-        Route::Extruded | Route::Outlines | Route::OutlinesOnTetrahedra | Route::Tetrahedra => false,
-    }
+    route.solver() == FieldSolver::Boxes
 }

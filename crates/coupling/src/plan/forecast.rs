@@ -1,9 +1,10 @@
 //! The forecast of a plan for tetrahedra: its cost is not known before the scene is meshed, so that it is computed on request.
 
-use elastocap_case::Case;
+use elastocap_case::{Case, FieldSolver};
 use elastocap_electrostatics::forecast_extruded;
 
 use super::electrostatics::PROGRAM;
+use super::electrostatics::is_on_tetrahedra;
 use super::{Options, Plan};
 use crate::failure::StepFailure;
 use crate::memory::max_memory;
@@ -39,15 +40,12 @@ impl Plan {
 
     fn forecast_tetrahedra(&mut self, case: &Case, options: &Options) {
         self.forecast_outlines(case, options);
-        let Some((index, scene)) = self.first_scene(case, options, Route::is_on_tetrahedra) else {
+        let Some((index, scene)) = self.first_scene(case, options, is_on_tetrahedra) else {
             return;
         };
-        let solves = self.count(Route::is_on_tetrahedra) as f64;
+        let solves = self.count(is_on_tetrahedra) as f64;
         // At rest the bodies are boxes for the box solver: it is the load that sends them to the tetrahedra.
-        let bends = match route(Bodies::of(&scene), Bending::Straight, asked(case)) {
-            Ok(Route::Boxes) => true,
-            Ok(_) | Err(_) => false,
-        };
+        let bends = route(Bodies::of(&scene), Bending::Straight, asked(case)) == Ok(Route::BOXES);
         let own = match forecast(&scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
             Ok(own) => own,
             // The layer bent may have a mesh where the one at rest has none.
@@ -69,14 +67,13 @@ impl Plan {
 
     /// Forecasts the cost of the solver for outlines: its first meshes are solved. Bent electrodes count as at rest.
     fn forecast_outlines(&mut self, case: &Case, options: &Options) {
-        let may_be =
-            |route| matches!(route, Route::Extruded | Route::Outlines | Route::EnclosingBoxesThenOutlines);
-        let Some((_, scene)) = self.first_scene(case, options, may_be) else { return };
-        let solves = self.count(may_be) as f64;
+        let is_extruded = |route: Route| route.solver() == FieldSolver::Extruded;
+        let Some((_, scene)) = self.first_scene(case, options, is_extruded) else { return };
+        let solves = self.count(is_extruded) as f64;
         // What it fails on goes to tetrahedra, which is not known before.
         let Ok(own) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else { return };
         self.is_rough |= own.is_rough;
-        let bends = self.count(|route| route == Route::Extruded) == 0;
+        let bends = self.count(|route| route == Route::EXTRUDED) == 0;
         let [larger, longer] = if bends { [BENT_OUTLINES, BENT] } else { [1.0, 1.0] };
         self.unknowns = self.unknowns.max((larger * own.unknowns as f64) as usize);
         let memory = (larger * own.memory_bytes as f64) as u64;

@@ -228,7 +228,7 @@ impl Plan {
             Extent::Everywhere | Extent::Walls(_) => true,
         };
         // Under a map the wall is bent along.
-        let is_mapped = self.count(|route| route == Route::MappedBoxes) > 0;
+        let is_mapped = self.count(|route| route == Route::MAPPED_BOXES) > 0;
         if !case.has_conductors()
             || whole_top
             || is_mapped

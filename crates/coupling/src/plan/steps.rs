@@ -11,7 +11,7 @@ use crate::deform::{check_setup, layer_state};
 use crate::failure::StepFailure;
 use crate::load_steps::StepLoad;
 use crate::mapped::in_the_way;
-use crate::route::{Bending, Bodies, Route, asked, route};
+use crate::route::{Bending, Bodies, Route, SolvedShape, asked, route};
 use crate::scene::contacts::check_pressed;
 use crate::scene::scene_of;
 
@@ -146,19 +146,12 @@ fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, 
         check_pressed(case, compression * layer.thickness, pose)?;
     }
     let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
-    let doubt = match route {
-        // The map of a tilt is made together with the scene: the surface of the layer that the tilt follows stays flat.
-        Route::MappedBoxes if pose.tilt == [0.0; 2] => {
+    // The map of a tilt is made together with the scene: the surface of the layer that the tilt follows stays flat.
+    let doubt = match route.shape() {
+        SolvedShape::Mapped if pose.tilt == [0.0; 2] => {
             in_the_way(case, &scene, load, pose)?.map(StepFailure::from)
         }
-        Route::MappedBoxes
-        | Route::Boxes
-        | Route::EnclosingBoxes
-        | Route::EnclosingBoxesThenOutlines
-        | Route::Extruded
-        | Route::Outlines
-        | Route::OutlinesOnTetrahedra
-        | Route::Tetrahedra => None,
+        SolvedShape::Mapped | SolvedShape::Straight | SolvedShape::Outlines => None,
     };
     Ok(Way { route: Some(route), scene: Some(scene), doubt })
 }

@@ -26,14 +26,14 @@ pub fn scene_of(
 ) -> Result<DeformedScene, SceneError> {
     let surroundings = case.surroundings.as_ref().ok_or(SceneError::Missing("[surroundings]"))?;
     let mut bodies = Vec::new();
-    let (mut pair, mut bent) = (None, None);
+    let (mut pair, mut electrodes_are_bent) = (None, false);
     if let Some(electrodes) = &case.electrodes {
         let layer = case.layer.as_ref().ok_or(SceneError::Missing("[layer]"))?;
         let placed: Placed = electrodes::electrodes(electrodes, layer, state)?;
         for (name, region) in electrodes.names().into_iter().zip(placed.regions) {
             bodies.push(Body::conductor(name, Shape::Box(region)).with_purpose(Purpose::Electrode));
         }
-        (pair, bent) = (Some(placed.pair), placed.bent);
+        (pair, electrodes_are_bent) = (Some(placed.pair), placed.are_bent);
     }
     let sinks = case.layer.as_ref().zip(state).map_or(0.0, |(own, s)| s.deformed_thickness() - own.thickness);
     let own = in_layer::with_material(case, state)?;
@@ -113,7 +113,7 @@ pub fn scene_of(
         }
     };
     let scene = Scene { bodies, background_permittivity, domain, walls };
-    Ok(DeformedScene { scene, pair, bent, tilt })
+    Ok(DeformedScene { scene, pair, electrodes_are_bent, tilt })
 }
 
 /// Where the electrodes of these names, of one part each, are once the first of `bodies`, which they are, are joined to terminals.

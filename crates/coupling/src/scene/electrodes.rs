@@ -9,8 +9,8 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
 use elastocap_mechanics::{ElectrodePose, ElectrodeStiffness, LayerState};
 
-use super::{DeformedPair, ElectrodePlace, Enclosing, SceneError};
-use crate::deform::{Deformation, ElectrodeBox, Ends, FiniteElementStep};
+use super::{DeformedPair, ElectrodePlace, SceneError};
+use crate::deform::{Deformation, Ends, FiniteElementStep};
 use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 
 /// Lengths that differ by less than this share of the layer's thickness are the same.
@@ -25,8 +25,8 @@ pub(super) struct Placed {
     /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of their faces.
     pub(super) regions: [Box3; 2],
     pub(super) pair: DeformedPair,
-    /// See [`super::DeformedScene::bent`].
-    pub(super) bent: Option<Result<Enclosing, SceneError>>,
+    /// See [`super::DeformedScene::electrodes_are_bent`].
+    pub(super) are_bent: bool,
 }
 
 /// The electrodes with the layer in `state`; `None` for the layer as it is without load.
@@ -40,17 +40,16 @@ pub(super) fn electrodes(
 ) -> Result<Placed, SceneError> {
     let (regions, pair) = match state {
         Some(Deformation::FiniteElement(step)) => {
-            let solved = place_solved(electrodes, layer, step)?;
+            let (regions, pair) = place_solved(electrodes, layer, step)?;
             // At rest they are boxes up to rounding.
-            let are_boxes = step.electrodes.iter().all(|e| e.deviation() <= ROUNDING * layer.thickness);
-            let bent = (!are_boxes).then_some(solved.enclosing);
-            return Ok(Placed { regions: solved.mean, pair: solved.pair, bent });
+            let are_boxes = step.electrodes.iter().all(|e| e.deviation <= ROUNDING * layer.thickness);
+            return Ok(Placed { regions, pair, are_bent: !are_boxes });
         }
         Some(Deformation::ClosedForm(state)) => place(electrodes, layer, Some(state))?,
         Some(Deformation::Foam(_)) => return Err(SceneError::WithinFoam),
         None => place(electrodes, layer, None)?,
     };
-    Ok(Placed { regions, pair, bent: None })
+    Ok(Placed { regions, pair, are_bent: false })
 }
 
 /// By the closed form, or at rest.
@@ -107,82 +106,58 @@ fn place(
     }
 }
 
-/// The electrodes of a finite-element solution.
-struct SolvedPair {
-    /// Boxes at the mean positions of their faces.
-    mean: [Box3; 2],
-    enclosing: Result<Enclosing, SceneError>,
-    pair: DeformedPair,
-}
-
-/// By finite elements.
+/// By finite elements: boxes at the mean positions of the electrodes' faces.
 fn place_solved(
     electrodes: &Electrodes,
     layer: &Layer,
     step: &FiniteElementStep,
-) -> Result<SolvedPair, SceneError> {
+) -> Result<([Box3; 2], DeformedPair), SceneError> {
     let permittivity =
         layer.relative_permittivity.ok_or(SceneError::Missing("relative_permittivity in [layer]"))?
             * VACUUM_PERMITTIVITY;
     let block = |[x1, x2, x3]: Ends| Box3 { min: [x1[0], x2[0], x3[0]], max: [x1[1], x2[1], x3[1]] };
-    let shapes = step.electrodes.as_slice();
     let slack = ROUNDING * layer.thickness;
-    let pair_of = |pick: fn(&ElectrodeBox) -> Ends| match (electrodes.layout, shapes) {
+    let regions = match (electrodes.layout, step.electrodes.as_slice()) {
         (Layout::InPlane, [right]) => {
-            let [[near, far], x2, x3] = pick(right);
-            Ok([block([[-far, -near], x2, x3]), block([[near, far], x2, x3])])
+            let [[near, far], x2, x3] = right.mean;
+            [block([[-far, -near], x2, x3]), block([[near, far], x2, x3])]
         }
-        (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(block)),
-        (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2, x3]| {
+        (Layout::InPlane, [left, right]) => [left.mean, right.mean].map(block),
+        (Layout::Stacked, [lower, upper]) => [lower.mean, upper.mean].map(|[x1, x2, x3]| {
             // On the right half alone the left end is the axis of symmetry.
             block([[if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2, x3])
-        })),
+        }),
         (Layout::InPlane | Layout::Stacked, _) => {
-            Err(SceneError::Missing("electrodes in its finite elements"))
+            return Err(SceneError::Missing("electrodes in its finite elements"));
         }
-    };
-    let [mean, inside, around] = [pair_of(|e| e.mean)?, pair_of(|e| e.inside)?, pair_of(|e| e.around)?];
-    let refused = |what| {
-        let deviation = shapes.iter().map(ElectrodeBox::deviation).fold(0.0, f64::max);
-        let tilt = shapes.iter().map(|e| e.tilt).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        SceneError::NotABox { tilt, deviation, what }
     };
     let along = match electrodes.layout {
         Layout::InPlane => 0,
         Layout::Stacked => 1,
     };
-    let gap = mean[1].min[along] - mean[0].max[along];
+    let gap = regions[1].min[along] - regions[0].max[along];
     if gap <= slack {
         return Err(SceneError::GapCloses { gap });
     }
-    let enclosing = if around[1].min[along] - around[0].max[along] <= slack {
-        Err(refused("the boxes around them touch"))
-    } else if inside.iter().any(|b| (0..3).any(|a| b.extent(a) <= slack)) {
-        Err(refused("no box fits inside them"))
-    } else if around.iter().any(|b| b.min[1] < -slack || b.max[1] > step.deformed_thickness + slack) {
-        Err(refused("the boxes around them reach out of the layer"))
-    } else {
-        Ok(Enclosing { inside, around })
-    };
     let thickness = |b: &Box3| b.extent(1);
-    let width = mean[0].extent(2).min(mean[1].extent(2));
+    let width = regions[0].extent(2).min(regions[1].extent(2));
     let pair = match electrodes.layout {
         Layout::InPlane => DeformedPair {
             places: PLACES,
             gap,
-            height: 0.25 * (mean[0].min[1] + mean[0].max[1] + mean[1].min[1] + mean[1].max[1]),
-            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
-            parallel_plate: permittivity * thickness(&mean[0]).min(thickness(&mean[1])) * width / gap,
+            height: 0.25 * (regions[0].min[1] + regions[0].max[1] + regions[1].min[1] + regions[1].max[1]),
+            thickness: 0.5 * (thickness(&regions[0]) + thickness(&regions[1])),
+            parallel_plate: permittivity * thickness(&regions[0]).min(thickness(&regions[1])) * width / gap,
         },
         Layout::Stacked => DeformedPair {
             places: PLACES,
             gap,
-            height: 0.5 * (mean[0].max[1] + mean[1].min[1]),
-            thickness: 0.5 * (thickness(&mean[0]) + thickness(&mean[1])),
-            parallel_plate: permittivity * mean[0].extent(0).min(mean[1].extent(0)) * width / gap,
+            height: 0.5 * (regions[0].max[1] + regions[1].min[1]),
+            thickness: 0.5 * (thickness(&regions[0]) + thickness(&regions[1])),
+            parallel_plate: permittivity * regions[0].extent(0).min(regions[1].extent(0)) * width / gap,
         },
     };
-    Ok(SolvedPair { mean, enclosing, pair })
+    Ok((regions, pair))
 }
 
 /// One electrode after loading, m.

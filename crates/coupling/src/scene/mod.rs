@@ -25,9 +25,8 @@ pub struct DeformedScene {
     pub scene: Scene,
     /// The pair of electrodes, if the case has one.
     pub pair: Option<DeformedPair>,
-    /// Boxes inside and around the two electrodes where these are bent, or why there are none. In `scene` bent electrodes are boxes
-    /// at the mean positions of their faces.
-    pub bent: Option<Result<Enclosing, SceneError>>,
+    /// Whether the load bends the two electrodes. In `scene` bent electrodes are boxes at the mean positions of their faces.
+    pub electrodes_are_bent: bool,
     /// The map that tilts what is attached, if it is tilted; in `scene` it is not.
     pub tilt: Option<Arc<SceneMap>>,
 }
@@ -59,15 +58,6 @@ impl ElectrodePlace {
     pub(crate) fn in_scene(self, scene: &mut Scene) -> Option<&mut Shape> {
         scene.conductor_mut(self.conductor)?.parts.get_mut(self.part)
     }
-}
-
-/// Boxes that enclose the electrodes of a pair from inside and from outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Enclosing {
-    /// Boxes that lie inside them.
-    pub inside: [Box3; 2],
-    /// Boxes that hold them.
-    pub around: [Box3; 2],
 }
 
 /// Dimensions of the electrodes after loading.
@@ -129,21 +119,6 @@ pub enum SceneError {
         conductor: String,
         /// "below" or "above".
         side: &'static str,
-    },
-    /// An electrode of the finite-element layer is tilted or bent too much.
-    #[error(
-        "the electrodes are no boxes any more: tilted by {:.2} degrees and bent by {:.3} um, so that {what}; the solver for \
-         boxes cannot take them",
-        tilt.atan().to_degrees(),
-        deviation * 1e6
-    )]
-    NotABox {
-        /// Slope of its middle line.
-        tilt: f64,
-        /// How far it is from being a box, m.
-        deviation: f64,
-        /// The misfit, in words.
-        what: &'static str,
     },
     /// A body that is not attached stands beside those that are tilted.
     #[error(

@@ -4,20 +4,19 @@ use std::sync::Arc;
 
 use elastocap_case::FieldSolver;
 use elastocap_electrostatics::{
-    ExtrudedSolution, MeshSolution, Settings, Solution, SolveError, solve, solve_extruded,
+    ExtrudedSolution, MeshSolution, Settings, Solution, SolveError, solve, solve_extruded, solve_mapped,
 };
 use elastocap_geometry::export::surfaces::SurfaceBody;
-use elastocap_geometry::scene::{Purpose, Scene};
+use elastocap_geometry::scene::Scene;
 
 use super::Solver;
-use crate::box_fields::{between, enclosing, mapped};
 use crate::deform::{Deformation, Displacement};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, Sides, outlined};
 use crate::mapped::{BentScene, Films, Found, bent_scene};
 use crate::plan::PlannedStep;
-use crate::route::{Route, asked};
-use crate::route_change::{NoBase, NoMap, RouteChange};
+use crate::route::{Route, SolvedShape, asked};
+use crate::route_change::{NoBase, RouteChange};
 use crate::scene::DeformedScene;
 use crate::scene::neutral::indenter_in_field;
 use crate::tetrahedra::Solved;
@@ -37,8 +36,6 @@ pub(super) enum Fields {
         /// The bent bodies for a viewer.
         surfaces: Vec<SurfaceBody>,
     },
-    /// Solved as boxes inside and around bent electrodes.
-    Enclosed(Box<Solution>),
     /// Yet to be solved as outlines or other shapes.
     Shapes(LayerScene),
 }
@@ -54,33 +51,24 @@ impl Solver<'_> {
         changes: &mut Vec<RouteChange>,
     ) -> Result<Fields, Stop> {
         let settings = self.settings.boxes();
-        match taken {
-            Route::Boxes => {
+        match (taken.shape(), taken.solver()) {
+            (SolvedShape::Mapped, _) => self.under_map(step, deformed, state, changes),
+            (SolvedShape::Outlines, FieldSolver::Extruded) => {
+                Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Curves)?))
+            }
+            (SolvedShape::Outlines, _) => {
+                Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Polygons)?))
+            }
+            (SolvedShape::Straight, FieldSolver::Boxes) => {
                 let found = match &self.settings.shared {
                     Some(shared) => shared.get_or_solve(&deformed.scene, &settings, solve)?,
                     None => solve(&deformed.scene, &settings)?,
                 };
                 Ok(Fields::Boxes(Box::new(found)))
             }
-            Route::EnclosingBoxes => {
-                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
-                Ok(Fields::Enclosed(Box::new(found)))
+            (SolvedShape::Straight, FieldSolver::Extruded | FieldSolver::Tetrahedra) => {
+                Ok(Fields::Shapes(LayerScene::of_boxes(deformed)))
             }
-            Route::MappedBoxes => self.under_map(step, deformed, state, changes),
-            Route::EnclosingBoxesThenOutlines => {
-                // Boxes inside and around are solved in no time.
-                let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
-                if found.reached {
-                    Ok(Fields::Boxes(Box::new(found)))
-                } else {
-                    Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Curves)?))
-                }
-            }
-            Route::Outlines => Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Curves)?)),
-            Route::OutlinesOnTetrahedra => {
-                Ok(Fields::Shapes(self.outlines(deformed, state, Sides::Polygons)?))
-            }
-            Route::Extruded | Route::Tetrahedra => Ok(Fields::Shapes(LayerScene::of_boxes(deformed))),
         }
     }
 
@@ -154,7 +142,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Boxes under the map that bends them; boxes inside and around the electrodes where there is no such map.
+    /// Boxes under the map that bends or tilts them.
     fn under_map(
         &self,
         step: &PlannedStep,
@@ -175,36 +163,18 @@ impl Solver<'_> {
             let surfaces = bent.surfaces(&window(&[deformed]));
             return Ok(Fields::Mapped { found, deviation: 0.0, beyond: 0.0, surfaces });
         }
-        let enclosed = |why: NoMap, changes: &mut Vec<RouteChange>| {
-            let found = between(deformed, enclosing(deformed)?, bent_between(state), &settings)?;
-            changes.push(RouteChange::EnclosingBoxes(why));
-            Ok(Fields::Enclosed(Box::new(found)))
-        };
-        // Boxes inside and around a pair know nothing of what else is bent.
         let is_pressed_in_field = indenter_in_field(self.case).is_some();
-        let is_in_layer = self.case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
-        let is_pair_alone =
-            deformed.bent.is_some() && deformed.scene.conductors().count() <= 2 && !is_in_layer;
-        let may_be_enclosed = is_pair_alone && !is_pressed_in_field;
         let (Some(Deformation::FiniteElement(layer)), Some(displacement)) =
             (state, self.displacement(step, state))
         else {
-            return enclosed(NoMap::NoDisplacement, changes);
+            return Err(StepFailure::NoMap.into());
         };
         let found = Found { step: layer, displacement: &displacement, pose: &step.pose };
         let mut films = Films::new(self.case, self.settings.relative_tolerance);
         loop {
-            let Some(film) = films.next() else {
-                return if may_be_enclosed {
-                    enclosed(NoMap::Bent, changes)
-                } else {
-                    Err(StepFailure::NoMap.into())
-                };
-            };
+            let Some(film) = films.next() else { return Err(StepFailure::NoMap.into()) };
             let bent = match bent_scene(self.case, deformed, &found, film) {
                 Ok(Some(bent)) => bent,
-                Ok(None) if may_be_enclosed => return enclosed(NoMap::Bent, changes),
-                Err(error) if may_be_enclosed => return enclosed(NoMap::Scene(error), changes),
                 Ok(None) if is_pressed_in_field => {
                     films.make_thicker();
                     continue;
@@ -228,11 +198,6 @@ impl Solver<'_> {
                         if is_pressed_in_field =>
                     {
                         films.make_thicker();
-                    }
-                    StepFailure::Field(error @ (SolveError::InsideOut | SolveError::TornMap))
-                        if may_be_enclosed =>
-                    {
-                        return enclosed(NoMap::Solve(error), changes);
                     }
                     failure => return Err(failure.into()),
                 },
@@ -263,12 +228,9 @@ impl Solver<'_> {
     }
 }
 
-/// The heights between which the surface of a layer lies, m; `None` where it is flat.
-fn bent_between(state: Option<&Deformation<'_>>) -> Option<[f64; 2]> {
-    match state {
-        Some(Deformation::FiniteElement(layer)) => layer.curves.bent_between(),
-        Some(Deformation::ClosedForm(_) | Deformation::Foam(_)) | None => None,
-    }
+/// The boxes of a scene under the map that bends them.
+fn mapped(bent: &BentScene, settings: &Settings) -> Result<Solution, Stop> {
+    Ok(solve_mapped(&bent.scene, &bent.map, settings)?)
 }
 
 #[cfg(test)]

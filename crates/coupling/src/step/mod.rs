@@ -6,7 +6,7 @@ mod notes;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use elastocap_case::{Case, Measurement, Pose};
+use elastocap_case::{Case, FieldSolver, Measurement, Pose};
 use elastocap_electrostatics::{Bounded, Field, Foresight, SolveError, Target};
 use elastocap_geometry::export::body::BodyMesh;
 use elastocap_geometry::scene::Scene;
@@ -16,7 +16,7 @@ use crate::common_base::{CommonBase, Known, Purposes};
 use crate::deform::{DeformError, Deformation, Prepared};
 use crate::failure::{StepFailure, Stop, panic_message};
 use crate::finished::FinishedStep;
-use crate::layer_outlines::{LayerScene, Sides, under_wall};
+use crate::layer_outlines::{LayerScene, Sides};
 use crate::outcome::{EntryStatus, Row, StepResult};
 use crate::plan::PlannedStep;
 use crate::reason::Reason;
@@ -55,15 +55,6 @@ impl<'a> From<&'a LayerScene> for Shaped<'a> {
     fn from(layer: &'a LayerScene) -> Self {
         let LayerScene { scene, facets, is_curved, ends, under_wall } = layer;
         Self { scene, facets: *facets, is_curved: *is_curved, ends: *ends, under_wall: *under_wall }
-    }
-}
-
-/// The route of a scene that the extruded solver failed on.
-fn on_tetrahedra_instead(taken: Route) -> Route {
-    match taken {
-        Route::Extruded => Route::Tetrahedra,
-        Route::Outlines => Route::OutlinesOnTetrahedra,
-        other => other,
     }
 }
 
@@ -186,9 +177,8 @@ impl Solver<'_> {
         let Ok(deformed) = scene_of(self.case, state.as_ref(), &step.pose) else { return Ok(None) };
         let bending = Bending::found(self.case, &deformed, state.as_ref(), step.pose.distance);
         let taken = route(Bodies::of(&deformed.scene), bending, asked(self.case));
-        let Some(bent) = self
-            .first_bent(step, &deformed, state.as_ref())
-            .filter(|_| matches!(taken, Ok(Route::MappedBoxes)))
+        let Some(bent) =
+            self.first_bent(step, &deformed, state.as_ref()).filter(|_| taken == Ok(Route::MAPPED_BOXES))
         else {
             return Ok(None);
         };
@@ -281,19 +271,9 @@ impl Solver<'_> {
                 self.note_deviation(&mut result.row, deviation, beyond, &mut shortfalls);
                 *found
             }
-            Fields::Enclosed(found) => {
-                result.route = Some(Route::EnclosingBoxes);
-                if let Some(Deformation::FiniteElement(layer)) = &state {
-                    let error = under_wall(&deformed.scene, &layer.curves);
-                    result.row.geometry_error_estimate = Some(error);
-                    self.note_under_wall(error, &mut shortfalls);
-                }
-                *found
-            }
             Fields::Shapes(mut layer) => {
                 let window = window(&[&*deformed]);
-                let by_outlines = !taken.is_on_tetrahedra();
-                if by_outlines {
+                if taken.solver() == FieldSolver::Extruded {
                     let mut found = self.extruded(&layer.scene);
                     // Curves may come too close to one another, or be bent too sharply for its triangles.
                     if let Err(error) = &found
@@ -318,9 +298,7 @@ impl Solver<'_> {
                     }
                 }
                 let shaped = Shaped::from(&layer);
-                if by_outlines && taken != Route::EnclosingBoxesThenOutlines {
-                    result.route = Some(on_tetrahedra_instead(taken));
-                }
+                result.route = Some(taken.on_tetrahedra());
                 self.solve_shaped(step, &shaped, result, field, shortfalls)?;
                 // The mesh of what is flat-faced shows no more, and is a thousand times larger.
                 result.surfaces = match result.surfaces.as_slice() {
@@ -373,23 +351,17 @@ impl Solver<'_> {
         result.route = Some(taken);
         let layer = LayerScene::of_boxes(&deformed);
         let shaped = Shaped::from(&layer);
-        match taken {
-            Route::Tetrahedra => {}
-            Route::Extruded => {
+        match taken.solver() {
+            FieldSolver::Tetrahedra => {}
+            FieldSolver::Extruded => {
                 let found = self.extruded(shaped.scene);
                 if let Some(found) = self.or_tetrahedra(found, &mut result.route_changes)? {
                     result.surfaces = layer.surfaces(&window(&[&deformed]), &[]);
                     return self.note_shapes(step, &shaped, found, result, field, Shortfalls::default());
                 }
-                result.route = Some(on_tetrahedra_instead(taken));
+                result.route = Some(taken.on_tetrahedra());
             }
-            // These want boxes, or a layer that bends electrodes.
-            Route::Boxes
-            | Route::EnclosingBoxes
-            | Route::MappedBoxes
-            | Route::EnclosingBoxesThenOutlines
-            | Route::Outlines
-            | Route::OutlinesOnTetrahedra => return Err(RouteError::BoxesOnly.into()),
+            FieldSolver::Boxes => return Err(RouteError::BoxesOnly.into()),
         }
         self.solve_shaped(step, &shaped, result, field, Shortfalls::default())
     }

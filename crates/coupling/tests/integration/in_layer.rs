@@ -85,7 +85,7 @@ fn two_bodies_in_a_layer_under_a_punch_have_the_capacitance_of_their_outlines() 
     let own = solve(&layer(BODIES, PUNCH, 1e-2));
     let pair = solve(&layer(PAIR, PUNCH, 1e-2));
     let ((own, by_map), (pair, by_outlines)) = (loaded(&own), loaded(&pair));
-    assert_eq!((by_map, by_outlines), (Some(Route::MappedBoxes), Some(Route::Outlines)));
+    assert_eq!((by_map, by_outlines), (Some(Route::MAPPED_BOXES), Some(Route::OUTLINES)));
     assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
     let [lower, upper] = limits(own);
     assert!(upper / lower < 1.02, "{own:?}");
@@ -96,7 +96,7 @@ fn two_bodies_in_a_layer_under_its_whole_top_have_the_capacitance_of_their_outli
     let own = solve(&layer(BODIES, WHOLE_TOP, 1e-2));
     let pair = solve(&layer(PAIR, WHOLE_TOP, 1e-2));
     let ((own, by_map), (pair, _)) = (loaded(&own), loaded(&pair));
-    assert_eq!(by_map, Some(Route::MappedBoxes));
+    assert_eq!(by_map, Some(Route::MAPPED_BOXES));
     assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
 }
 
@@ -116,7 +116,7 @@ fn a_pair_beside_a_body_that_is_not_seen_is_the_pair_alone() {
     let with_body = solve(&layer(&format!("{stiff}{body}"), PUNCH, 1e-2));
     let alone = solve(&layer(&stiff, PUNCH, 1e-2));
     let ((one, by_map), (other, by_outlines)) = (loaded(&with_body), loaded(&alone));
-    assert_eq!((by_map, by_outlines), (Some(Route::MappedBoxes), Some(Route::Outlines)));
+    assert_eq!((by_map, by_outlines), (Some(Route::MAPPED_BOXES), Some(Route::OUTLINES)));
     assert!(agree(one, other), "{:?} {:?}", limits(one), limits(other));
 }
 
@@ -125,7 +125,7 @@ fn by_the_closed_form_bodies_go_where_a_pair_as_soft_as_the_layer_goes() {
     let own = solve(&layer(BODIES, CLOSED_FORM, 1e-3));
     let pair = solve(&layer(PAIR, CLOSED_FORM, 1e-3));
     for (own, pair) in own.steps.iter().zip(&pair.steps) {
-        assert_eq!(own.route, Some(Route::Boxes));
+        assert_eq!(own.route, Some(Route::BOXES));
         // The pair thins as its middle does, the body by the material at its faces; its mid-plane is that of the box.
         let ([a, b], [c, d]) = (limits(&own.row), limits(&pair.row));
         assert!(a <= 1.002 * d && c <= 1.002 * b, "{:?} {:?}", [a, b], [c, d]);

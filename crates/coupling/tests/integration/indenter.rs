@@ -47,7 +47,7 @@ fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() 
     let distances: Vec<_> = own.steps.iter().map(|step| step.row.distance_m).collect();
     assert_eq!(distances, [Some(1e-3), Some(1e-4), Some(0.0), Some(0.0)]);
     for (step, low) in own.steps.iter().zip([1400.0, 500.0, 400.0, 360.0]) {
-        assert_eq!(step.route, Some(Route::Boxes));
+        assert_eq!(step.route, Some(Route::BOXES));
         // A scene without load, with a layer of the same thickness.
         let by_hand = format!(
             "[[conductor]]\nname = \"plate\"\nbox = {{ min = [\"-700 um\", \"{low} um\", \"-500 um\"], \
@@ -107,7 +107,7 @@ fn a_round_indenter_that_is_nearly_air_changes_nothing_but_by_how_its_surface_is
         1e-2,
     ));
     for (step, of) in air.steps.iter().zip([0, 0, 1]) {
-        assert_eq!(step.route, Some(Route::MappedBoxes));
+        assert_eq!(step.route, Some(Route::MAPPED_BOXES));
         let other = &without.steps[of].row;
         let besides =
             step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
@@ -187,7 +187,7 @@ fn an_indenter_of_air_that_comes_near_changes_nothing_at_all() {
         let distances: Vec<_> = found.steps.iter().map(|step| step.row.distance_m).collect();
         assert_eq!(distances, [Some(5e-3), Some(2e-4), Some(1e-5), Some(0.0)]);
         for step in &found.steps {
-            assert_eq!(step.route, Some(Route::Boxes));
+            assert_eq!(step.route, Some(Route::BOXES));
             let change = [step.row.change_f, step.row.change_lower_f, step.row.change_upper_f];
             assert_eq!(change, [Some(0.0); 3]);
         }
@@ -208,7 +208,7 @@ fn a_body_of_air_in_air_is_left_out_whatever_its_shape_and_one_that_reaches_into
     };
     let alone = solve(&pair("", 1e-3));
     let beside = solve(&pair(&ball(950.0, 1.0), 1e-3));
-    assert_eq!(beside.steps[0].route, Some(Route::Boxes));
+    assert_eq!(beside.steps[0].route, Some(Route::BOXES));
     assert_eq!(bounds(&beside.steps[0].row), bounds(&alone.steps[0].row));
     let left_out = |text: &str| {
         let plan = Plan::new(&parse(text), &NUMBERS_ONLY);
@@ -246,7 +246,7 @@ fn a_wide_cylinder_is_that_of_its_outline_and_is_followed_into_contact() {
                    radius = \"8 mm\", height = \"1500 um\" }\n[[terminal]]\nname = \"ground\"\nconductors = [\"cylinder\"]\n\
                    potential = \"ground\"\n";
     let other = solve(&pair(by_hand, 1e-1));
-    assert_eq!(other.steps[0].route, Some(Route::Extruded));
+    assert_eq!(other.steps[0].route, Some(Route::EXTRUDED));
     assert!(
         agree(&own.steps[1].row, &other.steps[0].row, 0.0),
         "{:?} {:?}",
@@ -266,7 +266,7 @@ fn a_sphere_over_the_layer_is_the_sphere_on_tetrahedra() {
     let by_hand = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"0 um\", \"1100 um\", \"0 um\"], radius = \"500 um\" }\n\
                    [[terminal]]\nname = \"ground\"\nconductors = [\"ball\"]\npotential = \"ground\"\n";
     let other = solve(&pair(by_hand, 2e-2));
-    assert_eq!(other.steps[0].route, Some(Route::Tetrahedra));
+    assert_eq!(other.steps[0].route, Some(Route::TETRAHEDRA));
     let besides = other.steps[0].row.geometry_error_estimate.unwrap()
         + own.steps[0].row.geometry_error_estimate.unwrap();
     assert!(
@@ -308,7 +308,7 @@ fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
                     indenter = { flat_punch = { half_width = \"400 um\", corner_radius = \"60 um\", contact = \"smooth\" } }\n\
                     [indenter]\nrole = \"grounded\"\nheight = \"500 um\"\n[load]\ncompression = [0.0]\n";
     let own = solve(&pair(touching, 1e-2));
-    assert_eq!(own.steps[0].route, Some(Route::MappedBoxes));
+    assert_eq!(own.steps[0].route, Some(Route::MAPPED_BOXES));
     // The round edges begin where the gap is 2 um wide.
     let outline = "[[\"-355.36 um\", \"400 um\"], [\"355.36 um\", \"400 um\"], [\"355.36 um\", \"402 um\"], \
                    { through = [\"382.4264 um\", \"417.5736 um\"], to = [\"400 um\", \"460 um\"] }, [\"400 um\", \"900 um\"], \
@@ -319,7 +319,7 @@ fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
          [[terminal]]\nname = \"ground\"\nconductors = [\"punch\"]\npotential = \"ground\"\n"
     );
     let other = solve(&pair(&by_hand, 1e-2));
-    assert_eq!(other.steps[0].route, Some(Route::Extruded));
+    assert_eq!(other.steps[0].route, Some(Route::EXTRUDED));
     let (one, other) = (&own.steps[0].row, &other.steps[0].row);
     let besides = one.geometry_error_estimate.unwrap();
     assert!(besides < 1e-3, "the layer touches metal, and no film: {besides:e}");

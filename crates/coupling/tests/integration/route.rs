@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use elastocap_case::{Case, Load, Mechanics};
+use elastocap_case::{Case, FieldSolver, Load, Mechanics};
 use elastocap_coupling::outcome::{Outcome, Status};
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::route::Route;
@@ -79,26 +79,18 @@ fn every_case_takes_the_route_that_its_plan_tells_and_fails_nowhere_it_does_not(
             );
             assert_eq!(planned.route, step.route, "{what}");
             let grid = step.solver.as_ref().map(|solver| solver.resolution.grid().is_some());
-            let expected = step.route.and_then(|route| match route {
-                Route::Boxes
-                | Route::EnclosingBoxes
-                | Route::MappedBoxes
-                | Route::Extruded
-                | Route::Outlines => Some(true),
-                Route::OutlinesOnTetrahedra | Route::Tetrahedra => Some(false),
-                Route::EnclosingBoxesThenOutlines => grid,
-            });
+            let expected = step.route.map(|route| route.solver() != FieldSolver::Tetrahedra);
             assert_eq!(grid, expected, "{what}: solved by another solver than its route says");
         }
         taken.insert(name_of(&path), outcome.steps.iter().map(|step| step.route).collect());
     }
     let of = |name: &str| taken[name].clone();
-    assert_eq!(of("in-plane-pair"), [Some(Route::Boxes); 2]);
-    assert_eq!(of("finger-over-pair"), [Some(Route::Tetrahedra); 2]);
-    assert_eq!(of("punched-pair"), [Some(Route::Boxes), Some(Route::Outlines)]);
-    assert_eq!(of("pair-under-sphere"), [Some(Route::Boxes)]);
+    assert_eq!(of("in-plane-pair"), [Some(Route::BOXES); 2]);
+    assert_eq!(of("finger-over-pair"), [Some(Route::TETRAHEDRA); 2]);
+    assert_eq!(of("punched-pair"), [Some(Route::BOXES), Some(Route::OUTLINES)]);
+    assert_eq!(of("pair-under-sphere"), [Some(Route::BOXES)]);
     assert_eq!(of("layer-on-substrate"), [None; 2]);
-    assert_eq!(of("dome-from-gmsh"), [Some(Route::Tetrahedra)]);
+    assert_eq!(of("dome-from-gmsh"), [Some(Route::TETRAHEDRA)]);
 }
 
 #[test]
@@ -106,7 +98,7 @@ fn loads_that_bend_electrodes_in_space_are_planned_under_a_map() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pair-under-sphere.toml");
     let plan = Plan::new(&coarse(&path), &NUMBERS_ONLY);
     let routes: Vec<_> = plan.steps.iter().map(|step| step.route).collect();
-    assert_eq!(routes, [Some(Route::Boxes), Some(Route::MappedBoxes)]);
+    assert_eq!(routes, [Some(Route::BOXES), Some(Route::MAPPED_BOXES)]);
 }
 
 #[test]
@@ -117,7 +109,7 @@ fn failures_known_beforehand_are_those_of_the_run() {
     let mut no_solver = coarse(&folder.join("cases/pair-under-sphere.toml"));
     no_solver.electrostatics.as_mut().unwrap().solver = Some(elastocap_case::FieldSolver::Tetrahedra);
     let plan = Plan::new(&no_solver, &NUMBERS_ONLY);
-    assert_eq!(plan.steps[0].route, Some(Route::Tetrahedra));
+    assert_eq!(plan.steps[0].route, Some(Route::TETRAHEDRA));
     let failure = plan.steps[1].failure.as_ref().expect("a failure").to_string();
     assert!(failure.contains("only the box solver supports"), "{failure}");
 
@@ -136,8 +128,8 @@ fn a_grid_of_bent_electrodes_says_that_they_are_shown_as_boxes() {
     let mut case = coarse(&path);
     with_few_loads(&mut case);
     let steps = deform(&case, &Plan::new(&case, &NUMBERS_ONLY));
-    assert!(steps[0].warnings.is_empty() && steps[0].route == Some(Route::Boxes), "{:?}", steps[0].warnings);
-    assert_eq!(steps[1].route, Some(Route::Outlines));
+    assert!(steps[0].warnings.is_empty() && steps[0].route == Some(Route::BOXES), "{:?}", steps[0].warnings);
+    assert_eq!(steps[1].route, Some(Route::OUTLINES));
     let [warning] = steps[1].warnings.as_slice() else { panic!("{:?}", steps[1].warnings) };
     assert!(warning.contains("shown as the boxes of their mean faces"), "{warning}");
     assert!(warning.contains("the extruded solver, with the outlines of the bent electrodes"), "{warning}");

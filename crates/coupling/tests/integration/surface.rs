@@ -31,7 +31,7 @@ fn solve(case: &Case) -> StepResult {
 #[test]
 fn a_punch_in_open_space_bends_the_surface_as_within_walls_that_are_far_away() {
     let open = solve(&near_surface("boundary = \"open\""));
-    assert_eq!((open.row.status.is_ok(), open.route), (true, Some(Route::Outlines)), "{:?}", open.reason);
+    assert_eq!((open.row.status.is_ok(), open.route), (true, Some(Route::OUTLINES)), "{:?}", open.reason);
     // 38.058 fF with walls 8 mm away, to 3.0e-4; 36.9 fF under a surface that is flat at its height under the punch.
     let found = open.two_terminal.unwrap();
     assert!(found.lower < 38.07e-15 && 38.05e-15 < found.upper, "{found:?}");

@@ -58,14 +58,8 @@ impl Subject {
     ) -> Result<Self, Refused> {
         let failed = |failure: StepFailure| Refused::Step { step: step.index, failure: Box::new(failure) };
         let by_boxes = |taken: Route| match taken {
-            Route::Boxes => Ok(()),
-            Route::EnclosingBoxes
-            | Route::MappedBoxes
-            | Route::EnclosingBoxesThenOutlines
-            | Route::Extruded
-            | Route::Outlines
-            | Route::OutlinesOnTetrahedra
-            | Route::Tetrahedra => Err(Refused::Route { step: step.index, taken }),
+            Route::BOXES => Ok(()),
+            _ => Err(Refused::Route { step: step.index, taken }),
         };
         // Before the layer is pressed, which may take minutes.
         if let Some(failure) = &step.failure {

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
+use elastocap_case::FieldSolver;
 use elastocap_coupling::outcome::{Outcome, Row, StepResult};
 use elastocap_coupling::plan::Kind;
-use elastocap_coupling::route::Route;
+use elastocap_coupling::route::{Route, SolvedShape};
 use elastocap_coupling::terminals::in_words;
 use elastocap_coupling::words::grouped;
 
@@ -197,15 +198,13 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
 }
 
 fn route_in_words(route: Route) -> &'static str {
-    match route {
-        Route::Boxes => "boxes",
-        Route::EnclosingBoxes => "boxes inside and around",
-        Route::MappedBoxes => "boxes under a map",
-        Route::EnclosingBoxesThenOutlines => "boxes inside and around, then outlines",
-        Route::Extruded => "extruded outlines",
-        Route::Outlines => "bent outlines",
-        Route::OutlinesOnTetrahedra => "bent outlines on tetrahedra",
-        Route::Tetrahedra => "tetrahedra",
+    match (route.shape(), route.solver()) {
+        (SolvedShape::Mapped, _) => "boxes under a map",
+        (_, FieldSolver::Boxes) => "boxes",
+        (SolvedShape::Straight, FieldSolver::Extruded) => "extruded outlines",
+        (SolvedShape::Outlines, FieldSolver::Extruded) => "bent outlines",
+        (SolvedShape::Outlines, FieldSolver::Tetrahedra) => "bent outlines on tetrahedra",
+        (SolvedShape::Straight, FieldSolver::Tetrahedra) => "tetrahedra",
     }
 }
 
