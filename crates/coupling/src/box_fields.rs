@@ -1,4 +1,5 @@
-//! A scene of boxes for the box solver: straight ones, or boxes inside and around electrodes that are bent.
+//! Field solves by the box solver for bent electrodes: boxes under a map, and boxes inside and around the
+//! electrodes.
 
 use elastocap_electrostatics::{Bounded, Settings, Shortfall, Solution, Target, solve, solve_mapped};
 use elastocap_geometry::scene::Purpose;
@@ -8,7 +9,7 @@ use crate::layer_outlines::with_surface_at;
 use crate::mapped::BentScene;
 use crate::scene::{DeformedScene, Enclosing, SceneError};
 
-/// The boxes of a scene under the map that bends them.
+/// Solves a scene of boxes under its map.
 pub(crate) fn mapped(bent: &BentScene, settings: &Settings) -> Result<Solution, Stop> {
     Ok(solve_mapped(&bent.scene, &bent.map, settings)?)
 }
@@ -21,26 +22,27 @@ pub(crate) fn enclosing(deformed: &DeformedScene) -> Result<Enclosing, SceneErro
     }
 }
 
-/// The capacitance of two electrodes that are not boxes, from boxes inside them (which have less) and boxes around them (which
-/// have more): see [`crate::deform::ElectrodeBox`]. So it is with the surface of the layer, which is `bent_between` two heights, m: where the
-/// layer has the larger permittivity, a flat one at the lower of them gives less and one at the higher more. The field and the counts are
-/// those of the boxes around.
+/// Bounds on the capacitance of two electrodes that are not boxes, from boxes inside them, which have a
+/// smaller capacitance, and boxes around them, which have a larger one: see [`crate::deform::ElectrodeBox`].
+/// The surface of the layer, which is `bent_between` two heights, m, is treated likewise: where the layer has
+/// the larger permittivity, a flat surface at the lower height gives a smaller capacitance and one at the
+/// higher height a larger one. The field and the counts are those of the outer boxes.
 pub(crate) fn between(
     deformed: &DeformedScene,
     enclosing: Enclosing,
     bent_between: Option<[f64; 2]>,
     settings: &Settings,
 ) -> Result<Solution, Stop> {
-    // What the shape leaves open comes on top of what the solver does.
+    // The spread from the shape adds to that of the solver.
     let each = Settings { relative_tolerance: 0.5 * settings.relative_tolerance, ..settings.clone() };
-    let own = |purpose: Purpose| {
+    let permittivity = |purpose: Purpose| {
         deformed
             .scene
             .dielectrics()
-            .find(|own| own.body.purpose == purpose)
-            .map(|own| own.relative_permittivity)
+            .find(|dielectric| dielectric.body.purpose == purpose)
+            .map(|dielectric| dielectric.relative_permittivity)
     };
-    let flats = match (own(Purpose::Layer), own(Purpose::Cover), bent_between) {
+    let flats = match (permittivity(Purpose::Layer), permittivity(Purpose::Cover), bent_between) {
         (Some(layer), Some(cover), Some([low, high])) => {
             if layer >= cover {
                 [Some(low), Some(high)]
@@ -50,12 +52,12 @@ pub(crate) fn between(
         }
         _ => [None; 2],
     };
-    let of = |regions, flat: Option<f64>, settings: &Settings| {
+    let solve_boxes = |regions, flat: Option<f64>, settings: &Settings| {
         let scene = deformed.with_pair(regions);
         solve(&flat.map_or(scene.clone(), |height| with_surface_at(scene, height)), settings)
     };
-    let less = of(enclosing.inside, flats[0], &Settings { field: false, ..each.clone() })?;
-    let mut solution = of(enclosing.around, flats[1], &each)?;
+    let less = solve_boxes(enclosing.inside, flats[0], &Settings { field: false, ..each.clone() })?;
+    let mut solution = solve_boxes(enclosing.around, flats[1], &each)?;
     let join = |low: Bounded, high: Bounded| Bounded {
         value: 0.5 * (low.value + high.value),
         lower: low.lower.min(high.lower),
@@ -71,7 +73,8 @@ pub(crate) fn between(
     solution.maxwell = polarised(&less.maxwell, &solution.maxwell);
     solution.two_terminal = joined(less.two_terminal, solution.two_terminal);
     solution.measured = match settings.target {
-        // The energies of larger conductors are larger at any potentials, and so is their least.
+        // At any potentials the energy grows with the conductors, and so does its minimum over floating
+        // potentials.
         Target::TwoTerminal | Target::Pair(_) | Target::Own(_) | Target::Matrix => {
             joined(less.measured, solution.measured)
         }
@@ -81,19 +84,21 @@ pub(crate) fn between(
         }
     };
     solution.seconds = less.seconds.plus(&solution.seconds);
-    let own = solution.measured.or(solution.two_terminal);
-    solution.reached = own.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
+    let capacitance = solution.measured.or(solution.two_terminal);
+    solution.reached = capacitance.is_none_or(|c| c.spread_over_value() <= settings.allowed_spread());
     solution.shortfall = (!solution.reached)
         .then_some(Shortfall::EnclosingBoxes { flat_surfaces: flats.iter().all(Option::is_some) });
     Ok(solution)
 }
 
-/// The matrix of conductors between smaller and larger ones, whose matrices these are. As quadratic forms the three ascend, so that the
-/// diagonal does too; with G the difference of the outer two, an entry is in the middle of theirs up to sqrt(G_ii G_jj) / 2.
+/// Bounds on the matrix of conductors between smaller and larger ones, whose matrices are `less` and `more`.
+/// As quadratic forms the three matrices ascend, and so do their diagonals. With G the difference of the
+/// outer two, an off-diagonal entry deviates from the mean of theirs by at most sqrt(G_ii G_jj) / 2.
 fn polarised(less: &[Vec<Bounded>], more: &[Vec<Bounded>]) -> Vec<Vec<Bounded>> {
     let gap = |i: usize| {
-        let own = less.get(i).and_then(|row| row.get(i)).zip(more.get(i).and_then(|row| row.get(i)));
-        own.map_or(0.0, |(less, more)| (more.upper.max(less.upper) - less.lower.min(more.lower)).max(0.0))
+        let diagonal = less.get(i).and_then(|row| row.get(i)).zip(more.get(i).and_then(|row| row.get(i)));
+        diagonal
+            .map_or(0.0, |(less, more)| (more.upper.max(less.upper) - less.lower.min(more.lower)).max(0.0))
     };
     let entry = |(i, j): (usize, usize), less: &Bounded, more: &Bounded| {
         if i == j {

@@ -1,8 +1,8 @@
-//! The boxes that an electrode of the finite-element layer is to the field solver.
+//! The boxes inside and around a deformed electrode, which represent it in the box solver.
 //!
-//! A deformed electrode is bent and tilted, and the field solver knows boxes. Capacitances of a pair grow with its
-//! electrodes (Dirichlet's principle: a larger conductor has fewer admissible potentials): the largest box inside
-//! an electrode gives less, the smallest box around it more than the electrode itself. The two together are bounds.
+//! A deformed electrode is bent and tilted, and the box solver takes only boxes. Capacitances of a pair grow
+//! with its electrodes (Dirichlet's principle: a larger conductor has fewer admissible potentials). So the
+//! largest box inside an electrode gives a lower bound, and the smallest box around it an upper one.
 
 /// Lower and upper end along x1, x2 and x3, m.
 pub type Ends = [[f64; 2]; 3];
@@ -10,13 +10,13 @@ pub type Ends = [[f64; 2]; 3];
 /// An electrode after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElectrodeBox {
-    /// The box of the means over its faces.
+    /// The box at the mean positions of the faces.
     pub mean: Ends,
-    /// A box inside it; empty (an upper end at or below the lower one) where it is bent too much.
+    /// A box inside the electrode; empty (an upper end at or below the lower one) if it is bent too much.
     pub inside: Ends,
-    /// The box around it.
+    /// The box around the electrode.
     pub around: Ends,
-    /// Slope of its middle, dx2/dx1, by least squares.
+    /// Slope dx2/dx1 of the middle of the electrode, by least squares.
     pub tilt: f64,
 }
 
@@ -24,7 +24,7 @@ pub struct ElectrodeBox {
 pub(super) type Face = Vec<(f64, [f64; 3])>;
 
 impl ElectrodeBox {
-    /// The boxes of an electrode from its faces: of each axis the lower and the upper one.
+    /// The boxes of an electrode from its faces, the lower and the upper one of each axis.
     pub(super) fn new(faces: &[[Face; 2]; 3]) -> Self {
         let mean = |face: &Face, axis: usize| face.iter().map(|(w, x)| w * x[axis]).sum::<f64>();
         let most =
@@ -36,11 +36,11 @@ impl ElectrodeBox {
                 |f: fn(f64, f64) -> f64| face.iter().map(|(w, x)| w * f(x[0] - a, x[1] - b)).sum::<f64>();
             sum(|dx, dy| dx * dy) / sum(|dx, _| dx * dx).max(f64::MIN_POSITIVE)
         };
-        let ends = |of: &dyn Fn(usize, &[Face; 2]) -> [f64; 2]| [0, 1, 2].map(|a| of(a, &faces[a]));
+        let ends = |pick: &dyn Fn(usize, &[Face; 2]) -> [f64; 2]| [0, 1, 2].map(|a| pick(a, &faces[a]));
         let around = |axis: usize, _: &[Face; 2]| {
-            let all = || faces.iter().flatten();
-            let low = all().map(|f| least(f, axis)).fold(f64::INFINITY, f64::min);
-            let high = all().map(|f| most(f, axis)).fold(f64::NEG_INFINITY, f64::max);
+            let all_faces = || faces.iter().flatten();
+            let low = all_faces().map(|f| least(f, axis)).fold(f64::INFINITY, f64::min);
+            let high = all_faces().map(|f| most(f, axis)).fold(f64::NEG_INFINITY, f64::max);
             [low, high]
         };
         let [lower, upper] = &faces[1];
@@ -52,7 +52,7 @@ impl ElectrodeBox {
         }
     }
 
-    /// Both halves of an electrode of which this is the one with `x3 > 0`.
+    /// The boxes of the whole electrode, of which this is the half with `x3 > 0`.
     pub(super) fn across(mut self) -> Self {
         for ends in [&mut self.mean, &mut self.inside, &mut self.around] {
             ends[2][0] = -ends[2][1];
@@ -60,10 +60,10 @@ impl ElectrodeBox {
         self
     }
 
-    /// Largest distance between the box inside and the box around, m: how far it is from being a box.
+    /// Largest distance between the inner and the outer box, m: the deviation from a box.
     pub fn deviation(&self) -> f64 {
-        let of = |a: usize| [0, 1].map(|s| (self.inside[a][s] - self.around[a][s]).abs());
-        (0..3).flat_map(of).fold(0.0, f64::max)
+        let distances = |a: usize| [0, 1].map(|s| (self.inside[a][s] - self.around[a][s]).abs());
+        (0..3).flat_map(distances).fold(0.0, f64::max)
     }
 }
 
@@ -72,26 +72,26 @@ mod tests {
     use super::*;
 
     fn face(points: &[[f64; 2]], x3: [f64; 2]) -> Face {
-        let all = x3.iter().flat_map(|z| points.iter().map(|x| [x[0], x[1], *z]));
-        all.map(|x| (0.5 / points.len() as f64, x)).collect()
+        let corners = x3.iter().flat_map(|z| points.iter().map(|x| [x[0], x[1], *z]));
+        corners.map(|x| (0.5 / points.len() as f64, x)).collect()
     }
 
     fn tilted(slope: f64) -> ElectrodeBox {
         let line = |y: f64| [0.0, 2.0].map(|x| [x, y + slope * (x - 1.0)]);
         let end = |x: f64| [0.0, 1.0].map(|y| [x, y + slope * (x - 1.0)]);
-        let both = [-1.0, 3.0];
+        let x3 = [-1.0, 3.0];
         ElectrodeBox::new(&[
-            [face(&end(0.0), both), face(&end(2.0), both)],
-            [face(&line(0.0), both), face(&line(1.0), both)],
-            both.map(|z| face(&line(0.5), [z, z])),
+            [face(&end(0.0), x3), face(&end(2.0), x3)],
+            [face(&line(0.0), x3), face(&line(1.0), x3)],
+            x3.map(|z| face(&line(0.5), [z, z])),
         ])
     }
 
     #[test]
     fn a_box_is_its_own_box_inside_and_around() {
         let found = tilted(0.0);
-        let own = [[0.0, 2.0], [0.0, 1.0], [-1.0, 3.0]];
-        assert_eq!((found.mean, found.inside, found.around), (own, own, own));
+        let ends = [[0.0, 2.0], [0.0, 1.0], [-1.0, 3.0]];
+        assert_eq!((found.mean, found.inside, found.around), (ends, ends, ends));
         assert_eq!((found.tilt, found.deviation()), (0.0, 0.0));
         assert_eq!(found.across().inside[2], [-3.0, 3.0]);
     }

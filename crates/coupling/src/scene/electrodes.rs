@@ -1,9 +1,9 @@
 //! The positions of the electrodes after loading.
 //!
-//! Electrodes float with the layer: see [`ElectrodePose`]. One rule is added to it. An electrode with a face on the
-//! layer's surface before loading keeps that face there, because the layer next to it stays bonded; its mid-plane then
-//! follows from its thickness. The pose alone takes its thinning at the mid-plane, so
-//! that the electrode would stick out of the surface, or leave it, by a sliver.
+//! Electrodes move with the layer: see [`ElectrodePose`], with one additional rule. An electrode with a face
+//! on the surface of the layer before loading keeps that face there, because the layer beside it stays
+//! bonded; its mid-plane then follows from its thickness. Without the rule the electrode would protrude from
+//! the surface, or sink below it, by a small length, since the pose takes its thinning at the mid-plane.
 
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
@@ -16,7 +16,7 @@ use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 /// Lengths that differ by less than this share of the layer's thickness are the same.
 const ROUNDING: f64 = 1e-12;
 
-/// Where the electrodes are in a scene of no terminals: they are put into it first.
+/// The positions of the electrodes in a scene before terminals are joined: they are added first.
 const PLACES: [ElectrodePlace; 2] =
     [ElectrodePlace { conductor: 0, part: 0 }, ElectrodePlace { conductor: 1, part: 0 }];
 
@@ -29,7 +29,7 @@ pub(super) struct Placed {
     pub(super) bent: Option<Result<Enclosing, SceneError>>,
 }
 
-/// The electrodes with the layer in `state`; `None` for the layer as it is without load.
+/// The electrodes with the layer in `state`; `None` for the unloaded layer.
 ///
 /// # Errors
 /// Electrodes that do not fit into the deformed layer, or meet.
@@ -41,7 +41,7 @@ pub(super) fn electrodes(
     let (regions, pair) = match state {
         Some(Deformation::FiniteElement(step)) => {
             let solved = place_solved(electrodes, layer, step)?;
-            // At rest they are boxes up to rounding.
+            // Without load they are boxes up to rounding.
             let are_boxes = step.electrodes.iter().all(|e| e.deviation() <= ROUNDING * layer.thickness);
             let bent = (!are_boxes).then_some(solved.enclosing);
             return Ok(Placed { regions: solved.mean, pair: solved.pair, bent });
@@ -53,7 +53,7 @@ pub(super) fn electrodes(
     Ok(Placed { regions, pair, bent: None })
 }
 
-/// By the closed form, or at rest.
+/// Places the electrodes by the closed form, or at rest.
 fn place(
     electrodes: &Electrodes,
     layer: &Layer,
@@ -115,7 +115,7 @@ struct SolvedPair {
     pair: DeformedPair,
 }
 
-/// By finite elements.
+/// Places the electrodes by the finite-element solution.
 fn place_solved(
     electrodes: &Electrodes,
     layer: &Layer,
@@ -134,7 +134,7 @@ fn place_solved(
         }
         (Layout::InPlane, [left, right]) => Ok([pick(left), pick(right)].map(block)),
         (Layout::Stacked, [lower, upper]) => Ok([pick(lower), pick(upper)].map(|[x1, x2, x3]| {
-            // On the right half alone the left end is the axis of symmetry.
+            // If only the right half is solved, the left end is the axis of symmetry.
             block([[if x1[0].abs() <= slack { -x1[1] } else { x1[0] }, x1[1]], x2, x3])
         })),
         (Layout::InPlane | Layout::Stacked, _) => {
@@ -234,9 +234,9 @@ impl Plate {
         if high > top {
             return Err(SceneError::LeavesLayer { electrode: name, side: "top", by: high - top });
         }
-        // Where nothing moved the electrode the pose is kept: the middle of its rounded faces may differ in the last digit.
-        let moved = low == 0.0 || high == top;
-        let mid = if moved { 0.5 * (low + high) } else { pose.height };
+        // The pose is kept unless a face is flush: the middle of rounded faces may differ in the last digit.
+        let is_flush = low == 0.0 || high == top;
+        let mid = if is_flush { 0.5 * (low + high) } else { pose.height };
         Ok(Self { pose, mid, thickness, length: pose.length(electrodes.length), low, high })
     }
 }

@@ -28,12 +28,12 @@ pub struct DeformedScene {
     /// Boxes inside and around the two electrodes where these are bent, or why there are none. In `scene` bent electrodes are boxes
     /// at the mean positions of their faces.
     pub bent: Option<Result<Enclosing, SceneError>>,
-    /// The map that tilts what is attached, if it is tilted; in `scene` it is not.
+    /// The map that tilts the attached bodies, which are upright in `scene`; `None` without a tilt.
     pub tilt: Option<Arc<SceneMap>>,
 }
 
 impl DeformedScene {
-    /// The scene with boxes in place of the pair, in its order.
+    /// The scene with these boxes in place of the electrodes of the pair.
     pub fn with_pair(&self, regions: [Box3; 2]) -> Scene {
         let mut scene = self.scene.clone();
         for (place, region) in self.pair.iter().flat_map(|pair| pair.places).zip(regions) {
@@ -45,47 +45,49 @@ impl DeformedScene {
     }
 }
 
-/// Where an electrode is among the bodies of a scene.
+/// The position of an electrode among the bodies of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ElectrodePlace {
     /// The index of the conductor that it belongs to.
     pub conductor: usize,
-    /// Which of its parts it is: a conductor on one wire with others has those as parts too.
+    /// The index among the parts of that conductor, which include other conductors on the same wire.
     pub part: usize,
 }
 
 impl ElectrodePlace {
-    /// The shape of the electrode in a scene, to be changed.
+    /// The shape of the electrode in a scene.
     pub(crate) fn in_scene(self, scene: &mut Scene) -> Option<&mut Shape> {
         scene.conductor_mut(self.conductor)?.parts.get_mut(self.part)
     }
 }
 
-/// Boxes that enclose the electrodes of a pair from inside and from outside.
+/// Boxes inside and around the electrodes of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosing {
-    /// Boxes that lie inside them.
+    /// Boxes inside the electrodes.
     pub inside: [Box3; 2],
-    /// Boxes that hold them.
+    /// Boxes around the electrodes.
     pub around: [Box3; 2],
 }
 
 /// Dimensions of the electrodes after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedPair {
-    /// Where the two are among the bodies of the scene.
+    /// The positions of the electrodes among the bodies of the scene.
     pub places: [ElectrodePlace; 2],
-    /// Between the facing surfaces, m.
+    /// The distance between the facing surfaces, m.
     pub gap: f64,
-    /// Above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    /// The height above the substrate of the mid-plane of an in-plane pair, or of the middle of the gap of a
+    /// stacked one, m.
     pub height: f64,
-    /// Along x2, m; the mean of the two plates of a stacked pair, which thin each by the stretch at its own height.
+    /// The thickness along x2, m: for a stacked pair the mean of the two plates, which are thinned by the
+    /// stretch at their heights.
     pub thickness: f64,
     /// The parallel-plate formula, F: the facing area times permittivity over the gap, no fringing.
     pub parallel_plate: f64,
 }
 
-/// Why a load step has no scene.
+/// The reason that a load step has no scene.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -109,14 +111,14 @@ pub enum SceneError {
         by * 1e6
     )]
     LeavesLayer {
-        /// Its name.
+        /// The name of the electrode.
         electrode: &'static str,
         /// "top" or "bottom".
         side: &'static str,
-        /// How far, m.
+        /// The protrusion, m.
         by: f64,
     },
-    /// Something moves with the material of an evenly compressed foam; the case reader refuses such a file.
+    /// A body moves with the material of an evenly compressed foam; the case reader refuses such a file.
     #[error("where conductors within an evenly compressed foam go is not known; put them on its faces")]
     WithinFoam,
     /// A wall that moves with the layer reaches a body that stays in place.
@@ -125,7 +127,7 @@ pub enum SceneError {
          the medium {side} the layer thicker"
     )]
     ReachesWall {
-        /// Its name.
+        /// The name of the conductor.
         conductor: String,
         /// "below" or "above".
         side: &'static str,
@@ -138,19 +140,19 @@ pub enum SceneError {
         deviation * 1e6
     )]
     NotABox {
-        /// Slope of its middle line.
+        /// Slope of the middle line of the electrode.
         tilt: f64,
-        /// How far it is from being a box, m.
+        /// The deviation from a box, m.
         deviation: f64,
         /// The misfit, in words.
         what: &'static str,
     },
-    /// A body that is not attached stands beside those that are tilted.
+    /// A body that is not attached stands beside the tilted bodies.
     #[error(
         "`{body}` stands beside what is tilted, with no room for the tilt to fall off; move it away, or attach it too"
     )]
     InTheWay {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A body lies where the indenter is, or where the space between it and the layer is bent.
@@ -159,7 +161,7 @@ pub enum SceneError {
          bend it along; move it away, write `attached = \"layer\"` where it lies in the layer, or `role = \"absent\"` in [indenter]"
     )]
     InTheIndentersWay {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A body that moves with the material of the layer is of another shape than boxes.
@@ -168,7 +170,7 @@ pub enum SceneError {
          on a face of the layer"
     )]
     NoBoxInLayer {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// Two conductors of different terminals touch under this load, or in this pose.
@@ -177,9 +179,9 @@ pub enum SceneError {
          join them in one [[terminal]]"
     )]
     BodiesMeet {
-        /// One of them.
+        /// The name of one conductor.
         first: String,
-        /// The other.
+        /// The name of the other conductor.
         second: String,
     },
     /// A conductor touches an indenter of metal that is part of the field.
@@ -189,7 +191,7 @@ pub enum SceneError {
          of `{body}`"
     )]
     TouchesIndenter {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A conductor in the surface of a layer that an indenter of metal, part of the field, bends.
@@ -198,7 +200,7 @@ pub enum SceneError {
          conductor: move it below the surface, or write `role = \"absent\"` or a permittivity in [indenter]"
     )]
     ShortedByIndenter {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// The indenter reaches a wall.
