@@ -1,6 +1,6 @@
 """Error against time: elastocap, NGSolve and FastCap2 on the same scenes, as one Markdown table.
 
-    python benches/peers/capacitance.py --elastocap target/release/elastocap --into docs/peers.md
+    python benches/peers/capacitance.py --elastocap target/release/elastocap --into benches/peers/measured.md
 
 Without --into the table is printed only. README.md says what is needed. A peer that is not installed is left out with a
 message; a run past its time limit is ended, and keeps the answers it had given. Nothing else should run on the machine.

@@ -1,10 +1,13 @@
-//! The change of the capacitance against the first load step: its bounds, and steps that are solved again until they are close enough.
+//! The change of the capacitance from the first load step: its bounds, and the repeated solves that tighten
+//! them to a tolerance.
 //!
-//! The change lies between the lower bound of the step less the upper one of the first step, and the upper bound less the lower one. A
-//! signal of 7.5e-4 of C takes bounds of both states to some 1e-6 of C for one hundredth of itself. How close they must be is known only
-//! when the change is, roughly: all steps are solved to the tolerance of the capacitance first, and those whose change is known less well
-//! than asked for are solved again, to a tolerance that follows from what all steps have found. It depends on the case alone, so that a run
-//! gives the same numbers at any number of threads, and after it was stopped and resumed.
+//! The lower bound of a change is the lower bound of the step less the upper bound of the first step; the
+//! upper bound, the reverse. A change of 7.5e-4 C known to one hundredth therefore needs the bounds of both
+//! states to about 1e-6 C. The tolerance that a step needs follows from the size of its change. So all steps
+//! are solved to the tolerance of the capacitance first; steps whose change is not known well enough are then
+//! solved again, to a tolerance derived from the results of all steps. These tolerances depend on the case
+//! alone, so that a run gives the same numbers at any number of threads and after it was interrupted and
+//! resumed.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -21,33 +24,38 @@ use crate::route_change::{NoBase, RouteChange};
 use crate::side_by_side::side_by_side;
 use crate::step::{ACCEPTED, Sharper, Solver};
 
-/// A change whose bounds hold zero is known to be none where they are at most this far apart, over the capacitance of the first step.
+/// A change whose bounds include zero counts as none where they are at most this far apart, relative to the
+/// capacitance of the first step.
 pub const NO_CHANGE: f64 = 1e-6;
 
-/// How often steps are solved again, at most: a change that was hidden in its bounds is seen one round, and met the next.
+/// Largest number of rounds in which steps are solved again. A change whose sign the bounds leave open is
+/// resolved in one round, and meets the tolerance in the next.
 const MAX_ROUNDS: usize = 4;
 
-/// Share of the distance between the bounds of the smallest change that the first step may take.
+/// Largest share of the spread wanted for the smallest change that the first step may take.
 const SHARE: f64 = 0.45;
 
-/// The share of the distance wanted between the bounds of a change that its two states may take together. The rest is for a change that turns
-/// out smaller than it was taken for.
+/// The share of the spread wanted for a change that its two states may take together. The rest is a margin
+/// for changes that turn out smaller than they were estimated.
 const TOGETHER: f64 = 2.0 * SHARE;
 
-/// The least share of a step whose first step gets no sharper: where that takes more, it is what the change is not known for.
+/// The least share of the wanted spread that a step is given where the first step cannot be tightened. Where
+/// the first step leaves less, it is the reason that the change is not known.
 const LEAST: f64 = 0.1;
 
 /// Steps whose largest problem had more unknowns are solved again one after the other.
 const LARGE: usize = 1_000_000;
 
-/// The least size that is assumed for a change whose bounds have zero between them, relative to half the distance between these bounds. The
-/// middle of two bounds is usually ten times nearer to the truth than they are.
+/// Smallest size that is assumed for a change whose bounds include zero, relative to half their spread. The
+/// middle of two bounds is usually ten times nearer to the true value than they are.
 const HIDDEN: f64 = 0.1;
 
-/// The capacitance of a step, as far as it is known.
+/// The bounds on the capacitance of a step, F.
 #[derive(Debug, Clone, Copy)]
 struct State {
     measured: Bounded,
+    /// The number of the [`CommonBase`] that the field was added to, and the capacitance plus the error of
+    /// this base, which cancels in differences of steps on the same base.
     with_error_of_base: Option<(usize, Bounded)>,
 }
 
@@ -57,30 +65,30 @@ impl State {
         step.measured.map(|measured| Self { measured, with_error_of_base })
     }
 
-    /// Its capacitance and that of another step, whose difference is their change: with the error of a base, where it is the same for both
-    /// and they are closer then.
+    /// The bounds of this state and of another one from which their difference is taken: those with the error
+    /// of a base where both states were added to the same base and these bounds are closer together.
     fn beside(&self, other: &Self) -> [Bounded; 2] {
         let measured = [self.measured, other.measured];
         match (self.with_error_of_base, other.with_error_of_base) {
-            (Some((base, own)), Some((of, other))) if base == of => {
-                let is_closer = spread(&own) + spread(&other) < measured.iter().map(spread).sum();
-                if is_closer { [own, other] } else { measured }
+            (Some((base, first)), Some((other_base, second))) if base == other_base => {
+                let is_closer = spread(&first) + spread(&second) < measured.iter().map(spread).sum();
+                if is_closer { [first, second] } else { measured }
             }
             _ => measured,
         }
     }
 }
 
-/// The distance between the bounds aimed for where a change is hidden, over the distance that its assumed size asks for: the change may turn
-/// out to be smaller.
+/// The spread aimed for where the bounds of a change include zero, over the spread that its assumed size
+/// requires: the change may turn out smaller.
 const UNSURE: f64 = 0.85;
 
-/// The change from `first` to `own`, F. Its bounds are those of the two states, rounded outwards.
-fn change(first: &Bounded, own: &Bounded) -> Bounded {
+/// The change from `first` to `other`, F. Its bounds are those of the two states, rounded outwards.
+fn change(first: &Bounded, other: &Bounded) -> Bounded {
     Bounded {
-        value: own.value - first.value,
-        lower: (own.lower - first.upper).next_down(),
-        upper: (own.upper - first.lower).next_up(),
+        value: other.value - first.value,
+        lower: (other.lower - first.upper).next_down(),
+        upper: (other.upper - first.lower).next_up(),
     }
 }
 
@@ -88,16 +96,16 @@ fn spread(bounded: &Bounded) -> f64 {
     bounded.upper - bounded.lower
 }
 
-/// Whether the change from `first` to `own` is known to `tolerance`, or known to be none.
-fn is_known(tolerance: f64, first: &Bounded, own: &Bounded) -> bool {
-    let change = change(first, own);
+/// Whether the change from `first` to `other` is known to `tolerance`, or known to be none.
+fn is_known(tolerance: f64, first: &Bounded, other: &Bounded) -> bool {
+    let change = change(first, other);
     spread(&change) <= tolerance * change.value.abs()
         || (change.holds_zero() && spread(&change) <= NO_CHANGE * first.value.abs())
 }
 
-/// How far the bounds of the change should be apart, F, for all that is known of it.
-fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
-    let change = change(first, own);
+/// The spread wanted for the bounds of the change, F, from what is known of its size.
+fn goal(tolerance: f64, first: &Bounded, other: &Bounded) -> f64 {
+    let change = change(first, other);
     if change.holds_zero() {
         let size = change.value.abs().max(0.5 * HIDDEN * spread(&change));
         (UNSURE * tolerance * size).max(NO_CHANGE * first.value.abs())
@@ -106,34 +114,35 @@ fn goal(tolerance: f64, first: &Bounded, own: &Bounded) -> f64 {
     }
 }
 
-/// How far the bounds of the first step and of the others may be apart, F, for the changes of the others to be known to these goals; none
-/// for those that the first step leaves too little. Its bounds are `first` apart, and get no closer if it is `exhausted`.
+/// The largest spreads of the first step and of the other steps, F, with which the changes of the others meet
+/// these goals; `None` for a step that the first one leaves too little. The bounds of the first step are
+/// `first` apart, and cannot be tightened if it is `exhausted`.
 fn spreads(first: f64, exhausted: bool, goals: &[f64]) -> (f64, Vec<Option<f64>>) {
     let most = SHARE * goals.iter().copied().fold(f64::INFINITY, f64::min);
-    let of = |goal: &f64| {
+    let spread_left = |goal: &f64| {
         if exhausted {
             let left = TOGETHER * goal - first;
             return (left >= LEAST * goal).then_some(left);
         }
         Some(TOGETHER * goal - first.min(most))
     };
-    (most, goals.iter().map(of).collect())
+    (most, goals.iter().map(spread_left).collect())
 }
 
-/// Notes the change in the rows of a curve, in place of what they had before.
+/// Writes the changes to the rows of a curve, replacing earlier values.
 pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
     let first = steps.first().map(|step| (step.index, step.load, State::of(step)));
     for step in &mut *steps {
-        let own = State::of(step);
+        let state = State::of(step);
         let row = &mut step.row;
         [row.change_f, row.change_lower_f, row.change_upper_f, row.change_relative] = [None; 4];
         let Some((index, load, Some(first))) = first.filter(|_| case.load.is_some()) else { continue };
-        let Some(own) = own else { continue };
+        let Some(state) = state else { continue };
         let is_same = step.index == index
             || step.same_as == Some(index)
             || (step.load == load && case.poses.get(step.index) == case.poses.get(index));
         let none = Bounded { value: 0.0, lower: 0.0, upper: 0.0 };
-        let [from, to] = first.beside(&own);
+        let [from, to] = first.beside(&state);
         let change = if is_same { none } else { change(&from, &to) };
         row.change_f = Some(change.value);
         row.change_lower_f = Some(change.lower);
@@ -142,35 +151,38 @@ pub(crate) fn note_changes(case: &Case, steps: &mut [StepResult]) {
     }
 }
 
-/// The steps of a run that asks for the change to a tolerance.
+/// The repeated solves of a run whose case asks for the change to a tolerance.
 pub(crate) struct ChangeSearch<'a> {
     pub(crate) solver: &'a Solver<'a>,
-    /// The distinct steps of the plan. The first of them is the one that the others change against.
+    /// The distinct steps of the plan. Changes are measured from the first of them.
     pub(crate) work: &'a [&'a PlannedStep],
-    /// Steps that are solved at the same time.
+    /// Number of steps that are solved at the same time.
     pub(crate) at_once: usize,
-    /// Memory that they may take together, bytes.
+    /// Memory limit of all steps that are solved at the same time, bytes.
     pub(crate) memory_limit: u64,
     pub(crate) cancel: &'a AtomicBool,
-    /// Largest distance between the bounds of a change, over the change.
+    /// Largest spread of the bounds of a change, over the change.
     pub(crate) tolerance: f64,
-    /// Is told how many of the steps that are being solved again are done, and how many they are.
+    /// Called with the number of repeated steps that are done, and with the number of all steps that are
+    /// repeated.
     pub(crate) report: &'a (dyn Fn(usize, usize) + Sync),
 }
 
-/// Why a step cannot be solved more sharply, by the place of the step; `None` for one that was not tried, or met its tolerance.
+/// For each step of the plan, the reason that its bounds cannot be tightened; `None` for a step that was not
+/// tried, or met its tolerance.
 type Exhausted = Vec<Option<Unsharpened>>;
 
 impl ChangeSearch<'_> {
-    /// Solves steps again whose change is not known to the tolerance, and marks those for which that does not help. `found` is what the
-    /// steps gave that were solved to the tolerance of the capacitance.
+    /// Solves again the steps whose change is not known to the tolerance, and marks those that still miss it.
+    /// `found` holds the results to the tolerance of the capacitance.
     pub(crate) fn run(&self, found: &mut [Option<StepResult>]) {
         for step in found.iter_mut().flatten() {
             step.before_change = FinishedStep::of(step).map(Box::new);
         }
         let before: Vec<Option<Bounded>> = found.iter().map(|step| step.as_ref()?.measured).collect();
         let mut exhausted: Exhausted = found.iter().map(|step| without_tolerance(step.as_ref()?)).collect();
-        // The error of a base cancels in changes as long as every step that is solved again is added to it.
+        // The error of a base cancels in changes only while every step that is solved again is added to this
+        // base.
         let mut differences = true;
         for number in 0..MAX_ROUNDS {
             let mut wanted = self.wanted(found, &exhausted, false);
@@ -239,8 +251,8 @@ impl ChangeSearch<'_> {
         self.mark(found, &exhausted);
     }
 
-    /// How many steps are solved again at the same time, and the memory that each may take, bytes. A large one keeps all cores busy alone,
-    /// and has all of the memory then.
+    /// The number of steps that are solved again at the same time, and the memory limit of each, bytes. A
+    /// large step keeps all cores busy, and is given all of the memory.
     fn shares(&self, found: &[Option<StepResult>]) -> (usize, u64) {
         let unknowns = found.iter().flatten().filter_map(|step| step.row.unknowns);
         if unknowns.max() > Some(LARGE) {
@@ -250,18 +262,19 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The places of the steps that are to be solved again, and the relative tolerance of each: those whose bounds are too wide, or, with
-    /// `all`, all whose capacitances by themselves do not give the change.
+    /// The places of the steps to be solved again, with the relative tolerance of each: those whose bounds
+    /// are too wide. With `all`, the error of a base is disregarded, and every step is included whose
+    /// capacitance alone does not give the change.
     fn wanted(&self, found: &[Option<StepResult>], exhausted: &Exhausted, all: bool) -> Vec<(usize, f64)> {
         let Some(first) = state(found, 0) else { return Vec::new() };
         let is_exhausted = |place: usize| exhausted.get(place).is_none_or(Option::is_some);
         let goal_of = |place: usize| {
-            let own = state(found, place)?;
-            let [from, to] = if all { [first.measured, own.measured] } else { first.beside(&own) };
+            let other = state(found, place)?;
+            let [from, to] = if all { [first.measured, other.measured] } else { first.beside(&other) };
             if is_known(self.tolerance, &from, &to) {
                 return None;
             }
-            let [from, to] = first.beside(&own);
+            let [from, to] = first.beside(&other);
             let goal = goal(self.tolerance, &from, &to);
             let is_lost = |place: usize, state: &Bounded| is_exhausted(place) && spread(state) > goal;
             (!is_lost(0, &from) && !is_lost(place, &to)).then_some((place, [from, to], goal))
@@ -275,32 +288,34 @@ impl ChangeSearch<'_> {
         let others = states
             .into_iter()
             .zip(of_others)
-            .filter_map(|((place, [_, own], _), most)| Some((place, own, most?)));
+            .filter_map(|((place, [_, other], _), most)| Some((place, other, most?)));
         let too_wide = std::iter::once((0, from, of_first)).chain(others).filter(|(place, state, most)| {
             !is_exhausted(*place) && (all || spread(state) > ACCEPTED * *most)
         });
         too_wide.map(|(place, state, most)| (place, most / state.value.abs())).collect()
     }
 
-    /// The largest error, F, that a state may have beyond its bounds: as much as the change of it may be uncertain by.
+    /// The largest error, F, that the bounds of a state may leave out: the uncertainty that its change may
+    /// have.
     fn allowed(&self, from: &Bounded, to: &Bounded) -> f64 {
         (self.tolerance * change(from, to).value.abs()).max(NO_CHANGE * from.value.abs())
     }
 
-    /// Where distances in the layer leave more than a change may be uncertain by, takes the error that capacitances on coarser meshes of the
-    /// layer leave instead: of those that the steps had `before` they were solved again.
+    /// Replaces the estimated error of the mechanics where it exceeds what a change allows: by the error of
+    /// the capacitance that a coarser mesh of the layer shows. `before` holds the capacitances from before
+    /// the repeated solves.
     fn look_at_coarser_meshes(&self, found: &mut [Option<StepResult>], before: &[Option<Bounded>]) {
         let Some(first) = state(found, 0) else { return };
         let is_wanted = |place: usize| {
-            let (own, step) = (state(found, place)?, found.get(place)?.as_ref()?);
-            let [from, to] = first.beside(&own);
+            let (other, step) = (state(found, place)?, found.get(place)?.as_ref()?);
+            let [from, to] = first.beside(&other);
             let error = step.row.mechanics_error_estimate? * to.value.abs();
             let is_spoilt = is_known(self.tolerance, &from, &to) && error > self.allowed(&from, &to);
             (is_spoilt && !step.mechanics_by_capacitance).then_some(place)
         };
         let wanted: Vec<usize> = (1..found.len()).filter_map(is_wanted).collect();
         let steps = &*found;
-        let looked = side_by_side(self.at_once, wanted.len(), self.cancel, |k| {
+        let errors = side_by_side(self.at_once, wanted.len(), self.cancel, |k| {
             let place = *wanted.get(k)?;
             let (step, before) = (steps.get(place)?.as_ref()?, (*before.get(place)?)?);
             let mut spent = StepSeconds::default();
@@ -308,8 +323,8 @@ impl ChangeSearch<'_> {
             let error = self.solver.error_of_capacitance(planned, step, before.value, &mut spent);
             Some((error, spent))
         });
-        for (place, looked) in wanted.into_iter().zip(looked) {
-            let (Some(Some(step)), Some(Some((error, spent)))) = (found.get_mut(place), looked) else {
+        for (place, error) in wanted.into_iter().zip(errors) {
+            let (Some(Some(step)), Some(Some((error, spent)))) = (found.get_mut(place), error) else {
                 continue;
             };
             step.seconds.electrostatics = step.seconds.electrostatics.plus(&spent.electrostatics);
@@ -333,12 +348,12 @@ impl ChangeSearch<'_> {
         let why_first = exhausted.first().and_then(Option::as_ref);
         for (place, step) in found.iter_mut().enumerate().skip(1) {
             let Some(step) = step else { continue };
-            let Some(own) = State::of(step) else { continue };
+            let Some(state) = State::of(step) else { continue };
             let Some(first) = first else {
                 step.miss(Cause::NoFirstCapacitance);
                 continue;
             };
-            let [from, to] = first.beside(&own);
+            let [from, to] = first.beside(&state);
             let change = change(&from, &to);
             if !is_known(self.tolerance, &from, &to) {
                 let why = exhausted.get(place).and_then(Option::as_ref).or(why_first);
@@ -348,12 +363,12 @@ impl ChangeSearch<'_> {
                 step.miss(Cause::Change(WideChange { change, asked: self.tolerance, why }));
                 continue;
             }
-            // What the bounds do not hold, they do not hold of the change either.
+            // Errors outside the bounds of the states are outside the bounds of the change, too.
             let allowed = self.allowed(&from, &to);
             let geometry = step.row.geometry_error_estimate.unwrap_or(0.0) * to.value.abs()
                 + first_geometry.unwrap_or(0.0) * from.value.abs();
             let mechanics = step.row.mechanics_error_estimate.unwrap_or(0.0) * to.value.abs();
-            // The capacitance on coarser meshes may say less.
+            // The error of the capacitance on a coarser mesh may be smaller, but was not computed.
             step.interrupted |=
                 mechanics > allowed && !step.mechanics_by_capacitance && self.cancel.load(Ordering::Relaxed);
             for (error, missed, what) in [
@@ -377,7 +392,7 @@ fn wider(one: Bounded, other: Bounded) -> Bounded {
     if spread(&one) >= spread(&other) { one } else { other }
 }
 
-/// Why a step does not have the tolerance that its field was solved to; `None` if it has.
+/// The reason that the field of a step misses its tolerance; `None` if it meets it.
 fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
     match &step.row.status {
         Status::ToleranceNotReached(Missed::Field) | Status::Failed(_) | Status::Draft | Status::NotRun => {
@@ -392,7 +407,8 @@ fn without_tolerance(step: &StepResult) -> Option<Unsharpened> {
 }
 
 impl StepResult {
-    /// Takes over what was found of the field where that is sharper. Status, layer and bodies stay as they are.
+    /// Takes over the results of the field from `again` where its bounds are closer together. Status, layer
+    /// and bodies stay unchanged.
     fn take_sharper(&mut self, again: Self) {
         self.seconds.electrostatics = self.seconds.electrostatics.plus(&again.seconds.electrostatics);
         self.seconds.total += again.seconds.total;
@@ -415,7 +431,7 @@ impl StepResult {
         self.warnings = again.warnings;
         self.measured = again.measured;
         self.two_terminal = again.two_terminal;
-        // What a solve for the capacitance alone leaves out is known from before.
+        // A solve for the capacitance alone has no matrix; the earlier one is kept.
         if again.maxwell.is_some() {
             self.maxwell = again.maxwell;
             self.entry_status = again.entry_status;
@@ -425,7 +441,7 @@ impl StepResult {
         self.foresight = again.foresight;
     }
 
-    /// Notes that the change is not known to its tolerance. Where the step has another defect, its status says that one.
+    /// Marks that the change misses its tolerance. A more severe status of the step takes precedence.
     fn miss(&mut self, cause: Cause) {
         match (&self.row.status, cause.missed()) {
             (
@@ -459,9 +475,9 @@ mod tests {
         assert_eq!(found.value, 2.0);
         assert!(found.lower <= 1.25 && 2.75 <= found.upper, "{found:?}");
         assert!(found.lower > 1.2499 && found.upper < 2.7501, "{found:?}");
-        // Whatever the two are within their bounds.
-        for (first, own) in [(9.75, 12.5), (10.25, 11.5), (9.8, 11.6)] {
-            assert!(found.lower <= own - first && own - first <= found.upper);
+        // The true change is inside for any true values within the bounds of the states.
+        for (first, other) in [(9.75, 12.5), (10.25, 11.5), (9.8, 11.6)] {
+            assert!(found.lower <= other - first && other - first <= found.upper);
         }
     }
 
@@ -470,12 +486,12 @@ mod tests {
         let state =
             |measured: Bounded, base: Option<(usize, Bounded)>| State { measured, with_error_of_base: base };
         let (sharp, wide) = (bounded(10.01, 0.01), bounded(10.0, 0.1));
-        let own = |number: usize, with: Bounded| state(wide, Some((number, with)));
+        let with_base = |number: usize, with: Bounded| state(wide, Some((number, with)));
         let pair = |a: State, b: State| a.beside(&b);
-        assert_eq!(pair(own(0, sharp), own(0, sharp)), [sharp, sharp]);
-        assert_eq!(pair(own(0, sharp), own(1, sharp)), [wide, wide]);
-        assert_eq!(pair(own(0, sharp), state(wide, None)), [wide, wide]);
-        assert_eq!(pair(own(0, sharp), own(0, bounded(10.0, 0.3))), [wide, wide]);
+        assert_eq!(pair(with_base(0, sharp), with_base(0, sharp)), [sharp, sharp]);
+        assert_eq!(pair(with_base(0, sharp), with_base(1, sharp)), [wide, wide]);
+        assert_eq!(pair(with_base(0, sharp), state(wide, None)), [wide, wide]);
+        assert_eq!(pair(with_base(0, sharp), with_base(0, bounded(10.0, 0.3))), [wide, wide]);
     }
 
     #[test]
@@ -485,7 +501,7 @@ mod tests {
         assert!(!is_known(1e-2, &first, &bounded(10.01, 5.1e-5)));
         assert!(is_known(1e-2, &first, &bounded(10.0 + 1e-7, 3.9e-6)));
         assert!(!is_known(1e-2, &first, &bounded(10.0 + 1e-7, 4.1e-6)));
-        // Half of it away from zero it is small, but not none.
+        // Bounds that exclude zero do not count as no change, however small.
         assert!(!is_known(1e-2, &first, &bounded(10.0 + 8e-6, 3.9e-6)));
     }
 
@@ -499,24 +515,24 @@ mod tests {
         // The bounds of the first step get no closer. What they leave is enough for the larger change, but not for the smaller one.
         for first in [0.85, 0.95] {
             let (_, others) = spreads(first, true, &goals);
-            assert!(others[0].is_none() && others[1].is_some_and(|own| first + own < 4.0), "{others:?}");
+            assert!(others[0].is_none() && others[1].is_some_and(|other| first + other < 4.0), "{others:?}");
         }
         let (_, others) = spreads(0.5, true, &goals);
         let is_known =
-            |(own, goal): (&Option<f64>, f64)| own.is_some_and(|own| own > 0.0 && 0.5 + own < goal);
+            |(other, goal): (&Option<f64>, f64)| other.is_some_and(|other| other > 0.0 && 0.5 + other < goal);
         assert!(others.iter().zip(goals).all(is_known), "{others:?}");
     }
 
     #[test]
     fn bounds_that_meet_their_shares_of_the_goal_make_the_change_known() {
-        for (first, own) in [(10.0, 10.0075), (10.0, 10.0), (3.0, 2.0), (1e-14, 1.000_01e-14)] {
-            let (rough, rougher) = (bounded(first, 5e-4 * first), bounded(own, 5e-4 * own));
+        for (first, other) in [(10.0, 10.0075), (10.0, 10.0), (3.0, 2.0), (1e-14, 1.000_01e-14)] {
+            let (rough, rougher) = (bounded(first, 5e-4 * first), bounded(other, 5e-4 * other));
             let wanted = goal(1e-2, &rough, &rougher);
             let half = 0.5 * SHARE * wanted;
-            let (sharp, sharper) = (bounded(first, half), bounded(own, half));
+            let (sharp, sharper) = (bounded(first, half), bounded(other, half));
             let next = goal(1e-2, &sharp, &sharper);
             let is_met = is_known(1e-2, &sharp, &sharper);
-            assert!(is_met || next < wanted, "{first} {own}: {wanted:e}, then {next:e}");
+            assert!(is_met || next < wanted, "{first} {other}: {wanted:e}, then {next:e}");
         }
     }
 }

@@ -1,5 +1,6 @@
-//! The field without the indenter, which the steps of an approach have in common when they are solved again for their change. What the
-//! indenter changes in it takes a coarse grid under its map, so that the fine one is solved once.
+//! The field without the indenter, which all steps of an approach share when they are solved again for their
+//! change. The effect of the indenter is solved on a coarse grid under its map, so that the fine grid is
+//! solved only once.
 
 use elastocap_electrostatics::{
     Additions, Base, Bounded, Settings, Solution, solve, solve_base, solve_superposed,
@@ -9,7 +10,7 @@ use elastocap_geometry::scene::{Body, Purpose, Scene};
 use crate::mapped::BentScene;
 use crate::route_change::NoBase;
 
-/// Relative spread to aim for of the base, over the tolerance of what is added to it.
+/// Relative spread aimed for in the base, over the tolerance of the steps.
 const SHARE: f64 = 0.6;
 
 /// A solution of the scene without its indenter.
@@ -19,22 +20,23 @@ pub(crate) struct CommonBase {
     number: usize,
 }
 
-/// The purpose that a base is to serve.
+/// The purpose of a base.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Purposes {
-    /// Tells it from other bases of the same run.
+    /// Distinguishes bases of the same run.
     pub(crate) number: usize,
-    /// Whether nothing but differences between the steps is to be known to the tolerance.
+    /// Whether only differences between the steps are to meet the tolerance.
     pub(crate) differences: bool,
 }
 
 impl CommonBase {
-    /// The base of a scene and of others with the indenter elsewhere, for the tolerance in the settings. No face of any of them, and
-    /// nothing that is bent, is farther than `reach` (m) from the origin, and the indenter of none is nearer by more than `nearer` (m), where
-    /// their differences alone are wanted. `None` where nothing presses in them, or bounds are not asked for.
+    /// The base of a scene, and of others with the indenter elsewhere, for the tolerance in `settings`. No
+    /// conductor face and no break of their maps is farther than `reach` (m) from the origin. Where only
+    /// differences are wanted, `nearer` is the largest distance (m) by which the indenter of another scene is
+    /// nearer to the layer. `None` without an indenter, or where no bounds are requested.
     ///
     /// # Errors
-    /// Why the scene cannot serve as a base.
+    /// The reason that the scene cannot serve as a base.
     pub(crate) fn of(
         bent: &BentScene,
         (reach, nearer): (f64, Option<f64>),
@@ -52,20 +54,20 @@ impl CommonBase {
         base.map(|base| Some(Self { scene, base, number })).ok_or(NoBase::Tolerance)
     }
 
-    /// Tells it from other bases of the same run.
+    /// Distinguishes bases of the same run.
     pub(crate) fn number(&self) -> usize {
         self.number
     }
 
-    /// Whether its error cancels in differences of what is added to it, and in these alone is what was asked for.
+    /// Whether the error of the base cancels in differences of the steps, which alone are wanted.
     pub(crate) fn cancels(&self) -> bool {
         self.base.cancels()
     }
 
-    /// The field of a scene by what its indenter changes.
+    /// Solves a scene by the effect of its indenter on the base.
     ///
     /// # Errors
-    /// A scene whose base is another one, or whose tolerance is not met in this way.
+    /// The scene belongs to another base, or does not meet its tolerance in this way.
     pub(crate) fn add(&self, bent: &BentScene, settings: &Settings) -> Result<Solution, NoBase> {
         if without_indenter(&bent.scene).as_ref() != Some(&self.scene) {
             return Err(NoBase::OtherScene);
@@ -80,29 +82,31 @@ impl CommonBase {
     }
 }
 
-/// The capacitances of the steps that are to have a base in common, as known so far.
+/// The earlier results of the steps that share a base.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known<'a> {
-    /// Their capacitances, F.
+    /// The capacitances, F.
     pub(crate) capacitances: &'a [Bounded],
-    /// The relative tolerance to which these were solved.
+    /// The relative tolerance of these capacitances.
     pub(crate) relative_tolerance: f64,
 }
 
 impl Known<'_> {
-    /// The largest difference from the capacitance without the indenter that the bounds allow, over that; at most one.
+    /// The largest relative difference from the capacitance without the indenter that the bounds allow, at
+    /// most 1.
     fn largest_change(&self, without: &Bounded) -> f64 {
-        let of = |own: &Bounded| {
-            let most = (own.upper - without.lower).abs().max((own.lower - without.upper).abs());
+        let change = |with: &Bounded| {
+            let most = (with.upper - without.lower).abs().max((with.lower - without.upper).abs());
             (most / without.value.abs()).min(1.0)
         };
-        self.capacitances.iter().map(of).fold(0.0, f64::max)
+        self.capacitances.iter().map(change).fold(0.0, f64::max)
     }
 }
 
-/// The scene without what presses; `None` where there is nothing, or conductors that are not behind all others.
+/// The scene without its indenter and bodies attached to it; `None` if there are none, or if a conductor
+/// among them precedes another conductor.
 fn without_indenter(scene: &Scene) -> Option<Scene> {
-    let presses: Vec<bool> = scene.conductors().map(|own| is_indenter(own.body)).collect();
+    let presses: Vec<bool> = scene.conductors().map(|conductor| is_indenter(conductor.body)).collect();
     let others = presses.iter().take_while(|presses| !**presses).count();
     if others == 0 || presses[others..].iter().any(|presses| !presses) {
         return None;

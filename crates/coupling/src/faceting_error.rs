@@ -1,24 +1,25 @@
-//! An estimate of the error of flat faces in place of curved surfaces, from a mesh that does not say which faces these are.
+//! An estimate of the faceting error from a mesh that does not say which of its faces are curved.
 
 use elastocap_linalg::vector::{cross, dot, length, normal};
 use std::collections::BTreeMap;
 
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 
-/// Faces that meet at less than this, rad, are taken for parts of one curved surface; at more, for two sides of a body.
+/// Angle, rad, below which two adjacent faces count as parts of one curved surface; above, as two sides of a
+/// body.
 const EDGE: f64 = 0.7;
 
-/// Angles up to this, rad, are those of flat surfaces in single precision.
+/// Angle, rad, up to which two faces count as one flat surface in single precision.
 const FLAT: f64 = 1e-4;
 
 /// The mean distance of a sphere of radius r from a triangle with its corners on it and sides h is h^2 / (8 r), and the
 /// angle between two such triangles is h / (sqrt(3) r).
 const SHARE: f64 = 3.0 / 8.0;
 
-/// Estimate of the relative error of a capacitance that flat faces of a conductor in place of curved ones make, the largest
-/// among the conductors: the mean distance over the radius. Zero if all conductors are flat-faced. Where two curved
-/// conductors are near one another it is larger by the radius over the gap. Only conductors of which `counts` says so, by their
-/// index, are looked at.
+/// An estimate of the relative error of a capacitance from flat faces of a conductor in place of curved ones,
+/// the largest among the conductors: the mean distance over the radius. Zero if all conductors are
+/// flat-faced. Where two curved conductors are close together, the error is larger by the radius over the
+/// gap. Only conductors whose index passes `counts` are included.
 pub(crate) fn curvature_error(mesh: &TetMesh, counts: impl Fn(u32) -> bool) -> f64 {
     let mut edges: BTreeMap<(u32, [u32; 2]), Vec<usize>> = BTreeMap::new();
     let mut normals = Vec::with_capacity(mesh.boundary.len());
@@ -34,7 +35,8 @@ pub(crate) fn curvature_error(mesh: &TetMesh, counts: impl Fn(u32) -> bool) -> f
             edges.entry((conductor, [p.min(q), p.max(q)])).or_default().push(k);
         }
     }
-    // Per conductor the area of its faces, and the squares of their angles weighted by it: a third for each edge.
+    // For each conductor the area of its faces, and the squares of their angles weighted by the area, a third
+    // for each edge.
     let mut sums: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
     for ((conductor, _), faces) in &edges {
         let [area, squares] = sums.entry(*conductor).or_default();
@@ -51,7 +53,7 @@ pub(crate) fn curvature_error(mesh: &TetMesh, counts: impl Fn(u32) -> bool) -> f
     SHARE * means.fold(0.0, f64::max)
 }
 
-/// Between two planes, rad, from 0 to pi/2: the normals' orders of corners say nothing.
+/// The angle between two planes, rad, from 0 to pi/2, independent of the orientation of the normals.
 fn angle(u: [f64; 3], v: [f64; 3]) -> f64 {
     length(cross(u, v)).atan2(dot(u, v).abs())
 }

@@ -1,4 +1,4 @@
-//! Why a load step has no result.
+//! The reasons that a load step has no result.
 
 use std::any::Any;
 
@@ -10,11 +10,11 @@ use crate::deform::DeformError;
 use crate::route::RouteError;
 use crate::scene::SceneError;
 
-/// Why a load step failed.
+/// The reason that a load step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepFailure {
-    /// The layer cannot be deformed like this.
+    /// The layer cannot be deformed under this load.
     #[error(transparent)]
     Layer(#[from] DeformError),
     /// The deformed bodies do not fit together.
@@ -32,7 +32,7 @@ pub enum StepFailure {
     /// The field cannot be solved.
     #[error(transparent)]
     Field(SolveError),
-    /// No map takes boxes to the bent bodies.
+    /// No map from boxes to the bent bodies exists.
     #[error(
         "no map takes boxes to the layer, the indenter and the other bodies as they are bent: the layer is bent too far, or its finite \
          elements are too coarse where it touches the indenter"
@@ -44,7 +44,7 @@ pub enum StepFailure {
     /// Bounds and value contradict each other: a defect.
     #[error("the solver's bounds do not enclose its value")]
     BoundsExcludeValue,
-    /// A grid was asked for, and the step is solved on a mesh.
+    /// A grid was requested, but the step is solved on a mesh.
     #[error("bodies of any shape are meshed as they are solved: `elastocap run` writes their mesh")]
     NoGrid,
     /// The program panicked: a defect.
@@ -84,37 +84,37 @@ impl Serialize for StepFailure {
      so that the field around it is not solved"
 )]
 pub struct SurfaceCrossesItself {
-    /// Where, m.
+    /// The coordinate x1 of the crossing, m.
     pub x1: f64,
-    /// Where, m.
+    /// The coordinate x2 of the crossing, m.
     pub x2: f64,
 }
 
-/// Why a scene cannot be solved on tetrahedra.
+/// The reason that a scene cannot be solved on tetrahedra.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TetrahedraError {
-    /// Two balls, or a ball and the hollow around it, have no gap between them.
+    /// Two balls, or a ball and the shell around it, have no gap between them.
     #[error("the conductors `{first}` and `{second}` touch or cross")]
     Touching {
-        /// One of them.
+        /// The name of one conductor.
         first: String,
-        /// The other one.
+        /// The name of the other conductor.
         second: String,
     },
-    /// A conductor is nowhere in the mesh.
+    /// A conductor has no face in the mesh.
     #[error(
         "the conductor `{conductor}` has no surface in the space that is solved: it lies in another conductor or outside \
          the walls"
     )]
     NoSurface {
-        /// Its name.
+        /// The name of the conductor.
         conductor: String,
     },
-    /// There is no mesh.
+    /// The scene cannot be meshed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// There is no mesh in layers.
+    /// The scene cannot be meshed in layers.
     #[error(transparent)]
     Layered(#[from] LayeredError),
     /// A first, small mesh cannot be solved.
@@ -124,16 +124,16 @@ pub enum TetrahedraError {
 
 /// The message of a panic, which is a defect of the program.
 pub fn panic_message(defect: &(dyn Any + Send)) -> &str {
-    let said = defect.downcast_ref::<String>().map(String::as_str);
-    said.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message")
+    let message = defect.downcast_ref::<String>().map(String::as_str);
+    message.or_else(|| defect.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }
 
-/// Why a step ended early.
+/// The reason that a step ended early.
 #[derive(Debug)]
 pub enum Stop {
-    /// Asked to stop.
+    /// The run was stopped on request.
     Cancelled,
-    /// It cannot be solved, for this reason.
+    /// The step cannot be solved, for this reason.
     Failed(Box<StepFailure>),
 }
 

@@ -1,4 +1,4 @@
-//! A step that was solved before, as it can be written down and read again.
+//! A finished step in the form in which it is serialized and read back.
 
 use elastocap_electrostatics::{Bounded, Foresight};
 use serde::{Deserialize, Serialize};
@@ -8,11 +8,11 @@ use crate::route::Route;
 use crate::row::Row;
 use crate::status::{EntryStatus, Missed};
 
-/// The results of a step's field solve. The layer and the bodies are not among them: they follow from the case in no time, or are solved for
-/// all steps together.
+/// The results of a step's field solve. The layer and the bodies are not included: they follow quickly from
+/// the case, or are solved for all steps together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FinishedStep {
-    /// Position in the plan.
+    /// The index of the step in the plan.
     pub index: usize,
     pub(crate) row: Row,
     pub(crate) how: How,
@@ -31,7 +31,7 @@ pub struct FinishedStep {
     pub(crate) seconds: StepSeconds,
 }
 
-/// How a finished step went.
+/// The status of a finished step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum How {
     Ok,

@@ -1,27 +1,31 @@
-//! From a valid case to a C(F) curve: the plan, and the co-simulation of mechanics and electrostatics. Nothing is written here.
+//! From a valid case to a C(F) curve: the plan of a run, and the co-simulation of mechanics and
+//! electrostatics. This crate writes no files.
 //!
-//! The way of the data: [`elastocap_case::load`] -> [`plan::Plan`] -> for each load step [`scene::scene_of`], its
-//! [`route::route`] and a field solve, by [`run::run`] -> [`outcome::Outcome`]. Every arrow gives a plain value; a step that fails
-//! is part of the outcome.
+//! The data flow: [`elastocap_case::load`] -> [`plan::Plan`] -> for each load step [`scene::scene_of`], its
+//! [`route::route`] and a field solve, by [`run::run`] -> [`outcome::Outcome`]. Every arrow gives a plain
+//! value; a step that fails is part of the outcome.
 //!
-//! Modules in their order: each uses only those above it.
+//! The modules in order; each uses only those above it.
 //!
-//! - [`words`], [`load_steps`], [`shared_fields`], [`settings`], [`terminals`]: small values that the others share; [`memory`]: how much a run may take.
+//! - [`words`], [`load_steps`], [`shared_fields`], [`settings`], [`terminals`]: small types and functions
+//!   that the others share; [`memory`]: the memory that a run may use.
 //! - [`deform`]: the layer under its loads.
-//! - [`scene`]: the bodies of a step; [`view`]: what of them a viewer is shown.
-//! - [`route`]: which field solver takes a scene, the only place that decides it.
-//! - [`failure`]: why a step has no result. `status`: how it went. [`reason`]: why it does not have all that was asked for.
-//!   [`route_change`]: why it was not solved as it was meant to be.
-//! - `mapped`: boxes and the map that bends them to layer, electrodes and indenter.
-//! - `layer_outlines`, `outline_curves`: a scene of what the load has bent, with curves or polygons.
-//! - `faceting_error`, `tetrahedra`: a scene for the solver on tetrahedra, meshed and solved.
-//! - [`plan`]: what is solved, what is left out and why, what it will take.
-//! - `row`: the line of curve.csv of a step. `field_report`: what the solve of its field reports besides capacitances.
-//! - [`finished`]: a step as it is written down for a run that goes on from there.
-//! - [`outcome`]: what a run found.
-//! - `model_error`: what the model of the layer adds to the errors of a run.
-//! - [`step`]: one load step. [`change`]: what it changes against the first one, and `sensitivity` per force. [`run`](mod@run): all steps,
-//!   `side_by_side`; [`shortfalls`]: what steps do not have of what was asked for, as it is told.
+//! - [`scene`]: the bodies of a step; [`view`]: the part of them that a viewer shows.
+//! - [`route`]: the choice of the field solver for a scene, which is made nowhere else.
+//! - [`failure`]: the reasons that a step has no result. `status`: the status of a step. [`reason`]: the
+//!   reasons that its result is incomplete. [`route_change`]: the reasons that it was not solved on its
+//!   planned route.
+//! - `mapped`: boxes, and the map that deforms them into layer, electrodes and indenter.
+//! - `layer_outlines`, `outline_curves`: a scene of bent bodies, with curves or polygons.
+//! - `faceting_error`, `tetrahedra`: the meshing and the solve of a scene on tetrahedra.
+//! - [`plan`]: the work of a run, omitted work with the reasons, and the forecast of its cost.
+//! - `row`: the row of curve.csv of a step. `field_report`: the statistics of a field solve.
+//! - [`finished`]: a serialized step, from which an interrupted run continues.
+//! - [`outcome`]: the results of a run.
+//! - `model_error`: the errors of a run that are due to the mechanical model.
+//! - [`step`]: one load step. [`change`]: its change from the first step; `sensitivity`: the change per
+//!   force. [`run`](mod@run): all steps; `side_by_side`: concurrent tasks; [`shortfalls`]: messages about
+//!   incomplete results.
 
 pub mod change;
 mod common_base;

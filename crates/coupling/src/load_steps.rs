@@ -7,16 +7,16 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StepLoad {
-    /// Nothing.
+    /// No load.
     None,
-    /// U/H.
+    /// The compression U/H.
     Compression(f64),
-    /// N.
+    /// The compressive force, N.
     ForceN(f64),
 }
 
 impl StepLoad {
-    /// The loads of a case in its order; a scene that nothing presses has one step without load.
+    /// The loads of a case in order; a case without load has one step.
     pub fn all_of(case: &Case) -> Vec<Self> {
         match &case.load {
             None => vec![Self::None],
@@ -25,7 +25,7 @@ impl StepLoad {
         }
     }
 
-    /// Bits that two loads have in common if and only if they are the same.
+    /// Bits that are equal for equal loads only.
     pub(crate) fn bits(self) -> u64 {
         match self {
             Self::None => 0,

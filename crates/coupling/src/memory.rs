@@ -1,53 +1,58 @@
-//! How much memory a run may take: what the machine has free, and what the limits of the process and of its control groups leave.
+//! The memory that a run may use: the free memory of the machine, within the limits of the process and of its
+//! control groups.
 //!
-//! The limits are those of Linux: `ulimit -v`, and the memory controllers of control groups of version 1 and 2. Where the system
-//! says nothing of one of them, there is none.
+//! The limits are those of Linux: `ulimit -v`, and the memory controllers of control groups, versions 1 and
+//! 2. If the system does not report a limit, there is none.
 
 use std::path::{Path, PathBuf};
 
 use elastocap_linalg::memory::bytes_in_words;
 
-/// The memory taken as free where the system says nothing at all, bytes.
+/// The memory assumed to be free if the system reports nothing, bytes.
 const UNKNOWN: u64 = 4 << 30;
 
 /// Address space that the allocator reserves for each thread beyond what it uses, bytes.
 const ARENA: u64 = 64 << 20;
 
-/// Control groups without a limit give one of about 2^63.
+/// Limits of at least this value count as none: control groups without a limit report about 2^63.
 const NO_LIMIT: u64 = 1 << 60;
 
-/// Room below which a limit counts as reached: a share of it, and at least so many bytes.
+/// Remaining memory below which a limit counts as reached: one part in this many of the limit, and at least
+/// this many bytes.
 const LAST: (u64, u64) = (100, 4 << 20);
 
-/// Memory that a run may use, bytes: four fifths of what is free.
+/// The memory that a run may use, bytes: four fifths of the free memory.
 pub fn max_memory() -> u64 {
     let free = free_memory();
     free - free / 5
 }
 
-/// The least of what the machine and all limits leave, bytes.
+/// The smallest remainder of the machine and all limits, bytes.
 fn free_memory() -> u64 {
     let rooms = [free_on_machine(), address_space().map(AddressSpace::room), group().map(Group::room)];
     rooms.into_iter().flatten().min().unwrap_or(UNKNOWN)
 }
 
-/// Whether the process is limited more closely than by the machine itself.
+/// Whether the process has limits besides the memory of the machine.
 pub fn is_limited() -> bool {
     address_space().is_some() || group().is_some()
 }
 
-/// The most threads that a limit on the address space of the process has room for; `None` where there is none.
+/// The largest number of threads for which a limit on the address space has room; `None` without such a
+/// limit.
 pub fn max_threads() -> Option<usize> {
     Some(threads_within(address_space()?.limit, ARENA + of_matrix_products()))
 }
 
-/// The threads, at least one, that reserve no more than half of a limit, bytes, if each reserves so many.
+/// The number of threads, at least one, that reserve at most half of a limit, bytes; each reserves `each`
+/// bytes.
 fn threads_within(limit: u64, each: u64) -> usize {
     usize::try_from(limit / 2 / each.max(1)).unwrap_or(usize::MAX).max(1)
 }
 
-/// Address space that matrix products (crate private-gemm-x86, which faer uses) reserve for each thread and hardly touch, bytes: twice
-/// the size of the third-level cache, which some virtual machines report as that of the whole machine below them.
+/// Address space that matrix products (crate private-gemm-x86, used by faer) reserve for each thread and
+/// hardly touch, bytes: twice the size of the third-level cache, which some virtual machines report as that
+/// of the whole host.
 fn of_matrix_products() -> u64 {
     let size = read(Path::new("/sys/devices/system/cpu/cpu0/cache/index3/size"));
     2 * size.and_then(|text| cache_size(&text)).unwrap_or(0)
@@ -67,7 +72,7 @@ fn cache_size(text: &str) -> Option<u64> {
     digits.parse::<u64>().ok()?.checked_mul(unit)
 }
 
-/// The limit that the process has come so close to that the next allocation may fail, in words.
+/// A description of the limit that the process is so close to that the next allocation may fail, if any.
 pub fn limit_reached() -> Option<String> {
     let close = |used: u64, limit: u64| used.saturating_add((limit / LAST.0).max(LAST.1)) > limit;
     if let Some(space) = address_space()
@@ -84,7 +89,7 @@ fn free_on_machine() -> Option<u64> {
     kibibytes(&read(Path::new("/proc/meminfo"))?, "MemAvailable:")
 }
 
-/// The limit on the address space of the process, and what it uses of it, bytes.
+/// The limit on the address space of the process, and the used part, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct AddressSpace {
     limit: u64,
@@ -116,7 +121,7 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The limit of a control group, and what is used of it without what the system can take back at once, bytes.
+/// The limit of a control group, and its used memory without the cache that the system can reclaim, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Group {
     limit: u64,
@@ -129,7 +134,7 @@ impl Group {
     }
 }
 
-/// The control group of the process, or one above it, that leaves least.
+/// The control group with the least remaining memory, among that of the process and its ancestors.
 fn group() -> Option<Group> {
     let of_process = read(Path::new("/proc/self/cgroup"))?;
     let found = folders(&of_process).into_iter().filter_map(|(version, folder)| version.group_in(&folder));
@@ -159,8 +164,8 @@ impl Version {
     }
 }
 
-/// The folders in which the limits of a process may be, from the text of its `/proc/self/cgroup`: those of its groups and of all
-/// above them.
+/// The folders that may hold the limits of a process, from the text of its `/proc/self/cgroup`: those of its
+/// groups and of their ancestors.
 fn folders(of_process: &str) -> Vec<(Version, PathBuf)> {
     let mut out = Vec::new();
     for line in of_process.lines() {
@@ -176,13 +181,13 @@ fn folders(of_process: &str) -> Vec<(Version, PathBuf)> {
             continue;
         };
         let path = Path::new(path.trim_start_matches('/'));
-        // In a container the path may be that of the host, and its own files lie at the root.
+        // In a container the path may be that of the host, while the files of the container are at the root.
         out.extend(path.ancestors().map(|above| (version, Path::new(root).join(above))));
     }
     out
 }
 
-/// A file of the system; `None` where there is none: it belongs to another kind of system.
+/// The text of a file of the system; `None` if it does not exist, as on another kind of system.
 fn read(path: &Path) -> Option<String> {
     std::fs::read_to_string(path).ok()
 }
@@ -215,13 +220,16 @@ mod tests {
     #[test]
     fn groups_of_both_versions_and_those_above_them_are_looked_at() {
         let found = folders("9:cpu:/a\n4:hugetlb,memory:/a/b\n0::/c\n");
-        let of = |version: Version| -> Vec<String> {
-            let mine = found.iter().filter(|(v, _)| *v == version);
-            mine.map(|(_, folder)| folder.display().to_string()).collect()
+        let folders_of = |version: Version| -> Vec<String> {
+            let matching = found.iter().filter(|(v, _)| *v == version);
+            matching.map(|(_, folder)| folder.display().to_string()).collect()
         };
         let memory = "/sys/fs/cgroup/memory";
-        assert_eq!(of(Version::One), [format!("{memory}/a/b"), format!("{memory}/a"), format!("{memory}/")]);
-        assert_eq!(of(Version::Two), ["/sys/fs/cgroup/c", "/sys/fs/cgroup/"]);
+        assert_eq!(
+            folders_of(Version::One),
+            [format!("{memory}/a/b"), format!("{memory}/a"), format!("{memory}/")]
+        );
+        assert_eq!(folders_of(Version::Two), ["/sys/fs/cgroup/c", "/sys/fs/cgroup/"]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub use crate::field_report::{FloatingConductor, SolverReport, StepSeconds};
 pub use crate::row::Row;
 pub use crate::status::{EntryStatus, Missed, Status};
 
-/// Everything that a run found.
+/// All results of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The plan of the run.
@@ -38,7 +38,7 @@ pub struct Outcome {
     pub stopped: bool,
     /// Wall-clock seconds of all steps together.
     pub solve_seconds: f64,
-    /// Threads that worked on it.
+    /// Number of threads.
     pub threads: usize,
 }
 
@@ -57,7 +57,7 @@ impl Outcome {
 /// One load step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepResult {
-    /// Position in the plan.
+    /// The index of the step in the plan.
     pub index: usize,
     /// The load.
     pub load: StepLoad,
@@ -65,62 +65,64 @@ pub struct StepResult {
     pub same_as: Option<usize>,
     /// The route that its field took; `None` if it was not solved or has none.
     pub route: Option<Route>,
-    /// Why that is not the route that was meant for it, where it is not.
+    /// The reasons that this is not the planned route, if it is not.
     pub route_changes: Vec<RouteChange>,
-    /// The line of curve.csv.
+    /// The row of curve.csv.
     pub row: Row,
-    /// Why the step failed, missed its tolerance or has no force.
+    /// The reason that the step failed, missed its tolerance or has no force.
     pub reason: Option<Reason>,
-    /// Whether it was stopped on request before it was as good as asked for; its bounds are those that were known by then.
+    /// Whether the step was interrupted on request before it met its tolerance; its bounds are those at that
+    /// time.
     pub interrupted: bool,
     /// Warnings about this step.
     pub warnings: Vec<String>,
     /// The report of the layer's finite elements, if it has any.
     pub layer: Option<FiniteElementStep>,
-    /// The closed form's force beside that of finite elements, where there is one.
+    /// The comparison of the closed form's force with finite elements, if there is one.
     pub force_check: Option<ForceCheck>,
-    /// The bodies as deformed, where they are boxes.
+    /// The deformed bodies, if they are boxes.
     pub scene: Option<DeformedScene>,
     /// The surfaces of bodies of any shape.
     pub surfaces: Vec<SurfaceBody>,
-    /// Maxwell capacitance matrix, F, in the order of the scene's driven conductors. Where a step was solved again for its change at opposite
-    /// potentials alone, it is that of the first solve.
+    /// The Maxwell capacitance matrix, F, in the order of the scene's driven conductors. If the step was
+    /// solved again for its change at opposite potentials only, it is that of the first solve.
     pub maxwell: Option<Vec<Vec<Bounded>>>,
-    /// How well each entry of `maxwell` is known.
+    /// The status of each entry of `maxwell`.
     pub entry_status: Option<Vec<Vec<EntryStatus>>>,
     /// Potentials of the floating conductors.
     pub floating: Vec<FloatingConductor>,
-    /// The capacitance that is measured, F: [`Row::capacitance_f`] with its bounds.
+    /// The measured capacitance, F: [`Row::capacitance_f`] with its bounds.
     pub measured: Option<Bounded>,
-    /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only one against ground, where it is within the
-    /// tolerance.
+    /// The capacitance of the only two terminals with equal and opposite charges, F, or of the only terminal
+    /// against ground, where it meets the tolerance.
     pub two_terminal: Option<Bounded>,
-    /// The number of a base and the measured capacitance with what the error of that base adds to it, F, where the step was solved by what it
-    /// adds to a base. That error is the same for all steps with the same number, so that the differences between these values are those
-    /// between the capacitances.
+    /// The number of the base that the field was added to, and the measured capacitance plus the error of
+    /// this base, F. That error is the same for all steps on the same base, so that it cancels in differences
+    /// of these values.
     pub with_error_of_base: Option<(usize, Bounded)>,
     /// How the field was solved.
     pub solver: Option<SolverReport>,
-    /// Findings that a solve of the same step to another tolerance may begin with.
+    /// The results from which a solve of the same step to another tolerance may start.
     pub foresight: Option<Foresight>,
-    /// The step as it was solved to the tolerance of the capacitance, where the change is asked for to a tolerance too: what a stopped run
-    /// goes on from.
+    /// The result to the tolerance of the capacitance, where the case also asks for the change to a
+    /// tolerance. An interrupted run continues from it.
     pub before_change: Option<Box<FinishedStep>>,
-    /// Whether [`Row::mechanics_error_estimate`] follows from capacitances on coarser meshes of the layer, and not from distances in it.
+    /// Whether [`Row::mechanics_error_estimate`] follows from capacitances on coarser meshes of the layer,
+    /// instead of distances in it.
     pub mechanics_by_capacitance: bool,
-    /// Where the time went.
+    /// The times of the phases of the step.
     pub seconds: StepSeconds,
 }
 
 impl FinishedStep {
-    /// A step that need not be solved again. `None` for one that was stopped or failed, whose bodies are known only on the mesh that it
-    /// was solved on, or with a number that cannot be written down.
+    /// The result of a step that need not be solved again. `None` for a step that was interrupted or failed,
+    /// whose bodies exist only on the mesh of its solve, or with a number that cannot be serialized.
     pub fn of(step: &StepResult) -> Option<Self> {
         if let (Some(before), None) = (&step.before_change, step.same_as) {
             return Some(Self::clone(before));
         }
         let how = match step.row.status {
-            // The error of the model is found anew.
+            // The error of the model is computed again.
             Status::Ok | Status::OkInModel => How::Ok,
             Status::OkToDiagonal => How::OkToDiagonal,
             Status::ToleranceNotReached(missed) if !step.interrupted => How::ToleranceNotReached(missed),
@@ -138,9 +140,9 @@ impl FinishedStep {
         let bounded =
             maxwell.iter().flatten().chain(potentials).chain(&step.measured).chain(&step.two_terminal);
         let numbers = step.row.numbers().into_iter().flatten();
-        let all = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
+        let values = bounded.flat_map(|b| [b.value, b.lower, b.upper]).chain(numbers);
         let charges = step.floating.iter().map(|f| f.charge);
-        if !all.chain(charges).chain([solver.repair_share]).all(f64::is_finite) {
+        if !values.chain(charges).chain([solver.repair_share]).all(f64::is_finite) {
             return None;
         }
         Some(Self {
@@ -162,13 +164,13 @@ impl FinishedStep {
         })
     }
 
-    /// Adds it to a `result` that has the layer and the bodies. `false`, and nothing is added, if what that says of them is not what it
-    /// was: then it is another step.
+    /// Adds the finished step to a `result` that has the layer and the bodies. Returns `false`, and adds
+    /// nothing, if these differ from the finished step, which is then another step.
     pub(crate) fn add_to(self, result: &mut StepResult) -> bool {
-        let same = |(now, before): (Option<f64>, Option<f64>)| {
+        let is_same = |(now, before): (Option<f64>, Option<f64>)| {
             now.is_none_or(|now| before.is_some_and(|before| before.to_bits() == now.to_bits()))
         };
-        if !result.row.numbers().into_iter().zip(self.row.numbers()).all(same) {
+        if !result.row.numbers().into_iter().zip(self.row.numbers()).all(is_same) {
             return false;
         }
         let missed = match self.how {

@@ -1,23 +1,23 @@
-//! Outlines of what finite elements have bent, as chains of straight lines and cubics.
+//! Outlines of bent electrodes and surfaces as chains of straight lines and cubics.
 //!
-//! A side of a biquadratic element becomes a parabola, which is a cubic: an outline can follow it exactly. One cubic follows several sides
-//! where it comes as close as the tolerance asks for, so that outlines have no more pieces than that takes.
+//! A side of a biquadratic element deforms to a parabola, which a cubic represents exactly. One cubic
+//! replaces several sides where it is within the tolerance, so that outlines have no more pieces than needed.
 
 use crate::deform::off_segment;
 use elastocap_geometry::cubic::Cubic;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Arc, Curve};
 
-/// Rounds in which the parameters of points on a fitted cubic are improved.
+/// Number of rounds that improve the parameters of points on a fitted cubic.
 const ROUNDS: usize = 4;
 
-/// A fitted cubic turns by no more, radians.
-const MOST_TURN: f64 = 1.5;
+/// Largest turning angle of a fitted cubic, radians.
+const MAX_TURN: f64 = 1.5;
 
-/// Cubics are shown, and meshed by tetrahedra, as polygons of at most so many sides.
-const MOST_SIDES: f64 = 64.0;
+/// Largest number of sides of the polygon that represents a cubic for viewers and on tetrahedra.
+const MAX_SIDES: f64 = 64.0;
 
-/// Points that are nearer to a wall than this share of its distance from the axis lie on it.
+/// Distance from a wall below which points lie on it, over the distance of the wall from the axis.
 const ON_WALL: f64 = 1e-9;
 
 /// A part of an outline.
@@ -25,22 +25,22 @@ const ON_WALL: f64 = 1e-9;
 pub(crate) struct Piece {
     cubic: Cubic,
     is_straight: bool,
-    /// How far the curve may be from it, m.
+    /// The largest distance from the curve that it replaces, m.
     off: f64,
 }
 
 /// A closed outline with curves.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curved {
-    /// Corners, those of polygons in place of its curves among them.
+    /// The corners, including those of the polygons that represent its curves.
     pub(crate) outline: Vec<[f64; 2]>,
-    /// The sides that stand for curves.
+    /// The curves, with the sides that represent them.
     pub(crate) arcs: Vec<Arc>,
-    /// How far what it follows may be from it, m.
+    /// The largest distance of the outline from the curve that it represents, m.
     pub(crate) off: f64,
 }
 
-/// Pieces that follow a curve `within` a distance, m, exactly where a side of an element takes a whole one.
+/// Pieces that follow a curve `within` a distance, m; single sides of elements are followed exactly.
 ///
 /// The curve has `per_side` points for each side of an element, and one more at its end.
 pub(crate) fn followed(curve: &[[f64; 2]], per_side: usize, within: f64) -> Vec<Piece> {
@@ -79,7 +79,7 @@ fn straight(a: [f64; 2], b: [f64; 2]) -> Piece {
     Piece { cubic: Cubic { control: [a, at(1.0 / 3.0), at(2.0 / 3.0), b] }, is_straight: true, off: 0.0 }
 }
 
-/// The side of one element.
+/// The cubic of the side of one element, a parabola.
 fn parabola(curve: &[[f64; 2]]) -> Cubic {
     let last = curve.len() - 1;
     let (a, m, b) = (curve[0], curve[last / 2], curve[last]);
@@ -88,7 +88,8 @@ fn parabola(curve: &[[f64; 2]]) -> Cubic {
     Cubic { control: [a, towards(a), towards(b), b] }
 }
 
-/// The cubic between the ends of a curve that is nearest to its points, if all are `within` a distance, and the largest distance.
+/// The least-squares cubic between the ends of a curve, with its largest distance from the points; `None`
+/// unless that is `within` a distance.
 fn fitted(curve: &[[f64; 2]], within: f64) -> Option<(Cubic, f64)> {
     let last = curve.len() - 1;
     let mut at = vec![0.0];
@@ -104,13 +105,13 @@ fn fitted(curve: &[[f64; 2]], within: f64) -> Option<(Cubic, f64)> {
         }
         let far = at.iter().zip(curve).map(|(t, p)| distance(cubic.at(*t), *p)).fold(0.0, f64::max);
         if far <= within {
-            return (cubic.turn() < MOST_TURN).then_some((cubic, far));
+            return (cubic.turn() < MAX_TURN).then_some((cubic, far));
         }
     }
     None
 }
 
-/// Least squares for the two inner control points.
+/// The cubic whose inner control points minimise the sum of squared distances at the parameters `at`.
 fn nearest(curve: &[[f64; 2]], at: &[f64]) -> Option<Cubic> {
     let (first, last) = (curve[0], curve[curve.len() - 1]);
     let (mut aa, mut ab, mut bb, mut ra, mut rb) = (0.0, 0.0, 0.0, [0.0; 2], [0.0; 2]);
@@ -132,7 +133,7 @@ fn nearest(curve: &[[f64; 2]], at: &[f64]) -> Option<Cubic> {
     one.iter().chain(&other).all(|x| x.is_finite()).then_some(Cubic { control: [first, one, other, last] })
 }
 
-/// The parameter near `t` at which a cubic is nearest to a point, by a step of Newton's method.
+/// The parameter near `t` of the point of a cubic nearest to `p`, by one step of Newton's method.
 fn projected(cubic: &Cubic, p: [f64; 2], t: f64) -> f64 {
     let [a, b, c, d] = cubic.control;
     let s = 1.0 - t;
@@ -146,7 +147,7 @@ fn projected(cubic: &Cubic, p: [f64; 2], t: f64) -> f64 {
     if step.is_finite() { (t - step).clamp(0.0, 1.0) } else { t }
 }
 
-/// The mirror image of a curve on the other side of the axis x = 0, run through in the opposite direction.
+/// The mirror image of a chain across the axis x = 0, in the opposite direction.
 pub(crate) fn mirrored(pieces: &[Piece]) -> Vec<Piece> {
     let image = |piece: &Piece| {
         let control = piece.cubic.reversed().control.map(|[x, y]| [-x, y]);
@@ -155,7 +156,7 @@ pub(crate) fn mirrored(pieces: &[Piece]) -> Vec<Piece> {
     pieces.iter().rev().map(image).collect()
 }
 
-/// The pieces on the right of the axis together with their mirror image. They begin on the axis, and may end there.
+/// The pieces on the right of the axis, with their mirror image. They begin on the axis, and may end there.
 pub(crate) fn both_halves(mut right: Vec<Piece>) -> Vec<Piece> {
     let size = right.iter().map(|piece| piece.cubic.control[3][0]).fold(0.0, f64::max);
     for piece in &mut right {
@@ -167,7 +168,7 @@ pub(crate) fn both_halves(mut right: Vec<Piece>) -> Vec<Piece> {
     [mirrored(&right), right].concat()
 }
 
-/// A closed chain of pieces as an outline, whose polygon stays `within` a distance of the curves, m.
+/// A closed chain of pieces as an outline whose polygon is `within` a distance of the curves, m.
 pub(crate) fn closed(pieces: &[Piece], within: f64) -> Curved {
     let (mut outline, mut arcs) = (Vec::new(), Vec::new());
     for Piece { cubic, is_straight, .. } in pieces {
@@ -181,7 +182,7 @@ pub(crate) fn closed(pieces: &[Piece], within: f64) -> Curved {
             (p[0] - 2.0 * q[0] + r[0]).hypot(p[1] - 2.0 * q[1] + r[1])
         };
         // A chord is off by an eighth of the second derivative times the square of its share of the parameter.
-        let sides = (0.75 * bend(a, b, c).max(bend(b, c, d)) / within).sqrt().ceil().clamp(2.0, MOST_SIDES);
+        let sides = (0.75 * bend(a, b, c).max(bend(b, c, d)) / within).sqrt().ceil().clamp(2.0, MAX_SIDES);
         outline.extend((1..sides as usize).map(|k| cubic.at(k as f64 / sides)));
         arcs.push(Arc { curve: Curve::Cubic(*cubic), sides: begin..outline.len() });
     }
@@ -189,8 +190,9 @@ pub(crate) fn closed(pieces: &[Piece], within: f64) -> Curved {
     Curved { outline, arcs, off }
 }
 
-/// The region below a chain that runs to the right and above the bottom of the layer, x2 = 0, between the walls of the domain; beyond its
-/// ends the chain goes on at their height. `None` where the chain crosses a wall more than once, or the bottom or the top.
+/// The region below a chain that runs to the right and above the bottom of the layer, x2 = 0, between the
+/// walls of the domain. Beyond its ends the chain continues at their height. `None` where the chain crosses a
+/// wall more than once, or the bottom or the top.
 pub(crate) fn under(surface: Vec<Piece>, domain: &Box3, within: f64) -> Option<Curved> {
     let [left, right] = [domain.min[0], domain.max[0]];
     let surface = up_to(surface, right)?;
@@ -206,8 +208,8 @@ pub(crate) fn under(surface: Vec<Piece>, domain: &Box3, within: f64) -> Option<C
     Some(closed(&below.chain(back).collect::<Vec<_>>(), within))
 }
 
-/// The part of a chain that runs to the right up to a wall, to which it goes on level if it ends before. `None` where it crosses the wall
-/// more than once.
+/// The part of a chain that runs to the right up to a wall; a chain that ends before the wall is continued at
+/// its height. `None` where it crosses the wall more than once.
 fn up_to(chain: Vec<Piece>, wall: f64) -> Option<Vec<Piece>> {
     let near = ON_WALL * wall.abs();
     let crossings = |piece: &Piece| piece.cubic.crossings([[wall, 0.0], [wall, wall.abs()]]);
@@ -247,7 +249,7 @@ fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Points of a bent line of `sides` parabolas of 8 parts each.
+    /// Points of a bent line of `sides` parabolas with 8 parts each.
     fn bent(sides: usize) -> Vec<[f64; 2]> {
         let node = |k: usize| {
             let x = k as f64 / (2 * sides) as f64;
@@ -286,15 +288,15 @@ mod tests {
         assert_eq!(exact.len(), 16);
         assert!(exact.iter().all(|piece| piece.off == 0.0 && !piece.is_straight));
         let at = |piece: &Piece, t: f64| piece.cubic.at(t);
-        for (piece, own) in exact.iter().zip(curve.windows(9).step_by(8)) {
-            let off = (0..9).map(|k| distance(at(piece, k as f64 / 8.0), own[k])).fold(0.0, f64::max);
+        for (piece, points) in exact.iter().zip(curve.windows(9).step_by(8)) {
+            let off = (0..9).map(|k| distance(at(piece, k as f64 / 8.0), points[k])).fold(0.0, f64::max);
             assert!(off < 1e-15, "{off:e}");
         }
         for within in [1e-3, 1e-4, 1e-5] {
             let few = followed(&curve, 8, within);
             let off = farthest(&curve, &few);
             let stated = few.iter().map(|piece| piece.off).fold(0.0, f64::max);
-            // Between the points that are looked at there is a thousandth of a piece.
+            // The sampled points are a thousandth of a piece apart.
             assert!(few.len() < 16 && off < within + 1e-7 && stated <= within, "{within:e}: {off:e}");
             assert!(few.windows(2).all(|two| two[0].cubic.control[3] == two[1].cubic.control[0]));
         }
@@ -308,7 +310,7 @@ mod tests {
         let (curve, within) = (bent(16), 1e-5);
         let chain = || both_halves(followed(&curve, 8, 1e-9));
         let fine = |x: f64| 1.0 + 0.1 * (3.0 * x).sin();
-        // The sum over fine strips, as far as the curve goes.
+        // A sum over fine strips, up to the end of the curve.
         let below = |x: f64| (0..10_000).map(|k| fine(x.min(1.0) * (f64::from(k) + 0.5) / 1e4)).sum::<f64>();
         let exact = |x: f64| 1e-4 * x.min(1.0) * below(x) + fine(1.0) * (x - 1.0).max(0.0);
         for [left, right] in [[-0.7, 0.7], [-0.3, 0.9], [-1.5, 2.0]] {
@@ -323,10 +325,10 @@ mod tests {
                 ends(arc).map(|k| found.outline[k]) == [cubic.control[0], cubic.control[3]]
             }));
         }
-        // Up to below its top.
+        // A domain that ends below the top of the curve.
         let low = Box3 { max: [0.7, 1.05, 1.0], ..domain([-0.7, 0.7]) };
         assert_eq!(under(chain(), &low, within), None);
-        // One that hangs over.
+        // An overhanging chain.
         let hanging = vec![straight([-1.0, 1.0], [0.8, 1.0]), straight([0.8, 1.0], [0.6, 1.2])];
         assert_eq!(under(hanging, &domain([-0.5, 0.7]), within), None);
     }

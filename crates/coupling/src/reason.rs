@@ -1,4 +1,4 @@
-//! Why a step does not have all that was asked for.
+//! The reasons that a step failed, missed a tolerance or has no force.
 
 use std::fmt;
 
@@ -10,11 +10,12 @@ use crate::failure::StepFailure;
 use crate::status::Missed;
 use crate::words::FORCE_FORMULA;
 
-/// Why a step failed, missed its tolerance or has no force: one cause or several, in the order in which they are reported.
+/// The reason that a step failed, missed its tolerance or has no force: one or several causes, in reporting
+/// order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reason(Vec<Cause>);
 
-/// One thing that keeps a step from having all that was asked for. The text is a sentence for the user.
+/// A cause of an incomplete result of a step. The text is a sentence for the user.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Cause {
@@ -24,10 +25,10 @@ pub enum Cause {
     /// The field solver did not reach its tolerance.
     #[error(transparent)]
     Field(Shortfall),
-    /// The bounds are too far apart, and the solver says no more.
+    /// The bounds are too far apart, for a reason that the solver does not give.
     #[error("the bounds are farther apart than asked for")]
     TooFarApart,
-    /// All flux of what is measured is blocked.
+    /// All flux of the measured conductors is blocked.
     #[error("no flux leaves what is measured: it has no capacitance")]
     NoFlux,
     /// The layer may buckle.
@@ -45,7 +46,8 @@ pub enum Cause {
     /// The error of the layer cannot be estimated.
     #[error("less than three meshes of the layer got to this load, so that its error is not known")]
     FewLayerMeshes,
-    /// The finite elements of the layer leave too large an error in what the capacitance depends on.
+    /// The finite elements of the layer leave too large an error in a quantity on which the capacitance
+    /// depends.
     #[error(
         "the differences between the meshes of the layer leave a relative error of about {error:.1e} (an estimate) of {what}, where \
          {asked:.0e} was asked for"
@@ -53,7 +55,7 @@ pub enum Cause {
     LayerDifferences {
         /// Relative error, an estimate.
         error: f64,
-        /// The quantity that has it.
+        /// The quantity that has this error.
         what: &'static str,
         /// The tolerance.
         asked: f64,
@@ -69,7 +71,7 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
-    /// A map takes the surface of the layer as level, far from the electrodes.
+    /// A map takes the surface of the layer as level far from the electrodes.
     #[error(
         "the field follows the surface of the layer beside the electrodes and takes it as level farther out, in open space, which leaves a \
          relative error of about {error:.0e} (an estimate), where {asked:.0e} was asked for; end the scene by walls, with `boundary` and \
@@ -104,13 +106,13 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
-    /// The shapes that stand in for curved or bent bodies are too far from them.
+    /// The shapes that represent curved or bent bodies are too far from them.
     #[error(
         "{instead} leave a relative error of about {error:.0e} (an estimate), with the bounds {together:.1e}, where {asked:.0e} was asked \
          for"
     )]
     Faces {
-        /// The shapes that stand in for the bodies.
+        /// The shapes that represent the bodies.
         instead: &'static str,
         /// Relative error of the capacitance, an estimate.
         error: f64,
@@ -127,20 +129,20 @@ pub enum Cause {
         .0.compression
     )]
     NoForce(ForceLimit),
-    /// There is nothing to compare the capacitance of the step with.
+    /// The first step has no capacitance, so that the change is unknown.
     #[error("the first step has no capacitance to change against")]
     NoFirstCapacitance,
-    /// The change against the first step is not known to the tolerance.
+    /// The change from the first step is not known to the tolerance.
     #[error(transparent)]
     Change(WideChange),
-    /// An error that the bounds do not hold is too large for the change against the first step.
+    /// An error outside the bounds is too large for the change from the first step.
     #[error(
         "{what} an error of about {error:.0e} F (an estimate) in a change of {change:.2e} F, where {asked:.0e} of it was asked for"
     )]
     ErrorOfChange {
-        /// Whose error it is.
+        /// The source of the error.
         missed: Missed,
-        /// Its cause, as the beginning of the sentence.
+        /// The cause of the error, as the beginning of the sentence.
         what: &'static str,
         /// The error, F, an estimate.
         error: f64,
@@ -149,12 +151,12 @@ pub enum Cause {
         /// The tolerance.
         asked: f64,
     },
-    /// A reason from an earlier run, in the words of its files.
+    /// A reason from an earlier run, in the words of its result files.
     #[error("{text}")]
     Earlier {
-        /// Which error was too large; `None` for a step without force.
+        /// The error that was too large; `None` for a step without force.
         missed: Option<Missed>,
-        /// The words.
+        /// The text of the earlier run.
         text: String,
     },
 }
@@ -166,11 +168,11 @@ pub struct WideChange {
     pub change: Bounded,
     /// The tolerance.
     pub asked: f64,
-    /// Why it is not known better, if that is known.
+    /// The reason that it is not known better, if known.
     pub why: Option<Unsharpened>,
 }
 
-/// Why the field of a step was not solved more sharply for its change.
+/// The reason that the field of a step was not solved to a smaller tolerance for its change.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unsharpened {
     /// The run was stopped.
@@ -179,13 +181,13 @@ pub enum Unsharpened {
     /// The step, or the first one, did not reach the tolerance when it was solved again.
     #[error(transparent)]
     Solve(Reason),
-    /// It was not solved again, for no reason that is known.
+    /// The step was not solved again, for an unknown reason.
     #[error("its field could not be solved again")]
     NotSolved,
 }
 
 impl Cause {
-    /// Which error is larger than asked for; `None` where the step failed or merely has no force.
+    /// The error that exceeds its tolerance; `None` where the step failed or only has no force.
     pub fn missed(&self) -> Option<Missed> {
         match self {
             Self::Failure(_) | Self::NoForce(_) => None,
@@ -217,7 +219,7 @@ impl Reason {
         &self.0
     }
 
-    /// Adds a cause behind the others.
+    /// Appends a cause.
     pub(crate) fn push(&mut self, cause: Cause) {
         self.0.push(cause);
     }

@@ -1,26 +1,27 @@
-//! The line of curve.csv of a step.
+//! The row of curve.csv of a step.
 
 use elastocap_electrostatics::Bounded;
 use serde::{Deserialize, Serialize};
 
 use crate::status::Status;
 
-/// The columns of curve.csv, in their order. All in SI units; what a case does not have is empty.
+/// The columns of curve.csv, in order. All values are in SI units; values that a case does not have are
+/// empty.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// The compression U/H.
     pub compression: Option<f64>,
     /// The distance of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
     pub distance_m: Option<f64>,
-    /// The compressive force, N; `None` in the closed form beyond the compression at which equation (50) of the paper has its largest
-    /// force.
+    /// The compressive force, N. `None` in the closed form beyond the maximum of eq. (50) of the paper, where
+    /// the formula no longer applies.
     pub force_n: Option<f64>,
-    /// Relative error of the force at its compression, by the finite elements of the layer and by the model of the layer; an estimate. `None` where
-    /// one of the two is not known.
+    /// An estimate of the relative error of the force at its compression, from the finite elements and the
+    /// model of the layer. `None` where one of the two is not known.
     #[serde(default)]
     pub force_error_estimate: Option<f64>,
-    /// The horizontal force along x1, N, that the shift of the attached bodies takes, by simple shear of a closed-form layer that is bonded to
-    /// what is shifted. `None` under a tilt, and for layers by finite elements.
+    /// The horizontal force along x1, N, that shifts the attached bodies, by simple shear of a closed-form
+    /// layer that is bonded to them. `None` under a tilt, and for layers by finite elements.
     pub force_x1_n: Option<f64>,
     /// The horizontal force along x3, N; see [`Row::force_x1_n`].
     pub force_x3_n: Option<f64>,
@@ -32,10 +33,11 @@ pub struct Row {
     pub electrode_height_m: Option<f64>,
     /// The thickness of the electrodes, m; the mean of the two of a stacked pair.
     pub electrode_thickness_m: Option<f64>,
-    /// The two-terminal capacitance where that is measured, F: of a pair (others at potential zero), or of the only terminal against ground.
+    /// The two-terminal capacitance where it is measured, F: of a pair, with all others at potential zero, or
+    /// of the only terminal against ground.
     pub two_terminal_capacitance_f: Option<f64>,
-    /// The capacitance that is measured, F: two-terminal, mutual, or against ground; of a whole matrix under load the mutual capacitance of its
-    /// first two terminals.
+    /// The measured capacitance, F: two-terminal, mutual, or against ground. For a whole matrix under load,
+    /// the mutual capacitance of its first two terminals.
     pub capacitance_f: Option<f64>,
     /// The lower bound of [`Row::capacitance_f`], F.
     pub capacitance_lower_f: Option<f64>,
@@ -44,14 +46,16 @@ pub struct Row {
     /// The relative error of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors, the relative
     /// error of the force, where finite elements give one.
     pub relative_error_estimate: Option<f64>,
-    /// Relative error of the capacitance for the finite elements of the layer, which place the electrodes; an estimate, in
-    /// addition to the one above.
+    /// An estimate of the relative error of the capacitance from the finite elements of the layer, which
+    /// place the electrodes; in addition to `relative_error_estimate`.
     pub mechanics_error_estimate: Option<f64>,
-    /// Relative error of the capacitances for flat faces in place of curved ones, or for cubics in place of the sides of several finite
-    /// elements; an estimate, in addition to those above. Zero where all bodies are flat-faced or have their own curves.
+    /// An estimate of the relative error of the capacitance from flat faces in place of curved ones, or from
+    /// cubics in place of the sides of several finite elements; in addition to the errors above. Zero where
+    /// all bodies are represented exactly.
     pub geometry_error_estimate: Option<f64>,
-    /// Relative error of the capacitance for the model of the layer: how far the closed form, or plane strain, is from the next better
-    /// model; an estimate, in addition to those above. Zero where there is no better model here, and without a load.
+    /// An estimate of the relative error of the capacitance from the model of the layer: the difference of
+    /// the closed form, or of plane strain, from the next better model; in addition to the errors above. Zero
+    /// without a better model, and without load.
     pub model_error_estimate: Option<f64>,
     /// The sum of the relative errors of the capacitance above.
     pub total_error_estimate: Option<f64>,
@@ -67,17 +71,18 @@ pub struct Row {
     pub change_upper_f: Option<f64>,
     /// The change over the capacitance of the first load step.
     pub change_relative: Option<f64>,
-    /// How far the change may be from the true one, F: to the farther of its bounds, and by the estimated errors of both capacitances.
+    /// The largest distance of the change from the true one, F, from its bounds and the estimated errors of
+    /// both capacitances.
     pub change_total_error_f: Option<f64>,
-    /// The sensitivity dC/dF by differences between the steps, F/N; `None` where forces are not known, and where it has no error that would
-    /// say that its sign is not known.
+    /// The sensitivity dC/dF by differences between the steps, F/N. `None` where forces are not known, and
+    /// where it has no error although its sign is uncertain.
     pub sensitivity_f_per_n: Option<f64>,
-    /// The error of the sensitivity, F/N: what the bounds and all estimated errors of the capacitances leave open, and an estimate of the rest;
-    /// `None` with two steps.
+    /// An estimate of the error of the sensitivity, F/N, from the bounds and all estimated errors of the
+    /// capacitances, and from the differences; `None` with two steps.
     pub sensitivity_error_f_per_n: Option<f64>,
     /// The number of unknowns of the largest problem solved, primal plus dual.
     pub unknowns: Option<usize>,
-    /// How the step went. It is written down for people, and not read again.
+    /// The status of the step. It is written for readers, and not read back.
     #[serde(skip_deserializing)]
     pub status: Status,
 }
@@ -117,7 +122,7 @@ impl Row {
         "status",
     ];
 
-    /// The numbers of the columns before `unknowns`, in their order.
+    /// The values of the columns before `unknowns`, in order.
     pub fn numbers(&self) -> [Option<f64>; 28] {
         [
             self.compression,
@@ -151,11 +156,11 @@ impl Row {
         ]
     }
 
-    /// The estimated relative errors of the capacitance that its bounds do not hold: of the layer's finite elements, of flat faces, and of the
-    /// model of the layer.
+    /// The sum of the estimated relative errors of the capacitance that its bounds do not include: from the
+    /// finite elements of the layer, from flat faces, and from the model of the layer.
     pub fn estimated_errors(&self) -> f64 {
-        let all = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
-        all.into_iter().flatten().sum()
+        let errors = [self.mechanics_error_estimate, self.geometry_error_estimate, self.model_error_estimate];
+        errors.into_iter().flatten().sum()
     }
 
     /// The relative error of the capacitance within the model of the layer: by its bounds, the layer's finite elements and flat faces.
@@ -164,21 +169,23 @@ impl Row {
         Some(self.relative_error_estimate? + estimated.into_iter().flatten().sum::<f64>())
     }
 
-    /// The relative error of the capacitance by all that is known. The error of the model counts once it is known.
+    /// The relative error of the capacitance from all known sources. The error of the model is included once
+    /// it is known.
     pub fn total_error(&self) -> Option<f64> {
         Some(self.error_in_model()? + self.model_error_estimate.unwrap_or(0.0))
     }
 
-    /// The limits of the change against the first step, F: its bounds, moved apart by the estimated errors of both capacitances.
+    /// The limits of the change from the first step, F: its bounds, widened by the estimated errors of both
+    /// capacitances.
     pub fn change_limits(&self, first: &Self) -> Option<[f64; 2]> {
         let [lower, upper, change] = [self.change_lower_f?, self.change_upper_f?, self.change_f?];
         let error = |row: &Self| Some(row.estimated_errors() * row.capacitance_f?.abs());
-        // What is the same scene is wrong by the same.
+        // Equal scenes have equal errors.
         let besides = if change == 0.0 && lower == upper { 0.0 } else { error(self)? + error(first)? };
         Some([lower - besides, upper + besides])
     }
 
-    /// The limits of the capacitance, F: its bounds, moved apart by its estimated errors.
+    /// The limits of the capacitance, F: its bounds, widened by its estimated errors.
     pub fn capacitance_limits(&self) -> Option<[f64; 2]> {
         let besides = self.estimated_errors() * self.capacitance_f?.abs();
         Some([self.capacitance_lower_f? - besides, self.capacitance_upper_f? + besides])
@@ -189,9 +196,9 @@ impl Row {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// Notes the capacitance that is measured, and the two-terminal one if it is known too.
+    /// Sets the measured capacitance, and the two-terminal one if it is known.
     pub(crate) fn set_capacitance(&mut self, capacitance: &Bounded, two_terminal: Option<Bounded>) {
-        self.two_terminal_capacitance_f = two_terminal.map(|own| own.value);
+        self.two_terminal_capacitance_f = two_terminal.map(|bounded| bounded.value);
         self.capacitance_f = Some(capacitance.value);
         self.capacitance_lower_f = Some(capacitance.lower);
         self.capacitance_upper_f = Some(capacitance.upper);

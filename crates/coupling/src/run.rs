@@ -1,4 +1,5 @@
-//! Carries out a plan: its steps side by side, each on its own, the result the same at any number of threads.
+//! Runs a plan: solves its steps concurrently and independently, with the same result at any number of
+//! threads.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,23 +27,23 @@ use crate::shared_fields::SharedFields;
 use crate::side_by_side::side_by_side;
 use crate::step::{Solver, StepField};
 
-/// Watches a run while it works, and takes what is too large to be kept until its end.
+/// Observes a run, and takes results that are too large to keep until its end.
 ///
-/// Its methods are called from several threads at once. All of them do nothing unless overridden.
+/// The methods are called from several threads at once. The default implementations do nothing.
 pub trait Observer: Sync {
-    /// Work has begun that all steps need; `what` says which, in words.
+    /// Work that all steps need has begun; `what` describes it.
     fn preparing(&self, what: &str) {
         let _ = what;
     }
 
-    /// The finite elements of the layer are solved, at every load.
+    /// The finite elements of the layer are solved at every load. [`ControlFlow::Break`] stops the run.
     fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
         let _ = solution;
         ControlFlow::Continue(())
     }
 
-    /// The result of a step from an earlier run that was stopped, if it is known. The step is then not solved again, and
-    /// [`Observer::step_done`] follows at once.
+    /// Returns the result of a step from an earlier, interrupted run, if there is one. The step is then not
+    /// solved again, and [`Observer::step_done`] follows at once.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
         let _ = index;
         None
@@ -53,7 +54,8 @@ pub trait Observer: Sync {
         let _ = index;
     }
 
-    /// The field of a step, if the options ask for fields. [`ControlFlow::Break`] stops the run: no other step is begun.
+    /// The field of a step is solved; called only if the options request fields. [`ControlFlow::Break`] stops
+    /// the run: no other step is begun.
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
         let _ = (step, field);
         ControlFlow::Continue(())
@@ -65,13 +67,13 @@ pub trait Observer: Sync {
     }
 }
 
-/// Watches nothing and keeps no fields.
+/// An observer that does nothing.
 impl Observer for () {}
 
 /// Solves the steps of a plan. A step that cannot be solved is no error: its status says why.
 ///
-/// `cancel` stops the run at the next opportunity. The steps that are done by then are kept, and so is what is known of the others:
-/// forces, and bounds that are not yet as close as asked for.
+/// `cancel` stops the run at the next opportunity. Results of finished steps are kept, and so are partial
+/// results of the others: forces, and bounds that do not meet the tolerance yet.
 pub fn run(
     case: &Case,
     plan: &Plan,
@@ -84,8 +86,8 @@ pub fn run(
     run.outcome()
 }
 
-/// Solves the steps of a plan, as [`run`] does, for one of many cases, which solve equal fields once. The outcome is that of [`run`], but for
-/// its seconds.
+/// Solves the steps of a plan like [`run`], for one of many cases that share the solutions of equal fields.
+/// The outcome is that of [`run`] except for its seconds.
 pub fn run_sharing(
     case: &Case,
     plan: &Plan,
@@ -99,12 +101,13 @@ pub fn run_sharing(
     run.outcome()
 }
 
-/// Unknowns of a mesh of the layer from which on the next mesh is worth a draft. Below, a mesh takes about a second for each load, and so
-/// do the fields of the drafts: they made runs of four seconds a sixth slower (cases/comb-in-layer.toml).
+/// Least number of unknowns of a mesh of the layer for drafts. On smaller meshes a load takes about a second,
+/// as do the fields of the drafts, which made runs of four seconds a sixth slower (cases/comb-in-layer.toml).
 const UNKNOWNS_OF_DRAFT: usize = 5000;
 
-/// A run under way. What it has found so far can be taken from it while another thread still solves: a caller that cannot wait for a
-/// stopped run, because some part of a solve is long and cannot be interrupted, leaves that thread behind.
+/// A run in progress. Its results so far can be taken while another thread still solves: a caller that cannot
+/// wait for a stopped run, because some part of a solve is long and cannot be interrupted, leaves that thread
+/// behind.
 pub struct Run<'a> {
     case: &'a Case,
     plan: &'a Plan,
@@ -112,17 +115,17 @@ pub struct Run<'a> {
     cancel: &'a Arc<AtomicBool>,
     start: Instant,
     layer: OnceLock<Prepared>,
-    /// The plane-strain curve that the closed form is compared with, if it is compared.
+    /// The plane-strain curve with which the closed form is compared, if it is compared.
     better: OnceLock<Result<PlaneStrainCurve, NotCompared>>,
     /// The results of the distinct steps of the plan, in their order.
     solved: Mutex<Vec<Option<StepResult>>>,
-    /// Drafts of the distinct steps, where steps take long.
+    /// Drafts of the distinct steps, where the layer takes long.
     drafts: Mutex<Vec<Option<StepResult>>>,
     is_over: AtomicBool,
 }
 
 impl<'a> Run<'a> {
-    /// A run that has solved nothing yet; for `cancel` see [`run`].
+    /// A run before its start; for `cancel` see [`run`].
     pub fn new(case: &'a Case, plan: &'a Plan, options: &'a Options, cancel: &'a Arc<AtomicBool>) -> Self {
         let [solved, drafts] = [(); 2].map(|()| Mutex::new(vec![None; plan.distinct_steps().count()]));
         let (layer, better, is_over) = (OnceLock::new(), OnceLock::new(), AtomicBool::new(false));
@@ -137,7 +140,7 @@ impl<'a> Run<'a> {
         self.drafts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The solver of the steps, once the layer is there.
+    /// The solver of the steps for a solved layer.
     fn solver<'b>(&'b self, layer: &'b Prepared, shared: Option<&Arc<SharedFields>>) -> Solver<'b> {
         let settings = FieldSettings {
             cancel: Some(Arc::clone(self.cancel)),
@@ -155,7 +158,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Solves all steps; with `shared`, fields that other cases have solved are taken from there.
+    /// Solves all steps. With `shared`, solutions of equal fields are taken from other cases.
     pub fn solve(&self, observer: &dyn Observer, shared: Option<&Arc<SharedFields>>) {
         let Self { case, plan, options, cancel, .. } = *self;
         let work: Vec<&PlannedStep> = plan.distinct_steps().collect();
@@ -211,13 +214,14 @@ impl<'a> Run<'a> {
         }
         solve_all(layer, &loaded);
         let solver = self.solver(layer, shared);
-        if let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) {
+        if let Some(tolerance) = case.electrostatics.and_then(|settings| settings.change_tolerance) {
             let what = "steps are solved again for their change";
             observer.preparing(what);
-            let report = |done: usize, of: usize| observer.preparing(&format!("{what}: {done} of {of}"));
+            let report =
+                |done: usize, count: usize| observer.preparing(&format!("{what}: {done} of {count}"));
             let (solver, work) = (&solver, work.as_slice());
             let (at_once, memory_limit) = (plan.at_once, plan.memory_limit);
-            // The steps as they are stay where they can be asked for.
+            // A copy, so that `outcome` finds the earlier results until the end.
             let mut again = self.solved().clone();
             ChangeSearch { solver, work, at_once, memory_limit, cancel, tolerance, report: &report }
                 .run(&mut again);
@@ -226,8 +230,8 @@ impl<'a> Run<'a> {
         if self.compares_models() {
             observer.preparing("the layer in plane strain, for the error of the closed form");
             let steps: Vec<StepResult> = self.solved().iter().flatten().cloned().collect();
-            let found = PlaneStrainCurve::of(case, &steps, cancel, &|own, plan, options| {
-                run(own, plan, options, cancel, &())
+            let found = PlaneStrainCurve::of(case, &steps, cancel, &|plane_case, plan, options| {
+                run(plane_case, plan, options, cancel, &())
             });
             if !cancel.load(Ordering::Relaxed) {
                 let _ = self.better.set(found);
@@ -236,8 +240,9 @@ impl<'a> Run<'a> {
         self.is_over.store(true, Ordering::Release);
     }
 
-    /// Solves the fields of steps coarsely with the layer on the meshes so far, so that a run that is stopped has a capacitance for each step
-    /// whose load a mesh has reached. The next mesh of a small one is there as soon as its drafts would be.
+    /// Solves the fields of steps coarsely on the meshes of the layer so far, so that an interrupted run has
+    /// a capacitance for each step whose load a mesh has reached. Small meshes have no drafts: their next
+    /// mesh takes no longer.
     fn draft(&self, layer: &Prepared, work: &[&PlannedStep], slots: &[usize]) {
         let is_quick = match layer {
             Prepared::FiniteElement(run) => {
@@ -272,8 +277,8 @@ impl<'a> Run<'a> {
         self.options.model_error && matches!(self.case.mechanics, Some(Mechanics::ClosedForm { .. }))
     }
 
-    /// The steps, by their places in `work`, that are solved before the layer is pressed: those without a load, where pressing takes finite
-    /// elements in space, and so perhaps minutes.
+    /// The indices in `work` of the steps that are solved before the layer is pressed: those without load, if
+    /// the layer is solved by finite elements in three dimensions, which may take minutes.
     fn slots_at_rest(&self, work: &[&PlannedStep]) -> Vec<usize> {
         let is_slow = matches!(self.case.mechanics, Some(Mechanics::Solid(_))) && self.case.has_conductors();
         let is_at_rest = |step: &PlannedStep| step.load.is_zero();
@@ -283,8 +288,8 @@ impl<'a> Run<'a> {
         (0..work.len()).filter(|slot| work.get(*slot).is_some_and(|step| is_at_rest(step))).collect()
     }
 
-    /// The outcome so far, which is taken from the run: the steps that are not solved by now are not run. Of those that are being solved by
-    /// another thread nothing is known.
+    /// Takes the outcome so far from the run. Steps that are not finished count as not run, even if another
+    /// thread is solving them.
     pub fn outcome(&self) -> Outcome {
         let (case, plan) = (self.case, self.plan);
         let lacks_better = self.compares_models() && self.better.get().is_none();
@@ -348,7 +353,7 @@ fn layer_warnings(case: &Case, layer: &Prepared) -> Vec<String> {
     }
 }
 
-/// All steps of a plan, from the results of its distinct ones in their order.
+/// The results of all steps of a plan, from those of its distinct steps in order.
 fn in_order(
     plan: &Plan,
     mut solved: impl Iterator<Item = Option<StepResult>>,
@@ -368,7 +373,7 @@ fn in_order(
     steps
 }
 
-/// The result of a step that has load and scene of an earlier one.
+/// The result of a step that has the load and the scene of an earlier one.
 fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
     let distance_m = original.row.distance_m.map(|_| step.pose.distance);
     let row = Row { distance_m, ..original.row.clone() };
@@ -381,8 +386,8 @@ fn copy_of(original: &StepResult, step: &PlannedStep) -> StepResult {
     }
 }
 
-/// The steps of a plan with the layer deformed and the bodies in place, and no field: boxes, of which there is a grid without
-/// solving. Where a step is solved on something else, a warning of the step says what.
+/// The steps of a plan with the deformed layer and bodies, but without a field: boxes, which have a grid
+/// without a solve. A step that is solved on other shapes has a warning.
 pub fn deform(case: &Case, plan: &Plan) -> Vec<StepResult> {
     let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, &AtomicBool::new(false), &|_| ());
     let deformed = |step: &PlannedStep| {
@@ -422,7 +427,7 @@ fn deform_step(
     Ok(())
 }
 
-/// A note for a viewer of the boxes of a step that is solved on something else.
+/// The warning that a step shown as boxes is solved on other shapes.
 fn shown_as_boxes(scene: &DeformedScene, taken: Route) -> String {
     let bodies = if scene.electrodes_are_bent {
         "the bent electrodes are shown as the boxes of their mean faces"

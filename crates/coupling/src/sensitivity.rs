@@ -1,15 +1,18 @@
 //! The sensitivity dC/dF of a curve, by differences between its steps.
 //!
-//! The value is the derivative of the parabola through a step and the two nearest. Its error is how far other estimates of the same derivative are
-//! from it. Around a step, the polynomials through three or four neighbouring steps that hold it bracket the derivative of a smooth curve, as their errors
-//! have both signs. At the first and at the last step they do not: all of them lie to one side of the derivative there. A force that grows faster than
-//! the compression makes the curve steep at rest, while the capacitance and the force are both smooth in the compression, so that the
-//! derivatives by the compression count too: dC/dF = (dC/dU) / (dF/dU).
+//! The value is the derivative of the parabola through a step and the two nearest ones. Its error is the
+//! distance to other estimates of the same derivative. Around a step, the polynomials through three or four
+//! neighbouring steps that include it bracket the derivative of a smooth curve, as their errors have both
+//! signs. At the first and the last step they do not: there all of them are on one side of the derivative. If
+//! the force grows faster than the compression, the curve is steep at rest, although capacitance and force
+//! are both smooth functions of the compression. So derivatives by the compression U count as estimates, too:
+//! dC/dF = (dC/dU) / (dF/dU).
 //!
-//! The errors of the capacitances come in besides. What the bounds, the layer's mesh and flat faces leave open may differ from step to step.
-//! The error of the model of the layer grows with the load as the change does, and has the same sign at all steps: the derivative is
-//! off by the derivative of that error, and by at least the share of itself that the change up to the step is off by. A change whose sign is not known
-//! so has no slope with a sign either.
+//! The errors of the capacitances are added. Those from bounds, the layer's mesh and flat faces may differ
+//! from step to step. The error of the model of the layer grows with the load as the change does, and has the
+//! same sign at all steps: the error of the derivative is the derivative of that error, and at least the
+//! relative error of the change up to the step. If the sign of a change is not known, that of its slope is
+//! not either.
 
 use elastocap_case::Case;
 use elastocap_electrostatics::Bounded;
@@ -25,13 +28,13 @@ struct Point {
     force_error: f64,
     compression: f64,
     capacitance: Bounded,
-    /// The estimated errors of the capacitance for the layer's mesh and flat faces, F.
+    /// The estimated error of the capacitance from the layer's mesh and flat faces, F.
     mesh_error: f64,
-    /// The error of the capacitance for the model of the layer, F.
+    /// The error of the capacitance from the model of the layer, F.
     model_error: f64,
 }
 
-/// An estimate of dC/dF, and what the errors of the capacitances leave open of it, F/N.
+/// An estimate of dC/dF with its uncertainty from the errors of the capacitances, F/N.
 #[derive(Debug, Clone, Copy)]
 struct Estimate {
     value: f64,
@@ -41,8 +44,8 @@ struct Estimate {
     model: f64,
 }
 
-/// Notes dC/dF and its error in the rows of a curve, whose errors are known, in place of what they had before. Left empty where steps differ
-/// by more than the force.
+/// Writes dC/dF and its error to the rows of a curve, whose errors are known, replacing earlier values. They
+/// are left empty where steps differ not only in the force.
 pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
     // Before contact there is no force.
     let mut pressed = case.poses.iter().filter(|pose| pose.distance == 0.0);
@@ -53,7 +56,7 @@ pub(crate) fn note_sensitivities(case: &Case, steps: &mut [StepResult]) {
     points.dedup_by(|a, b| a.force == b.force);
     for step in steps {
         let found = point(step)
-            .and_then(|own| points.iter().position(|other| other.force == own.force))
+            .and_then(|point| points.iter().position(|other| other.force == point.force))
             .and_then(|at| sensitivity(&points, at));
         step.row.sensitivity_f_per_n = found.map(|(value, _)| value);
         step.row.sensitivity_error_f_per_n = found.and_then(|(_, error)| error);
@@ -65,7 +68,7 @@ fn point(step: &StepResult) -> Option<Point> {
         return None;
     }
     let row = &step.row;
-    // Where the force is given, the model's error is in that of the capacitance.
+    // If the force is given, the error of the model is included in that of the capacitance.
     let force_error = match step.load {
         StepLoad::Compression(_) => row.force_error_estimate,
         StepLoad::None | StepLoad::ForceN(_) => {
@@ -84,13 +87,14 @@ fn point(step: &StepResult) -> Option<Point> {
     })
 }
 
-/// The derivative at one of the points, which ascend, by the parabola through it and the two nearest, F/N, and its error: how far other
-/// estimates are from it, with what the errors of the capacitances leave open of each, and the error of the force. With two points it is that
-/// of a line, without an error; there is no error either at an end where the force as a function of the compression is not known well enough.
-/// A derivative without an error whose sign the errors of the capacitances leave open is none.
+/// The derivative at one of the points, in ascending order, by the parabola through it and the two nearest,
+/// F/N, and its error: the distance to other estimates, with the uncertainty of each, and the error of the
+/// force. Two points give the slope of a line without an error. There is no error either at an end where the
+/// force is not known well enough as a function of the compression. `None` for a derivative without an error
+/// whose sign is uncertain.
 fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
-    let own = points.get(at)?.force;
-    let by_force = |window: &[Point]| estimate(window, own, |point| point.force);
+    let force = points.get(at)?.force;
+    let by_force = |window: &[Point]| estimate(window, force, |point| point.force);
     let three = nearest(points, at, 3);
     let nearest = three.or_else(|| nearest(points, at, 2))?;
     let found = by_force(nearest)?;
@@ -102,31 +106,31 @@ fn sensitivity(points: &[Point], at: usize) -> Option<(f64, Option<f64>)> {
         return without_error();
     }
     let is_end = at == 0 || at + 1 == points.len();
-    // Of three points, one parabola has nothing to be compared with but the secants.
+    // With three points there is only one parabola, which is compared with the secants.
     let fewest = if is_end || points.len() == 3 { 2 } else { 3 };
     let windows = || (fewest..=4).flat_map(|count| around(points, at, count));
     let by_compression: Vec<Option<Estimate>> =
-        windows().map(|window| over_compression(window, own)).collect();
+        windows().map(|window| over_compression(window, force)).collect();
     if is_end && by_compression.iter().any(Option::is_none) {
         return without_error();
     }
     let others = windows().filter_map(by_force).chain(by_compression.into_iter().flatten());
     let off =
         others.map(|other| (other.value - found.value).abs() + open(&other)).fold(open(&found), f64::max);
-    let force = nearest.iter().map(|point| point.force_error).fold(0.0, f64::max);
-    let error = off + force * found.value.abs();
+    let force_error = nearest.iter().map(|point| point.force_error).fold(0.0, f64::max);
+    let error = off + force_error * found.value.abs();
     error.is_finite().then_some((found.value, Some(error)))
 }
 
-/// Gives the share of itself that the change from the first point to one of them, or to its neighbour, is off by for the model of the
-/// layer. A capacitance that turns has changed by all it went through.
+/// The largest relative error, from the model of the layer, of the change from the first point to one of the
+/// points or its neighbours. The change counts the absolute changes between all points on the way.
 fn model_share(points: &[Point], at: usize) -> f64 {
     let Some(first) = points.first() else { return 0.0 };
     let mut change = 0.0;
     let shares = points.windows(2).map(|pair| {
-        let [before, own] = pair else { return 0.0 };
-        change += (own.capacitance.value - before.capacitance.value).abs();
-        (own.model_error + first.model_error) / change
+        let [before, after] = pair else { return 0.0 };
+        change += (after.capacitance.value - before.capacitance.value).abs();
+        (after.model_error + first.model_error) / change
     });
     // The share at `place` is that of the point after it.
     let near =
@@ -134,7 +138,7 @@ fn model_share(points: &[Point], at: usize) -> f64 {
     near.map(|(_, share)| share).fold(0.0, f64::max)
 }
 
-/// The windows of `count` neighbouring points that hold one of them.
+/// The windows of `count` neighbouring points that include the point `at`.
 fn around(points: &[Point], at: usize, count: usize) -> impl Iterator<Item = &[Point]> {
     points
         .windows(count)
@@ -143,15 +147,16 @@ fn around(points: &[Point], at: usize, count: usize) -> impl Iterator<Item = &[P
         .map(|(_, window)| window)
 }
 
-/// The `count` points nearest to one of them, itself among them; `None` if there are fewer.
+/// The `count` points nearest to the point `at`, including it; `None` if there are fewer.
 fn nearest(points: &[Point], at: usize, count: usize) -> Option<&[Point]> {
-    let own = points.get(at)?.force;
-    let reach = |window: &&[Point]| window.iter().map(|point| (point.force - own).abs()).fold(0.0, f64::max);
+    let force = points.get(at)?.force;
+    let reach =
+        |window: &&[Point]| window.iter().map(|point| (point.force - force).abs()).fold(0.0, f64::max);
     around(points, at, count).min_by(|a, b| reach(a).total_cmp(&reach(b)))
 }
 
-/// The derivative of the capacitance at the point with a force, by the polynomial through all points over `x`; `None` where
-/// points are too near to one another.
+/// The derivative of the capacitance by `x`, at the point with this force, of the polynomial through all
+/// points; `None` where points are too close together.
 fn estimate(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Estimate> {
     let weights = weights(points, force, x)?;
     let half = |point: &Point| 0.5 * (point.capacitance.upper - point.capacitance.lower) + point.mesh_error;
@@ -162,7 +167,8 @@ fn estimate(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Estima
     (value.is_finite() && field.is_finite() && model.is_finite()).then_some(Estimate { value, field, model })
 }
 
-/// dC/dF at the point with a force, by polynomials of the compression; `None` where that of the force does not ascend.
+/// dC/dF at the point with this force, by polynomials of the compression; `None` where the force does not
+/// increase with the compression.
 fn over_compression(points: &[Point], force: f64) -> Option<Estimate> {
     let compression: fn(&Point) -> f64 = |point| point.compression;
     let weights = weights(points, force, compression)?;
@@ -176,7 +182,8 @@ fn over_compression(points: &[Point], force: f64) -> Option<Estimate> {
     })
 }
 
-/// The weights of the values at points in the derivative, at the point with a force, of the polynomial through all over `x`.
+/// The weights of the values at all points in the derivative by `x`, at the point with this force, of the
+/// polynomial through them.
 fn weights(points: &[Point], force: f64, x: fn(&Point) -> f64) -> Option<Vec<f64>> {
     let at = points.iter().position(|point| point.force == force)?;
     let places: Vec<f64> = points.iter().map(x).collect();
@@ -199,7 +206,7 @@ mod tests {
 
     type Formula = fn(f64) -> f64;
 
-    /// Points at some compressions, of a capacitance and a force over the compression.
+    /// Points at some compressions, with capacitance and force as functions of the compression.
     fn points(compressions: &[f64], half: f64, capacitance: Formula, force: Formula) -> Vec<Point> {
         let point = |compression: &f64| {
             let value = capacitance(*compression);
@@ -226,8 +233,8 @@ mod tests {
         }
     }
 
-    /// Capacitance and force over the compression, with their derivatives: a pair that opens, plates that close, and a fringing field that goes away,
-    /// under forces that stiffen.
+    /// Capacitance and force as functions of the compression, with their derivatives: a pair that opens,
+    /// plates that close, and a decaying fringing field, under stiffening forces.
     const SENSORS: [[Formula; 4]; 3] = [
         [
             |u| 44.0 - 22.0 * u - 10.0 * u * u,
@@ -292,7 +299,7 @@ mod tests {
         assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.4).abs() < 1e-12);
     }
 
-    /// Points whose capacitance the model of the layer leaves open by this share of its change.
+    /// Points whose model error is this share of the change of the capacitance.
     fn in_model(compressions: &[f64], share: f64) -> Vec<Point> {
         let mut points = points(compressions, 0.0, |u| 40.0 - 20.0 * u, |u| u + u * u);
         points.iter_mut().for_each(|point| point.model_error = share * (40.0 - point.capacitance.value));
@@ -316,7 +323,7 @@ mod tests {
                 );
                 assert!(is_signed == (error < slope.abs()) || at == 0, "{at}: {slope} +- {error}");
             }
-            // Two steps have no error that could take the sign back.
+            // With two steps the slope has no error, so only its sign decides.
             assert_eq!(sensitivity(&in_model(&[0.0, 0.2], share), 1).is_some(), is_signed);
         }
     }

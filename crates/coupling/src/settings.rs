@@ -1,4 +1,4 @@
-//! Settings of a run for its field solves, whichever solver they go to.
+//! The settings of a run for its field solves, common to all solvers.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -7,37 +7,37 @@ use elastocap_electrostatics::{Foresight, Settings, Target, TetrahedraSettings};
 
 use crate::shared_fields::SharedFields;
 
-/// The settings of all field solves of a run. Each solver takes its own settings from them: [`FieldSettings::boxes`] and
-/// [`FieldSettings::tetrahedra`].
+/// The settings of all field solves of a run, from which those of each solver follow:
+/// [`FieldSettings::boxes`] and [`FieldSettings::tetrahedra`].
 #[derive(Debug, Clone)]
 pub struct FieldSettings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
     pub relative_tolerance: f64,
     /// The scale, F, that the spread of smaller capacitances is compared with: see [`Settings::least_scale`].
     pub least_scale: f64,
-    /// The spread that is accepted as well, over the tolerance: see [`Settings::accepted`].
+    /// The spread at which a solve may stop, over the tolerance: see [`Settings::accepted`].
     pub accepted: f64,
-    /// The capacitances that the tolerance is for.
+    /// The capacitances to which the tolerance applies.
     pub target: Target,
-    /// Whether nothing but the target is wanted: see [`Settings::target_alone`].
+    /// Whether only the target is computed: see [`Settings::target_alone`].
     pub target_alone: bool,
-    /// Whether a lower bound is proved as well. The solver on tetrahedra always does.
+    /// Whether a lower bound is proved as well. The solver on tetrahedra always proves one.
     pub bounds: bool,
-    /// Whether mirror symmetry is used to solve a part of the scene only.
+    /// Whether mirror symmetry is used to solve only a part of the scene.
     pub symmetry: bool,
     /// Whether the potential is kept for export.
     pub field: bool,
-    /// Where the load acts, [x1, x3] in m: see [`Settings::loaded_at`].
+    /// The place of the load, [x1, x3] in m: see [`Settings::loaded_at`].
     pub loaded_at: Option<[f64; 2]>,
-    /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses its own.
+    /// Order of the potentials on tetrahedra, 1 to 3. The box solver chooses the order itself.
     pub tetrahedra_order: usize,
-    /// Findings of a solve to another tolerance.
+    /// The results of a solve to another tolerance from which a solve may start.
     pub foresight: Option<Foresight>,
-    /// Largest memory one solve may take, bytes.
+    /// Memory limit of one solve, bytes.
     pub memory_limit: u64,
-    /// Set from outside to stop at the next opportunity.
+    /// Stops a solve at the next opportunity when set.
     pub cancel: Option<Arc<AtomicBool>>,
-    /// Fields that other cases have solved already, for scenes of boxes.
+    /// Solutions that are shared with other cases, for scenes of boxes.
     pub shared: Option<Arc<SharedFields>>,
 }
 
@@ -79,7 +79,7 @@ impl Default for FieldSettings {
 }
 
 impl FieldSettings {
-    /// For the box solver, which chooses order and grading of its grid.
+    /// The settings of the box solver, which chooses the order and grading of its grid.
     pub fn boxes(&self) -> Settings {
         Settings {
             relative_tolerance: self.relative_tolerance,
@@ -98,7 +98,7 @@ impl FieldSettings {
         }
     }
 
-    /// For the solver on tetrahedra.
+    /// The settings of the solver on tetrahedra.
     pub fn tetrahedra(&self) -> TetrahedraSettings {
         TetrahedraSettings {
             relative_tolerance: self.relative_tolerance,

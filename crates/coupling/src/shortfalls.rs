@@ -1,13 +1,13 @@
-//! Steps that do not have all that was asked for, as they are told: those with the same shortfall together.
+//! Messages about steps with incomplete results, merged where several steps have the same one.
 
 use crate::outcome::{Status, StepResult};
 use crate::route_change::RouteChange;
 use crate::words::counted;
 
-/// Shortfalls that are told, at most.
+/// Largest number of reported messages.
 const MAX_LINES: usize = 10;
 
-/// The shortfall of a step that was begun, in words: what was asked for and is missing. `None` if nothing is.
+/// The shortfall of a step that was begun, in words; `None` if its result is complete.
 pub fn of_step(step: &StepResult) -> Option<String> {
     let reason = step.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     match &step.row.status {
@@ -19,29 +19,30 @@ pub fn of_step(step: &StepResult) -> Option<String> {
     }
 }
 
-/// The lines of all steps of a run that do not have what was asked for; steps that are taken from another one are left out.
+/// The messages about all steps of a run with incomplete results, without steps that are taken from another
+/// one.
 pub fn of_run(steps: &[StepResult]) -> Vec<String> {
     let solved = steps.iter().filter(|step| step.same_as.is_none());
     lines(solved.filter_map(|step| Some((step.index, of_step(step)?))))
 }
 
-/// The lines of all steps of a run that were not solved on the route that was meant for them; steps that are taken from another one are
-/// left out.
+/// The messages about all steps of a run that were not solved on their planned route, without steps that are
+/// taken from another one.
 pub fn route_changes(steps: &[StepResult]) -> Vec<String> {
     let solved = steps.iter().filter(|step| step.same_as.is_none());
-    let told = |step: &StepResult| {
+    let messages = |step: &StepResult| {
         let index = step.index;
-        let told = |change: &RouteChange| (index, format!("took another route: {change}"));
-        step.route_changes.iter().map(told).collect::<Vec<_>>()
+        let message = |change: &RouteChange| (index, format!("took another route: {change}"));
+        step.route_changes.iter().map(message).collect::<Vec<_>>()
     };
-    lines(solved.flat_map(told))
+    lines(solved.flat_map(messages))
 }
 
-/// A line for each different text, in the order of the first steps that have it; `told` has the index of a step and the text, in words
-/// that fit one step and several.
-pub fn lines(told: impl IntoIterator<Item = (usize, String)>) -> Vec<String> {
+/// One line for each different message, in the order of the first steps that have it. `messages` holds the
+/// index of a step and the message, in words that fit one step and several.
+pub fn lines(messages: impl IntoIterator<Item = (usize, String)>) -> Vec<String> {
     let mut found: Vec<(String, Vec<usize>)> = Vec::new();
-    for (step, text) in told {
+    for (step, text) in messages {
         match found.iter_mut().find(|(known, _)| *known == text) {
             Some((_, steps)) => steps.push(step),
             None => found.push((text, vec![step])),
@@ -68,9 +69,9 @@ mod tests {
 
     #[test]
     fn steps_that_say_the_same_share_a_line_and_ten_lines_are_enough() {
-        let told =
+        let messages =
             [(1, "failed: a"), (2, "failed: b"), (4, "failed: a")].map(|(k, text)| (k, text.to_owned()));
-        assert_eq!(lines(told), ["2 steps, from step 1 on, failed: a", "step 2 failed: b"]);
+        assert_eq!(lines(messages), ["2 steps, from step 1 on, failed: a", "step 2 failed: b"]);
         let many = lines((0..13).map(|k| (k, format!("failed: {k}"))));
         assert_eq!(many.len(), 11);
         assert!(many[10].starts_with("3 steps more"), "{}", many[10]);

@@ -1,4 +1,4 @@
-//! How a step went, and how well each entry of its Maxwell matrix is known.
+//! The status of a step, and of each entry of its Maxwell matrix.
 
 use std::fmt;
 
@@ -7,45 +7,47 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::failure::StepFailure;
 
-/// How a step went.
+/// The status of a step.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum Status {
     /// Solved to its tolerance.
     Ok,
-    /// Solved, with entries of the matrix whose error is within the tolerance of a share of the diagonal, but not of their own
-    /// value: see [`EntryStatus`]. Only where the matrix is what was asked for.
+    /// Solved, with some entries of the matrix whose error is within the tolerance of a share of the
+    /// diagonal, but not of the entry: see [`EntryStatus`]. Only where the whole matrix was requested.
     OkToDiagonal,
-    /// Solved to its tolerance in the model of the layer that the case names, which is off by more than that itself:
+    /// Solved to its tolerance, but the model of the layer that the case names has a larger error:
     /// [`Row::model_error_estimate`](crate::outcome::Row::model_error_estimate).
     OkInModel,
-    /// Solved, with a larger error than asked for.
+    /// Solved, with an error above the tolerance.
     ToleranceNotReached(Missed),
     /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
     BeyondForceLimit,
-    /// Not solved, for this reason. The row keeps what was known before the failure.
+    /// Failed for this reason. The row keeps the results from before the failure.
     Failed(Box<StepFailure>),
-    /// The run was stopped before it, and this is what the first meshes of the layer and a coarse field say of it.
+    /// The run was stopped before this step, whose results are estimates from the first meshes of the layer
+    /// and a coarse field.
     Draft,
-    /// The run was stopped before it.
+    /// The run was stopped before this step.
     #[default]
     NotRun,
 }
 
-/// Where an error comes from that is larger than asked for; the first of them that applies.
+/// The source of an error above the tolerance; the first one that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Missed {
     /// The field: the bounds of the capacitance are too far apart.
     Field,
-    /// The finite elements of the layer: their force, or what they leave open of the capacitance.
+    /// The finite elements of the layer: the error of their force, or of the capacitance due to them.
     Mechanics,
     /// Flat faces in place of curved surfaces.
     Geometry,
-    /// The field, but for the change against the first step alone: the capacitance is known as well as asked for.
+    /// The field, for the change from the first step only: the capacitance meets its tolerance.
     Change,
 }
 
 impl Status {
-    /// The defect of the program that the step failed for, if it did: a panic, or proved bounds that contradict each other.
+    /// The defect of the program because of which the step failed, if any: a panic, or proved bounds that
+    /// contradict each other.
     pub fn defect(&self) -> Option<&StepFailure> {
         match self {
             Self::Failed(failure) => Some(&**failure).filter(|failure| failure.is_defect()),
@@ -59,7 +61,7 @@ impl Status {
         }
     }
 
-    /// Whether the step has all that was asked for.
+    /// Whether the step meets all tolerances, but for the model of the layer.
     pub fn is_ok(&self) -> bool {
         match self {
             Self::Ok | Self::OkToDiagonal | Self::OkInModel => true,
@@ -102,24 +104,25 @@ impl Serialize for Status {
     }
 }
 
-/// How well one entry of a Maxwell matrix is known: its spread is the distance between its bounds.
+/// The status of one entry of a Maxwell matrix. Its spread is the distance between its bounds.
 ///
 /// The solvers aim at an error relative to the entry, or to [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj) where the entry is smaller:
 /// see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EntryStatus {
-    /// The spread is at most the tolerance times the entry's own value, or at most the absolute tolerance.
+    /// The spread is at most the tolerance times the value, or at most the absolute tolerance.
     #[serde(rename = "ok")]
     Ok,
-    /// The spread is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), and more than the tolerance times the entry's own
-    /// value.
-    // The second name is that in results of earlier versions.
+    /// The spread is at most the tolerance times [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj), but more than the
+    /// tolerance times the value.
+    // The alias is the name in results of earlier versions.
     #[serde(rename = "ok: small and less closely known", alias = "ok: to a tenth of the diagonal")]
     ToDiagonal,
     /// The spread is more than [`EntryStatus::ToDiagonal`] allows.
     #[serde(rename = "tolerance not reached")]
     NotReached,
-    /// The spread is more than [`EntryStatus::ToDiagonal`] allows, and the tolerance is that of another capacitance, which is measured.
+    /// The spread is more than [`EntryStatus::ToDiagonal`] allows, but the tolerance applies to another
+    /// capacitance, which is measured.
     #[serde(rename = "not measured")]
     NotMeasured,
 }
@@ -132,13 +135,13 @@ impl EntryStatus {
         (allowed, least_scale): (f64, f64),
         target: Target,
     ) -> Vec<Vec<Self>> {
-        let is_asked = |i: usize, j: usize| match target {
+        let is_measured = |i: usize, j: usize| match target {
             Target::Matrix => true,
             Target::Mutual(rows) => rows == [i, j] || rows == [j, i],
             Target::Own(row) => (i, j) == (row, row),
             Target::TwoTerminal | Target::Pair(_) | Target::Guarded(_) => false,
         };
-        // The solvers ask the same of sums of rounded numbers.
+        // The margin covers rounding: the solvers apply the same test to sums of rounded numbers.
         let allowed = allowed * (1.0 + 1e-9);
         let diagonal = |i: usize| maxwell.get(i).and_then(|row| row.get(i)).map_or(0.0, |c| c.value.max(0.0));
         let entry = |(i, j): (usize, usize), c: &Bounded| {
@@ -146,7 +149,7 @@ impl EntryStatus {
                 Self::Ok
             } else if c.upper - c.lower <= allowed * SHARE_OF_DIAGONAL * (diagonal(i) * diagonal(j)).sqrt() {
                 Self::ToDiagonal
-            } else if !is_asked(i, j) {
+            } else if !is_measured(i, j) {
                 Self::NotMeasured
             } else {
                 Self::NotReached
@@ -159,7 +162,7 @@ impl EntryStatus {
     }
 }
 
-/// The text that stands in the files.
+/// The text in the result files.
 impl fmt::Display for EntryStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         Serialize::serialize(self, f)
@@ -180,9 +183,9 @@ mod tests {
         use EntryStatus::{NotMeasured, NotReached, Ok, ToDiagonal};
         let found = EntryStatus::of(&matrix, (1e-2, 0.0), Target::Matrix);
         assert_eq!(found, [[Ok, ToDiagonal, NotReached], [ToDiagonal, NotReached, Ok]]);
-        let own = EntryStatus::of(&matrix, (1e-2, 0.0), Target::Own(1));
-        assert_eq!(own, [[Ok, ToDiagonal, NotMeasured], [ToDiagonal, NotReached, Ok]]);
-        // A spread of 0.1 at most is enough: that of all entries but one and two.
+        let of_one_entry = EntryStatus::of(&matrix, (1e-2, 0.0), Target::Own(1));
+        assert_eq!(of_one_entry, [[Ok, ToDiagonal, NotMeasured], [ToDiagonal, NotReached, Ok]]);
+        // An absolute tolerance of 0.1 is met by all entries but one and two.
         let absolute = EntryStatus::of(&matrix, (1e-2, 10.0), Target::Matrix);
         assert_eq!(absolute, [[Ok, Ok, NotReached], [Ok, NotReached, Ok]]);
     }

@@ -1,10 +1,10 @@
-//! The measurement of a case: what its fields are solved for, and the capacitance that its curve shows.
+//! The measurement of a case: the target of its field solves, and the capacitance that its curve shows.
 
 use elastocap_case::{Case, Measurement};
 use elastocap_electrostatics::{Bounded, Solution, Target};
 
-/// The target of a case's field solves: the capacitance that is measured, or the whole matrix of a scene without load that does not say what it
-/// measures.
+/// The target of the field solves: the measured capacitance, or the whole matrix for a scene without load
+/// that names no measurement.
 pub fn target(case: &Case) -> Target {
     let is_static = case.measured.is_none() && case.load.is_none() && case.electrodes.is_none();
     match case.measurement() {
@@ -20,8 +20,8 @@ pub fn target(case: &Case) -> Target {
     }
 }
 
-/// The capacitance, F, that a curve shows of a solution: what is measured, or of a matrix the entry that its measurement names. `None` if
-/// the solution has none.
+/// The capacitance, F, of a solution that a curve shows: the measured one, or the entry of a matrix that the
+/// measurement names. `None` if the solution has no such value.
 pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
     let entry = |[i, j]: [usize; 2]| {
         let entry = solution.maxwell.get(i)?.get(j)?;
@@ -35,14 +35,14 @@ pub fn shown(measurement: Measurement, solution: &Solution) -> Option<Bounded> {
     }
 }
 
-/// The name of the capacitance that [`shown`] gives, as the label of an axis, and the terminals that it is of where there is more than one;
-/// `terminals` are the names of the driven ones.
+/// The name of the capacitance that [`shown`] gives, as the label of an axis, and the terminals that it
+/// belongs to where there may be others; `terminals` are the names of the driven ones.
 pub fn in_words(measurement: Measurement, terminals: &[String]) -> (&'static str, Option<String>) {
     let name = |k: usize| terminals.get(k).map_or("?", String::as_str);
     match measurement {
         Measurement::TwoTerminal(_) => ("two-terminal capacitance", None),
-        Measurement::Guarded([own, _]) => ("capacitance against ground", Some(name(own).to_owned())),
-        Measurement::Own(own) => ("capacitance against ground", Some(name(own).to_owned())),
+        Measurement::Guarded([row, _]) => ("capacitance against ground", Some(name(row).to_owned())),
+        Measurement::Own(row) => ("capacitance against ground", Some(name(row).to_owned())),
         Measurement::Matrix { shown: [i, j], .. } if i == j => {
             ("capacitance against ground", Some(name(i).to_owned()))
         }
@@ -52,26 +52,28 @@ pub fn in_words(measurement: Measurement, terminals: &[String]) -> (&'static str
     }
 }
 
-/// The kind of a measurement as a word, and the names of the terminals that it is of.
+/// The kind of a measurement as a word, and the names of its terminals.
 pub fn named(measurement: Measurement, terminals: &[String]) -> (&'static str, Vec<&str>) {
-    let of = |rows: &[usize]| rows.iter().filter_map(|row| terminals.get(*row)).map(String::as_str).collect();
+    let names =
+        |rows: &[usize]| rows.iter().filter_map(|row| terminals.get(*row)).map(String::as_str).collect();
     match measurement {
-        Measurement::TwoTerminal(rows) => ("two_terminal", of(&rows)),
-        Measurement::Mutual(rows) => ("mutual", of(&rows)),
-        Measurement::Own(row) => ("own", of(&[row])),
-        Measurement::Guarded(rows) => ("guarded", of(&rows)),
-        Measurement::Matrix { terminals: count, .. } => ("matrix", of(&(0..count).collect::<Vec<_>>())),
+        Measurement::TwoTerminal(rows) => ("two_terminal", names(&rows)),
+        Measurement::Mutual(rows) => ("mutual", names(&rows)),
+        Measurement::Own(row) => ("own", names(&[row])),
+        Measurement::Guarded(rows) => ("guarded", names(&rows)),
+        Measurement::Matrix { terminals: count, .. } => ("matrix", names(&(0..count).collect::<Vec<_>>())),
     }
 }
 
-/// The names of the terminals whose capacitance [`shown`] shows: one where it is against ground.
+/// The names of the terminals of the capacitance that [`shown`] gives: one where it is against ground.
 pub fn shown_terminals(measurement: Measurement, terminals: &[String]) -> Vec<&str> {
-    let of = |rows: &[usize]| rows.iter().filter_map(|row| terminals.get(*row)).map(String::as_str).collect();
+    let names =
+        |rows: &[usize]| rows.iter().filter_map(|row| terminals.get(*row)).map(String::as_str).collect();
     match measurement {
-        Measurement::Own(own) | Measurement::Guarded([own, _]) => of(&[own]),
-        Measurement::Matrix { shown: [i, j], .. } if i == j => of(&[i]),
+        Measurement::Own(row) | Measurement::Guarded([row, _]) => names(&[row]),
+        Measurement::Matrix { shown: [i, j], .. } if i == j => names(&[i]),
         Measurement::TwoTerminal(rows)
         | Measurement::Mutual(rows)
-        | Measurement::Matrix { shown: rows, .. } => of(&rows),
+        | Measurement::Matrix { shown: rows, .. } => names(&rows),
     }
 }

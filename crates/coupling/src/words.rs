@@ -1,10 +1,10 @@
-//! Numbers and lists as people read them, and the name of the formula that several messages cite.
+//! Numbers and lists formatted for readers, and the name of a formula that several messages cite.
 
-/// The force of the closed form.
+/// The formula for the force of the closed form, as messages cite it.
 pub(crate) const FORCE_FORMULA: &str = "equation (50) of the paper (Large deformation mechanics of a soft elastomeric layer under \
      compressive loading for a MEMS tactile sensor application)";
 
-/// A count in groups of three digits: `1,234,567`.
+/// Formats a count in groups of three digits: `1,234,567`.
 pub fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::new();
@@ -17,7 +17,7 @@ pub fn grouped(count: usize) -> String {
     out
 }
 
-/// Seconds: `0.12 s`, `12 s`, `3 min 20 s`, `5 h`, `12 days`.
+/// Formats seconds: `0.12 s`, `12 s`, `3 min 20 s`, `5 h`, `12 days`.
 pub fn seconds(value: f64) -> String {
     if value < 0.0995 {
         format!("{:.0} ms", (1e3 * value).ceil())
@@ -35,16 +35,16 @@ pub fn seconds(value: f64) -> String {
     }
 }
 
-/// "a", "a and b", "a, b and c".
+/// Joins names: "a", "a and b", "a, b and c".
 pub fn listed(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [only] => only.clone(),
-        [all @ .., last] => format!("{} and {last}", all.join(", ")),
+        [others @ .., last] => format!("{} and {last}", others.join(", ")),
     }
 }
 
-/// "1 step", "6 steps".
+/// Formats a count with its noun: "1 step", "6 steps".
 pub fn counted(count: usize, what: &str) -> String {
     format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
 }

@@ -29,13 +29,13 @@ fn fingers(count: usize, sag: f64, contrast: f64) -> Scene {
     let pitch = 650.0 / count as f64;
     let gap = pitch / 6.5;
     let place = |k: usize| -325.0 + pitch * k as f64 + 0.5 * gap;
-    let of = |first: usize| {
+    let conductor = |first: usize| {
         let parts = (first..count).step_by(2).map(|k| bar(place(k), place(k) + pitch - gap, sag));
         Body { parts: parts.collect(), ..Body::conductor(["left", "right"][first], bar(0.0, 1.0, 0.0)) }
     };
     let layer = Box3 { min: [-1325.0, 0.0, -1250.0], max: [1325.0, 450.0, 1250.0] };
     Scene {
-        bodies: vec![of(0), of(1), Body::dielectric("layer", Shape::Box(layer), contrast)],
+        bodies: vec![conductor(0), conductor(1), Body::dielectric("layer", Shape::Box(layer), contrast)],
         background_permittivity: 1.0,
         domain: Box3 { min: [-1325.0, 0.0, -1250.0], max: [1325.0, 1450.0, 1250.0] },
         walls: [[Wall::Insulated; 2]; 3],

@@ -21,8 +21,8 @@ impl Bounded {
         self.over_value((self.upper - self.value).max(self.value - self.lower))
     }
 
-    /// The distance between the limits over the value, which is what a tolerance is compared with. Infinite where the value is
-    /// zero and the limits are not.
+    /// The distance between the limits over the value, which is compared with the tolerance. Infinite where
+    /// the value is zero and the limits are not.
     pub fn spread_over_value(&self) -> f64 {
         self.over_value(self.upper - self.lower)
     }
@@ -38,8 +38,8 @@ impl Bounded {
         Self { value: -self.value, lower: -self.upper, upper: -self.lower }
     }
 
-    /// With limits that are known from elsewhere too; the value is the middle again where they narrow these. Limits that
-    /// contradict these, which rounding can make them do, are passed over.
+    /// The number between these limits and further ones; its value is the middle again where the latter are
+    /// narrower. Limits that contradict these, which rounding can make them do, are ignored.
     pub(crate) fn narrowed(self, lower: f64, upper: f64) -> Self {
         let (lower, upper) = (self.lower.max(lower), self.upper.min(upper));
         if lower > upper || (lower, upper) == (self.lower, self.upper) {

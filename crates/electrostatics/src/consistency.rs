@@ -10,33 +10,39 @@ use crate::solution::Solution;
 /// The largest rounding error of a sum of limits, as a share of the diagonal.
 const ROUNDING: f64 = 1e-9;
 
-/// Error up to which bounds are given where the linear solver stopped short of its goal: those that are close may still improve.
+/// Error below which bounds are reported although the linear solver stopped short of its goal.
 const CLOSE: f64 = 0.05;
 
-/// Whether bounds with this error of the target are to be given. Where the linear solver ended far from its goal they are not.
+/// Whether bounds with this error of the target are reported: if the linear solver converged, or if they are
+/// close all the same.
 pub(crate) fn is_usable(converged: bool, error: f64) -> bool {
     converged || error < CLOSE
 }
 
-/// A contradiction within a solution, as the end of a sentence, if there is one. `all` are the bounds of all conductors, those
-/// that float among them.
-pub(crate) fn contradiction(solution: &Solution, all: &MatrixBounds, floating: &Floating) -> Option<String> {
+/// A contradiction within a solution, as the end of a sentence, if there is one. `bounds` are those of all
+/// conductors, those that float among them.
+pub(crate) fn contradiction(
+    solution: &Solution,
+    bounds: &MatrixBounds,
+    floating: &Floating,
+) -> Option<String> {
     let pair = || {
         let pair = solution.two_terminal.as_ref()?;
         (!in_order(pair)).then(|| "the two-terminal capacitance lies outside its own limits".to_owned())
     };
-    of_matrix(&solution.maxwell).or_else(pair).or_else(|| of_reduction(all, &solution.maxwell, floating))
+    of_matrix(&solution.maxwell).or_else(pair).or_else(|| of_reduction(bounds, &solution.maxwell, floating))
 }
 
 /// A contradiction between the matrix of all conductors and that of the driven ones, if there is one.
 ///
-/// Floating conductors take the potentials of least energy, so that no energy of the driven ones is larger with them free than with
-/// them at 0 V; and charge that they hand on only adds to what one driven conductor draws from another.
-fn of_reduction(all: &MatrixBounds, maxwell: &[Vec<Bounded>], floating: &Floating) -> Option<String> {
+/// Floating conductors take the potentials of least energy, so that no energy of the driven ones is larger
+/// with them free than with them at 0 V; and charge that they pass on only adds to the charge that one driven
+/// conductor draws from another.
+fn of_reduction(bounds: &MatrixBounds, maxwell: &[Vec<Bounded>], floating: &Floating) -> Option<String> {
     if floating.floating.is_empty() {
         return None;
     }
-    let before = all.entries();
+    let before = bounds.entries();
     let driven = || floating.driven.iter().enumerate();
     let entries = driven().flat_map(|row| driven().map(move |column| (row, column)));
     for ((i, &row), (j, &column)) in entries {
@@ -58,7 +64,7 @@ fn in_order(b: &Bounded) -> bool {
 
 fn of_matrix(maxwell: &[Vec<Bounded>]) -> Option<String> {
     for (i, row) in maxwell.iter().enumerate() {
-        let own = row[i].upper.abs();
+        let diagonal = row[i].upper.abs();
         for (j, b) in row.iter().enumerate() {
             let place = format!("entry {}, {} of the Maxwell matrix", i + 1, j + 1);
             if !in_order(b) {
@@ -67,12 +73,12 @@ fn of_matrix(maxwell: &[Vec<Bounded>]) -> Option<String> {
             if maxwell[j][i] != *b {
                 return Some(format!("{place} is not that of its transpose"));
             }
-            let scale = ROUNDING * own.max(maxwell[j][j].upper.abs());
+            let scale = ROUNDING * diagonal.max(maxwell[j][j].upper.abs());
             if (i == j && b.upper < 0.0) || (i != j && b.lower > scale) {
                 return Some(format!("{place} has the wrong sign"));
             }
         }
-        if row.iter().map(|b| b.upper).sum::<f64>() < -ROUNDING * own {
+        if row.iter().map(|b| b.upper).sum::<f64>() < -ROUNDING * diagonal {
             return Some(format!("row {} of the Maxwell matrix has a sum that is provably negative", i + 1));
         }
     }
@@ -106,9 +112,9 @@ mod tests {
             let m = Mat::from_fn(entries.len(), entries.len(), |i, j| entries[i][j]);
             MatrixBounds { lower: m.clone(), upper: m }
         };
-        let all = sharp(&[&[3.0, -1.0, -1.0], &[-1.0, 2.0, -1.0], &[-1.0, -1.0, 3.0]]);
-        let of_reduction = |maxwell: &MatrixBounds| of_reduction(&all, &maxwell.entries(), &floating);
-        assert_eq!(of_reduction(&floating.reduced(&all)), None);
+        let bounds = sharp(&[&[3.0, -1.0, -1.0], &[-1.0, 2.0, -1.0], &[-1.0, -1.0, 3.0]]);
+        let of_reduction = |maxwell: &MatrixBounds| of_reduction(&bounds, &maxwell.entries(), &floating);
+        assert_eq!(of_reduction(&floating.reduced(&bounds)), None);
         let raised = sharp(&[&[3.1, -1.5], &[-1.5, 2.5]]);
         assert!(of_reduction(&raised).unwrap().contains("entry 1, 1"));
         let less = sharp(&[&[2.5, -0.5], &[-0.5, 2.5]]);

@@ -27,7 +27,7 @@ pub enum SolveError {
     /// A conductor of an extruded scene has a point in common with a grounded wall.
     #[error("{conductor} touches a grounded wall; keep them apart")]
     OnGround {
-        /// Its name.
+        /// Name of the conductor.
         conductor: String,
     },
     /// Two conductors of an extruded scene have a point in common.
@@ -46,9 +46,9 @@ pub enum SolveError {
         elastocap_linalg::memory::bytes_in_words(*limit)
     )]
     TooLarge {
-        /// Bytes it would take, about.
+        /// Approximate memory of the grid, bytes.
         bytes: u64,
-        /// Bytes that may be taken.
+        /// The memory allowed, bytes.
         limit: u64,
     },
     /// The eigenvalue problem of a grid line failed.
@@ -62,7 +62,7 @@ pub enum SolveError {
          the largest and the smallest length, closer together"
     )]
     NotConverged,
-    /// A scene was to be solved as a base and what a body changes there, and differs from the base by more.
+    /// A scene that was to be solved as a base plus the changes by one body differs from the base by more.
     #[error("the scene differs from its base by more than a body and what is bent around it")]
     Superposition,
     /// The result contradicts itself, so that none of its numbers is reported; not expected.
@@ -76,7 +76,7 @@ pub enum SolveError {
         "the mirror plane across axis {axis} does not have an image for each of the {conductors} conductors"
     )]
     MirrorPlane {
-        /// 0 to 2.
+        /// The axis, 0 to 2.
         axis: usize,
         /// Conductors of the whole scene.
         conductors: usize,
@@ -99,18 +99,18 @@ pub enum SolveError {
     /// The linear solver ended too far from the potentials on a mesh for useful bounds.
     #[error(transparent)]
     NotReached(#[from] NotReached),
-    /// The fluxes on a mesh could not be made.
+    /// The fluxes on a mesh could not be computed.
     #[error(transparent)]
     Flux(#[from] FluxError),
 }
 
 impl SolveError {
-    /// Whether proved bounds contradict each other, which no input excuses.
+    /// Whether proved bounds contradict each other, which is an error for any input.
     pub fn is_contradiction(&self) -> bool {
         matches!(self, Self::Contradiction(_))
     }
 
-    /// Whether nothing is wrong with the scene but that this solver cannot take it: another one may.
+    /// Whether the error is a limit of this solver and not of the scene, so that another solver may succeed.
     pub fn another_solver_may_serve(&self) -> bool {
         match self {
             Self::NotBoxes { .. }

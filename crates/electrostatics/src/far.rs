@@ -1,12 +1,14 @@
-//! Faces of dielectrics so far from all conductors that it does not matter where they are.
+//! Removal of dielectric faces so far from all conductors that it does not matter where they are.
 //!
 //! A board that is a kilometre thick is endless for a sensor of a millimetre. A grid that reaches its far side spans so many orders of
 //! magnitude that double precision does not suffice; without that side, the grid is as small as that of an endless board.
 //!
-//! Let the permittivity be changed by a factor of k at most, and only where the potential is at most m of those of the conductors. With
-//! the flux of one scene in the other, Thomson's principle says that a capacitance C changes by no more than k - 1 times the energy that the
-//! field has there; and the field has at most m C in the part of space where the potential is at most m. At a distance d from
-//! conductors in a ball of radius a, m is about a / d in a uniform medium and no more than k a / d in others. [`MARGIN`] makes up for "about".
+//! Let the permittivity be changed by a factor of k at most, and only where the potential is at most m of
+//! those of the conductors. With the flux of one scene in the other, Thomson's principle says that a
+//! capacitance C changes by no more than k - 1 times the energy that the field has there; and the field has
+//! at most m C in the part of space where the potential is at most m. At a distance d from conductors in a
+//! ball of radius a, m is about a / d in a uniform medium and no more than k a / d in others. [`MARGIN`]
+//! covers the approximation.
 
 use elastocap_geometry::scene::{Body, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -17,15 +19,17 @@ const MARGIN: f64 = 4.0;
 /// The share of a tolerance that the change of a capacitance may take.
 const SHARE: f64 = 0.01;
 
-/// A scene without faces of dielectrics that are too far away to matter for a relative `tolerance`, and what their absence changes of any
-/// capacitance at most, relative. `None` where there are no such faces. Bodies keep their numbers.
+/// A scene without faces of dielectrics that are too far away to matter for a relative `tolerance`, and the
+/// largest relative change of any capacitance without them. `None` where there are no such faces. Bodies keep
+/// their numbers.
 pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene, f64)> {
-    let conductors = scene.conductors().map(|own| own.body.bounds()).collect::<Option<Vec<_>>>()?;
-    let hull = conductors.into_iter().reduce(|all, own| all.union(&own))?;
+    let conductors =
+        scene.conductors().map(|conductor| conductor.body.bounds()).collect::<Option<Vec<_>>>()?;
+    let hull = conductors.into_iter().reduce(|hull, bounds| hull.union(&bounds))?;
     let radius = 0.5 * (0..3).map(|a| hull.extent(a).powi(2)).sum::<f64>().sqrt();
     let permittivities = || {
-        let own = scene.dielectrics().map(|own| own.relative_permittivity);
-        own.chain([scene.background_permittivity])
+        let dielectrics = scene.dielectrics().map(|dielectric| dielectric.relative_permittivity);
+        dielectrics.chain([scene.background_permittivity])
     };
     let contrast = permittivities().fold(0.0, f64::max) / permittivities().fold(f64::INFINITY, f64::min);
     let influence = |distance: f64| MARGIN * contrast * contrast * radius / distance;
@@ -40,16 +44,18 @@ pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene,
         largest = largest.max(changed);
         f64::INFINITY.copysign(from_middle)
     };
-    let mut body = |own: &Body| {
-        let (Role::Dielectric { .. }, Some(mut boxes)) = (own.role, own.boxes()) else { return own.clone() };
+    let mut near_body = |body: &Body| {
+        let (Role::Dielectric { .. }, Some(mut boxes)) = (body.role, body.boxes()) else {
+            return body.clone();
+        };
         for region in &mut boxes {
             for a in 0..3 {
                 (region.min[a], region.max[a]) = (moved(region.min[a], a), moved(region.max[a], a));
             }
         }
-        Body { parts: boxes.into_iter().map(Shape::Box).collect(), ..own.clone() }
+        Body { parts: boxes.into_iter().map(Shape::Box).collect(), ..body.clone() }
     };
-    let bodies = scene.bodies.iter().map(&mut body).collect();
+    let bodies = scene.bodies.iter().map(&mut near_body).collect();
     // Faces on different sides, and above one another, add up.
     let faces = 2.0 * scene.dielectrics().count() as f64;
     (largest > 0.0).then(|| (Scene { bodies, ..scene.clone() }, faces * largest))

@@ -32,13 +32,19 @@ impl Floating {
         Self::of(&scene.potentials())
     }
 
-    /// From one entry per conductor.
+    /// The driven and the floating conductors, from the potentials of all conductors.
     pub(crate) fn of(potentials: &[Potential]) -> Self {
-        let all = || potentials.iter().enumerate();
+        let indexed = || potentials.iter().enumerate();
         Self {
-            driven: all().filter(|(_, own)| **own == Potential::Driven).map(|(i, _)| i).collect(),
-            floating: all().filter(|(_, own)| own.floating_charge().is_some()).map(|(i, _)| i).collect(),
-            charges: potentials.iter().filter_map(|own| own.floating_charge()).collect(),
+            driven: indexed()
+                .filter(|(_, potential)| **potential == Potential::Driven)
+                .map(|(i, _)| i)
+                .collect(),
+            floating: indexed()
+                .filter(|(_, potential)| potential.floating_charge().is_some())
+                .map(|(i, _)| i)
+                .collect(),
+            charges: potentials.iter().filter_map(|potential| potential.floating_charge()).collect(),
             conductors: potentials.len(),
         }
     }
@@ -48,21 +54,23 @@ impl Floating {
         self.driven.len() + self.floating.len() < self.conductors
     }
 
-    /// Whether two conductors with equal and opposite charges are all that can hold a net charge, as far as the conductors go.
+    /// Whether the conductors hold no net charge in the state of the target: two with equal and opposite
+    /// charges, and none that is grounded.
     pub(crate) fn is_neutral(&self, target: Target) -> bool {
         target == Target::TwoTerminal && self.driven.len() == 2 && !self.any_grounded()
     }
 
-    /// Bounds on the matrix of the driven conductors, from those on the matrix of all.
-    pub(crate) fn reduced(&self, all: &MatrixBounds) -> MatrixBounds {
+    /// Bounds on the matrix of the driven conductors, from `bounds` on the matrix of all conductors.
+    pub(crate) fn reduced(&self, bounds: &MatrixBounds) -> MatrixBounds {
         if self.floating.is_empty() {
-            return if self.any_grounded() { all.of_rows(&self.driven) } else { all.clone() };
+            return if self.any_grounded() { bounds.of_rows(&self.driven) } else { bounds.clone() };
         }
         let n = self.driven.len();
-        // The factors and the solution are exact for matrices that differ by rounding: the forms are moved by as much before
-        // they are reduced. What is taken off the driven conductors may be nearly all they have, so that rounding of the
-        // difference is a share of what they had.
-        let error = rounding(&all.upper);
+        // The factors and the solution are exact for matrices that differ by rounding: the forms are moved by
+        // as much before they are reduced. The term that the reduction subtracts may be nearly as large as
+        // the entries of the driven conductors, so that rounding of the difference is a share of these
+        // entries.
+        let error = rounding(&bounds.upper);
         let moved = |c: &Mat<f64>, sign: f64| {
             let moved = Mat::from_fn(c.nrows(), c.nrows(), |i, j| {
                 c[(i, j)] + if i == j { sign * error[i] } else { 0.0 }
@@ -72,9 +80,10 @@ impl Floating {
             Some(reduced)
         };
         // A form that is not positive definite on the floating conductors has no minimum; zero still bounds every energy.
-        let lower = moved(&all.lower, -1.0).unwrap_or_else(|| Mat::zeros(n, n));
+        let lower = moved(&bounds.lower, -1.0).unwrap_or_else(|| Mat::zeros(n, n));
         // The minimum is at most the energy at any potentials, here at zero on the floating conductors.
-        let upper = moved(&all.upper, 1.0).unwrap_or_else(|| block(&all.upper, &self.driven, &self.driven));
+        let upper =
+            moved(&bounds.upper, 1.0).unwrap_or_else(|| block(&bounds.upper, &self.driven, &self.driven));
         let mut reduced = MatrixBounds { lower, upper };
         reduced.uncross();
         reduced
@@ -85,25 +94,25 @@ impl Floating {
         let factor = Llt::new(block(c, &self.floating, &self.floating).as_ref()).ok()?;
         let mixed = block(c, &self.floating, &self.driven);
         let taken = dense::product(mixed.transpose(), factor.solve(mixed.as_ref()).as_ref());
-        let own = block(c, &self.driven, &self.driven);
+        let driven = block(c, &self.driven, &self.driven);
         let n = self.driven.len();
-        Some(Mat::from_fn(n, n, |i, j| own[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
+        Some(Mat::from_fn(n, n, |i, j| driven[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
     }
 
     /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating ones, C, with the
     /// capacitance matrix `c`, F.
     pub(crate) fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
-        let mut all = vec![0.0; c.nrows()];
-        self.driven.iter().zip(driven).for_each(|(&i, v)| all[i] = *v);
+        let mut potentials = vec![0.0; c.nrows()];
+        self.driven.iter().zip(driven).for_each(|(&i, v)| potentials[i] = *v);
         if self.floating.is_empty() {
-            return all;
+            return potentials;
         }
         let from_driven = |i: usize| self.driven.iter().zip(driven).map(|(&j, v)| c[(i, j)] * v).sum::<f64>();
         let source = Mat::from_fn(self.floating.len(), 1, |k, _| charges[k] - from_driven(self.floating[k]));
-        let own = block(c, &self.floating, &self.floating);
-        let found = Lu::new(own.as_ref()).solve(source.as_ref());
-        self.floating.iter().enumerate().for_each(|(k, &i)| all[i] = found[(k, 0)]);
-        all
+        let matrix = block(c, &self.floating, &self.floating);
+        let solution = Lu::new(matrix.as_ref()).solve(source.as_ref());
+        self.floating.iter().enumerate().for_each(|(k, &i)| potentials[i] = solution[(k, 0)]);
+        potentials
     }
 
     /// The potential of every floating conductor with proved limits, from proved bounds on the matrix.
@@ -111,28 +120,28 @@ impl Floating {
     /// Let M be the middle of the bounds and G their gap, so that |z^T (C - M) w| <= sqrt(z^T G z w^T G w) / 2. The
     /// potentials w by M miss those by C on conductor i by z^T (C - M) w with z = C_ff^-1 e_i. From G_ff <= g L_ff <= g C_ff
     /// follows z^T G z <= g e_i^T C_ff^-1 e_i <= g (L_ff^-1)_ii.
-    pub(crate) fn proved(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
-        let n = all.upper.nrows();
-        let middle = Mat::from_fn(n, n, |i, j| 0.5 * (all.lower[(i, j)] + all.upper[(i, j)]));
-        self.found(all, &middle, 0.5)
+    pub(crate) fn proved(&self, bounds: &MatrixBounds) -> Vec<FloatingPotential> {
+        let n = bounds.upper.nrows();
+        let middle = Mat::from_fn(n, n, |i, j| 0.5 * (bounds.lower[(i, j)] + bounds.upper[(i, j)]));
+        self.with_limits(bounds, &middle, 0.5)
     }
 
     /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower matrix is an estimate; the
     /// limits are then estimates too.
-    pub(crate) fn estimated(&self, all: &MatrixBounds) -> Vec<FloatingPotential> {
-        self.found(all, &all.upper, 1.0)
+    pub(crate) fn estimated(&self, bounds: &MatrixBounds) -> Vec<FloatingPotential> {
+        self.with_limits(bounds, &bounds.upper, 1.0)
     }
 
-    fn found(&self, all: &MatrixBounds, by: &Mat<f64>, share: f64) -> Vec<FloatingPotential> {
+    fn with_limits(&self, bounds: &MatrixBounds, matrix: &Mat<f64>, share: f64) -> Vec<FloatingPotential> {
         if self.floating.is_empty() {
             return Vec::new();
         }
-        let n = all.upper.nrows();
-        let gap = Mat::from_fn(n, n, |i, j| all.upper[(i, j)] - all.lower[(i, j)]);
-        let own = Llt::new(block(&all.lower, &self.floating, &self.floating).as_ref()).ok();
-        let reach = own.map(|l| self.reach(&l, &block(&gap, &self.floating, &self.floating)));
+        let n = bounds.upper.nrows();
+        let gap = Mat::from_fn(n, n, |i, j| bounds.upper[(i, j)] - bounds.lower[(i, j)]);
+        let factor = Llt::new(block(&bounds.lower, &self.floating, &self.floating).as_ref()).ok();
+        let reach = factor.map(|l| self.reach(&l, &block(&gap, &self.floating, &self.floating)));
         let state = |driven: &[f64], charges: &[f64]| -> Vec<Bounded> {
-            let w = self.potentials(by, driven, charges);
+            let w = self.potentials(matrix, driven, charges);
             let spread = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
             let spread = spread.map(|(i, j)| w[i] * gap[(i, j)] * w[j]).sum::<f64>().max(0.0);
             let bounded = |(k, &i): (usize, &usize)| {
@@ -156,12 +165,12 @@ impl Floating {
             lower: b.lower.clamp(0.0, 1.0),
             upper: b.upper.clamp(0.0, 1.0),
         };
-        let of = |(k, &conductor): (usize, &usize)| FloatingPotential {
+        let floating_potential = |(k, &conductor): (usize, &usize)| FloatingPotential {
             conductor,
-            per_driven: per_driven.iter().map(|all| within(&all[k])).collect(),
+            per_driven: per_driven.iter().map(|bounded| within(&bounded[k])).collect(),
             from_charges: from_charges[k],
         };
-        self.floating.iter().enumerate().map(of).collect()
+        self.floating.iter().enumerate().map(floating_potential).collect()
     }
 
     /// g (L_ff^-1)_ii for each floating conductor, with the factor of L_ff and the gap G_ff.
@@ -199,14 +208,15 @@ mod tests {
     fn a_floating_conductor_between_two_others_makes_two_capacitors_in_series() {
         // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and 3/4.
         let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
-        let all = MatrixBounds { lower: c.clone(), upper: c };
-        let reduced = three().reduced(&all);
-        // The bounds lie around the truth, no further than what is counted as rounding of matrices of this size.
+        let bounds = MatrixBounds { lower: c.clone(), upper: c };
+        let reduced = three().reduced(&bounds);
+        // The bounds lie around the truth, no further than the rounding that is counted for matrices of this
+        // size.
         assert!(reduced.lower[(0, 0)] < 1.5 && 1.5 < reduced.upper[(0, 0)]);
         let near = |found: f64, exact: f64| (found - exact).abs() < 1e-12;
         assert!(near(reduced.lower[(0, 0)], 1.5) && near(reduced.upper[(0, 0)], 1.5));
         assert!(near(reduced.upper[(0, 1)], -1.5));
-        let found = &three().proved(&all)[0];
+        let found = &three().proved(&bounds)[0];
         assert_eq!(found.conductor, 1);
         for (found, exact) in found.per_driven.iter().chain([&found.from_charges]).zip([0.25, 0.75, 0.25]) {
             assert!((found.value - exact).abs() < 1e-14 && found.upper - found.lower < 1e-14, "{found:?}");
@@ -225,15 +235,18 @@ mod tests {
             };
             Mat::from_fn(3, 3, |i, j| lower[(i, j)] + gap(i, j))
         };
-        let all = MatrixBounds { lower: sum(0), upper: sum(15) };
-        let (reduced, found) = (three().reduced(&all), &three().proved(&all)[0]);
+        let bounds = MatrixBounds { lower: sum(0), upper: sum(15) };
+        let (reduced, found) = (three().reduced(&bounds), &three().proved(&bounds)[0]);
         let entries = reduced.entries();
         for which in 0..16 {
             let c = sum(which);
-            let own = three().schur(&c).unwrap();
+            let exact_matrix = three().schur(&c).unwrap();
             for (i, j) in [(0, 0), (0, 1), (1, 1)] {
                 let e = entries[i][j];
-                assert!(e.lower <= own[(i, j)] + 1e-14 && own[(i, j)] <= e.upper + 1e-14, "{which}: {e:?}");
+                assert!(
+                    e.lower <= exact_matrix[(i, j)] + 1e-14 && exact_matrix[(i, j)] <= e.upper + 1e-14,
+                    "{which}: {e:?}"
+                );
             }
             let states = [([1.0, 0.0], 0.0), ([0.0, 1.0], 0.0), ([0.0, 0.0], 2.0)];
             for ((driven, charge), bounded) in
@@ -249,14 +262,14 @@ mod tests {
     #[test]
     fn a_grounded_conductor_takes_its_row_away_and_nothing_else() {
         let c = matrix([[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]]);
-        let all = MatrixBounds { lower: c.clone(), upper: c };
-        let of = |middle| Floating::of(&[Potential::Driven, middle, Potential::Driven]);
-        let grounded = of(Potential::Grounded);
+        let bounds = MatrixBounds { lower: c.clone(), upper: c };
+        let with_middle = |middle| Floating::of(&[Potential::Driven, middle, Potential::Driven]);
+        let grounded = with_middle(Potential::Grounded);
         assert!(grounded.any_grounded() && !grounded.is_neutral(Target::TwoTerminal));
-        assert!(of(Potential::Floating { charge: 0.0 }).is_neutral(Target::TwoTerminal));
-        let reduced = grounded.reduced(&all);
+        assert!(with_middle(Potential::Floating { charge: 0.0 }).is_neutral(Target::TwoTerminal));
+        let reduced = grounded.reduced(&bounds);
         assert_eq!((reduced.upper.nrows(), reduced.upper[(0, 1)], reduced.lower[(1, 1)]), (2, -0.5, 3.5));
-        assert_eq!(grounded.potentials(&all.upper, &[1.0, 2.0], &[]), [1.0, 0.0, 2.0]);
+        assert_eq!(grounded.potentials(&bounds.upper, &[1.0, 2.0], &[]), [1.0, 0.0, 2.0]);
     }
 
     #[test]
@@ -265,9 +278,9 @@ mod tests {
         let upper = matrix([[3.0, -1.0, -0.5], [-1.0, 4.0, -1.5], [-0.5, -1.5, 3.5]]);
         let mut lower = upper.clone();
         lower[(1, 1)] = -0.1;
-        let all = MatrixBounds { lower, upper };
-        assert!(three().reduced(&all).lower.norm_l2() == 0.0);
-        let found = &three().proved(&all)[0];
+        let bounds = MatrixBounds { lower, upper };
+        assert!(three().reduced(&bounds).lower.norm_l2() == 0.0);
+        let found = &three().proved(&bounds)[0];
         assert!(found.per_driven.iter().all(|b| b.lower == 0.0 && b.upper == 1.0));
         assert!(found.from_charges.upper.is_infinite());
     }

@@ -1,26 +1,31 @@
 //! Electrostatic fields of conductors among dielectrics: Maxwell capacitance matrices with proved bounds.
 //!
 //! This crate solves Laplace's equation, div(eps grad u) = 0, around the conductors of a
-//! [`Scene`](elastocap_geometry::scene::Scene). There are two solvers:
+//! [`Scene`](elastocap_geometry::scene::Scene). There are three solvers:
 //!
 //! * [`solve()`], the **box solver**, takes scenes of axis-aligned boxes and sheets. It chooses a tensor-product grid that is graded
 //!   towards edges, with polynomials of high order, and uses the mirror symmetry of the scene.
+//! * [`solve_extruded()`], the **solver for extruded scenes**, takes outlines that are pulled along one axis.
+//!   It combines a graded mesh of triangles in the plan with a graded line along the axis, both with
+//!   polynomials of high order.
 //! * [`solve_mesh()`], the **solver on tetrahedra**, takes a mesh of bodies of any shape and refines it adaptively. The potentials
 //!   are of order 1, 2 or 3.
 //!
-//! [`forecast()`] and [`forecast_mesh()`] estimate the memory and the time of a solve from small grids or meshes. [`Potentials`]
-//! solves on one mesh as it is, without a lower bound.
+//! [`forecast()`], [`forecast_extruded()`] and [`forecast_mesh()`] estimate the memory and the time of a
+//! solve from small grids or meshes. [`Potentials`] solves on one mesh as it is, without a lower bound.
 //!
 //! # What is proved
 //!
-//! Both solvers compute a continuous potential and a flux without divergence. By Dirichlet's principle the energy of the potential
-//! bounds the Maxwell matrix from above, by Thomson's principle that of the flux bounds it from below (as quadratic forms). Neither
-//! bound depends on the convergence of the linear solver, and open space is included without truncation: potential and flux continue
-//! to infinity along rays. The bounds of entries, of the two-terminal capacitance and of the potentials of floating conductors follow
-//! from these two matrices. Rounding is not enclosed by interval arithmetic; it is estimated from above and counted, and bounds that
-//! cross nevertheless are [`SolveError::Contradiction`]. Where a linear solver ends far from its goal there are no bounds at all:
-//! [`SolveError::NotConverged`].
-//! With [`Settings::bounds`] switched off, the box solver skips the flux and the limits are estimates.
+//! All solvers compute a continuous potential and a flux without divergence. By Dirichlet's principle the
+//! energy of the potential bounds the Maxwell matrix from above, by Thomson's principle that of the flux
+//! bounds it from below (as quadratic forms). Neither bound depends on the convergence of the linear solver,
+//! and open space is included without truncation: potential and flux continue to infinity along rays, or by
+//! zero in extruded scenes that are closed across one axis and open along another. The bounds of entries, of
+//! the two-terminal capacitance and of the potentials of floating conductors follow from these two matrices.
+//! Rounding is not enclosed by interval arithmetic; it is estimated from above and counted, and bounds that
+//! cross nevertheless are [`SolveError::Contradiction`]. Where a linear solver ends far from its goal there
+//! are no bounds at all: [`SolveError::NotConverged`]. With [`Settings::bounds`] switched off, the box solver
+//! skips the flux and the limits are estimates.
 //!
 //! # Units
 //!

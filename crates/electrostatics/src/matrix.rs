@@ -33,8 +33,8 @@ const NEGLIGIBLE: f64 = 1e-29;
 
 /// The rounding error that an energy may have, as a share of it and for each conductor, where the permittivity is uniform.
 ///
-/// Energies are sums of squares of differences of potentials, in which little cancels; what is counted here is the length
-/// of the sums, and the changes of basis.
+/// Energies are sums of squares of differences of potentials, in which little cancels; this constant covers
+/// the length of the sums, and the changes of basis.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The rounding error that a lower bound may have, in units of [`ROUNDING`]: where the field vanishes, the computed flux is rounding
@@ -42,7 +42,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// contrasts up to 1e24 need at most 40 (tests/integration/layers_in_series.rs).
 const ROUNDING_OF_FLUXES: f64 = 64.0;
 
-/// The form that rounding is a share of, from energies E in the basis of the columns of `basis` (B): B^-T diag(E) B^-1.
+/// The form that rounding errors are a share of, from energies E in the basis of the columns of `basis` (B):
+/// B^-T diag(E) B^-1.
 ///
 /// A difference of potentials is wrong by up to delta, the last digit of the potentials themselves. Where the permittivity eps is
 /// highest, this changes an energy E by up to 2 sqrt(E eps delta^2): a share of the order of delta times the root of the
@@ -80,8 +81,9 @@ pub(crate) fn of_products(contrast: f64) -> f64 {
 }
 
 impl MatrixBounds {
-    /// Adds to the bounds what rounding may have changed of them. `scale` is the form that rounding is a share of, from
-    /// [`rounding_scale`], and `factor` what the contrast of the permittivities multiplies it by, from [`of_squares`] or [`of_products`].
+    /// Moves the bounds apart by the rounding error of the energies. `scale` is the form that rounding is a
+    /// share of, from [`rounding_scale`], and `factor` accounts for the contrast of the permittivities, from
+    /// [`of_squares`] or [`of_products`].
     pub(crate) fn count_rounding(&mut self, scale: &Mat<f64>, factor: f64) {
         let n = self.upper.nrows();
         let share = ROUNDING * n as f64;
@@ -104,13 +106,13 @@ impl MatrixBounds {
 
     /// How the bounds contradict each other once rounding has been counted, as the end of a sentence, if they do.
     pub(crate) fn crossing(&self) -> Option<String> {
-        let of = |i: usize| [self.lower[(i, i)], self.upper[(i, i)]];
-        let crossed = |i: &usize| of(*i)[0] > of(*i)[1] * (1.0 + CROSSING) + NEGLIGIBLE;
-        let [lower, upper] = of((0..self.upper.nrows()).find(crossed)?);
+        let bounds = |i: usize| [self.lower[(i, i)], self.upper[(i, i)]];
+        let crossed = |i: &usize| bounds(*i)[0] > bounds(*i)[1] * (1.0 + CROSSING) + NEGLIGIBLE;
+        let [lower, upper] = bounds((0..self.upper.nrows()).find(crossed)?);
         Some(format!("a capacitance is proved to be at least {lower:e} F and at most {upper:e} F"))
     }
 
-    /// The bounds that there would be if the upper one were the truth but for rounding.
+    /// Bounds around the upper matrix that allow for rounding alone.
     pub(crate) fn upper_with_rounding(&self, scale: &Mat<f64>, factor: f64) -> Self {
         let mut exact = Self { lower: self.upper.clone(), upper: self.upper.clone() };
         exact.count_rounding(scale, factor);
@@ -158,10 +160,11 @@ impl MatrixBounds {
         let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
         // Where rounding was counted, the two forms may be larger than the entry by many orders: so is the rounding of this sum.
         let rounding = f64::EPSILON * (self.upper[(i, j)].abs() + self.lower[(i, j)].abs());
-        // No energy is negative, so that an entry is at most this large; what is beyond is rounding that was not counted.
+        // No energy is negative, so that an entry is at most this large; an excess is rounding that was not
+        // counted.
         let largest = (self.upper[(i, i)] * self.upper[(j, j)]).sqrt();
-        let beyond = (self.upper[(i, j)].abs() - largest).max(0.0);
-        [value, (0.5 + f64::EPSILON) * (gap(i) * gap(j)).sqrt() + rounding + beyond]
+        let excess = (self.upper[(i, j)].abs() - largest).max(0.0);
+        [value, (0.5 + f64::EPSILON) * (gap(i) * gap(j)).sqrt() + rounding + excess]
     }
 
     /// Bounds on the matrix of these conductors with all others at potential zero.
@@ -170,13 +173,13 @@ impl MatrixBounds {
         Self { lower: block(&self.lower), upper: block(&self.upper) }
     }
 
-    /// Bounds on the form of two states: one volt on this conductor alone, and one volt on its guard as well.
-    pub(crate) fn with_guard(&self, own: usize, guard: usize) -> Self {
-        let states = [&[own][..], &[own, guard]];
-        let of = |c: &Mat<f64>, k: usize, l: usize| -> f64 {
+    /// Bounds on the form of two states: one volt on `conductor` alone, and one volt on its `guard` as well.
+    pub(crate) fn with_guard(&self, conductor: usize, guard: usize) -> Self {
+        let states = [&[conductor][..], &[conductor, guard]];
+        let entry = |c: &Mat<f64>, k: usize, l: usize| -> f64 {
             states[k].iter().flat_map(|i| states[l].iter().map(move |j| c[(*i, *j)])).sum()
         };
-        let form = |c: &Mat<f64>| Mat::from_fn(2, 2, |k, l| of(c, k, l));
+        let form = |c: &Mat<f64>| Mat::from_fn(2, 2, |k, l| entry(c, k, l));
         Self { lower: form(&self.lower), upper: form(&self.upper) }
     }
 
@@ -201,12 +204,12 @@ impl MatrixBounds {
             return None;
         }
         let lower = lower.clamp(0.0, upper);
-        let found = Bounded { value: 0.5 * (lower + upper), lower, upper };
+        let pair = Bounded { value: 0.5 * (lower + upper), lower, upper };
         let entries = self.entries();
         // The capacitance of a pair lies between the mutual one and the smaller of the two on the diagonal.
         Some(match &entries[..] {
-            [one, two] => found.narrowed(-one[1].upper, one[0].upper.min(two[1].upper)),
-            _ => found,
+            [one, two] => pair.narrowed(-one[1].upper, one[0].upper.min(two[1].upper)),
+            _ => pair,
         })
     }
 }
@@ -322,9 +325,9 @@ mod tests {
     fn a_pair_from_which_no_flux_leaves_has_bounds_that_contain_rounding() {
         // Between insulated walls: a common potential has no energy.
         let c = Mat::from_fn(2, 2, |i, j| if i == j { 1e7 } else { -1e7 });
-        let mut all = MatrixBounds { lower: c.clone(), upper: c.clone() };
-        all.count_rounding(&rounding_scale(&Mat::identity(2, 2), &c), 1.0);
-        let pair = all.two_terminal().unwrap();
+        let mut bounds = MatrixBounds { lower: c.clone(), upper: c.clone() };
+        bounds.count_rounding(&rounding_scale(&Mat::identity(2, 2), &c), 1.0);
+        let pair = bounds.two_terminal().unwrap();
         assert!(pair.lower < 1e7 && 1e7 < pair.upper && pair.upper - pair.lower < 1e-11 * 1e7, "{pair:?}");
     }
 

@@ -1,8 +1,9 @@
 //! Potentials that are even or odd about mirror planes, on one part of a symmetric scene.
 //!
-//! Where conductors change places about a plane, a potential is the sum of one that is even about it and one that is odd. The plane
-//! is an insulated wall to the first and a grounded one to the second, and energies of the two add up. What is called a parity here
-//! says for each such plane which of them is meant. Planes that cut every conductor in two have even potentials only.
+//! Where conductors change places about a plane, a potential is the sum of one that is even about it and one
+//! that is odd. The plane is an insulated wall to the first and a grounded one to the second, and energies of
+//! the two add up. A [`Parity`] says for each such plane which of the two is meant. Planes that cut every
+//! conductor in two have even potentials only.
 
 use crate::projection::projected;
 use elastocap_geometry::scene::MirrorPlane;
@@ -23,9 +24,10 @@ pub(crate) struct Parity {
 }
 
 impl Parity {
-    /// The parities of the part above the planes, in which only some of the whole scene's conductors are `present`. `grounded` says
-    /// which of all are at potential zero, so that nothing is solved for them alone. The part is `enclosed` where nothing but its
-    /// conductors and the planes can hold charge.
+    /// The parities of the part above the planes, in which only some of the whole scene's conductors are
+    /// `present`. `grounded` says which of all conductors are at potential zero, so that nothing is solved
+    /// for them alone. The part is `enclosed` where nothing but its conductors and the planes can hold
+    /// charge.
     pub(crate) fn all(
         planes: &[Option<MirrorPlane>; 3],
         present: &[bool],
@@ -40,7 +42,7 @@ impl Parity {
             .collect();
         if exchanging.is_empty() {
             let solved: Vec<usize> = (0..conductors).filter(|c| !grounded[*c]).collect();
-            let side = |c: usize| solved.iter().position(|own| *own == c).map(|side| side as u32);
+            let side = |c: usize| solved.iter().position(|other| *other == c).map(|side| side as u32);
             return vec![Self {
                 grounded: [None; 3],
                 side: (0..conductors).map(side).collect(),
@@ -53,7 +55,7 @@ impl Parity {
         let any_grounded = grounded.contains(&true);
         let parity = |odd: usize| {
             let is_odd = |k: usize| odd >> k & 1 == 1;
-            let of = |conductor: usize| {
+            let projection_row = |conductor: usize| {
                 let image = |conductor: usize, k: usize| exchanging[k].1.conductors[conductor];
                 let mut row = projected(conductor, conductors, exchanging.len(), odd, image);
                 row.iter_mut().for_each(|x| *x /= f64::from(1_u32 << exchanging.len()));
@@ -61,7 +63,7 @@ impl Parity {
             };
             let mut rows: Vec<Vec<f64>> = Vec::new();
             let side = (0..conductors).map(|c| {
-                let row = of(c);
+                let row = projection_row(c);
                 let is_needed = row.iter().zip(grounded).any(|(x, grounded)| *x != 0.0 && !grounded);
                 if !present[c] || !is_needed {
                     return None;

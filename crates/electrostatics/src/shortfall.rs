@@ -55,9 +55,9 @@ pub enum Shortfall {
     /// A finer grid exceeds the memory limit, or the largest number of unknowns.
     #[error("a finer grid would take {unknowns} unknowns and {} MB", bytes >> 20)]
     LargeGrid {
-        /// Its unknowns.
+        /// Unknowns of the finer grid.
         unknowns: usize,
-        /// Its memory, bytes.
+        /// Memory of the finer grid, bytes.
         bytes: u64,
     },
     /// A finer mesh of tetrahedra exceeds the memory limit, or the number of refinements is at its limit.
@@ -67,9 +67,9 @@ pub enum Shortfall {
         bytes_in_words(*limit)
     )]
     LargeMesh {
-        /// Its tetrahedra.
+        /// Tetrahedra of the finer mesh.
         tetrahedra: usize,
-        /// Its memory, bytes.
+        /// Memory of the finer mesh, bytes.
         bytes: u64,
         /// The memory allowed, bytes.
         limit: u64,
@@ -86,7 +86,7 @@ pub enum Shortfall {
          mesh gives zero a relative accuracy"
     )]
     MayBeZero {
-        /// The share that it is less than.
+        /// Upper bound on the share.
         share: f64,
     },
 }

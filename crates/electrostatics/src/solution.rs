@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Target, tolerance and limits of the box solver; those of the other solver are [`crate::TetrahedraSettings`].
+/// Target, tolerance and limits of the box solver and of the solver for extruded scenes; those of the solver
+/// on tetrahedra are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
@@ -16,7 +17,8 @@ pub struct Settings {
     /// The scale, F, that the spread is compared with where the value is smaller: an absolute tolerance over the relative one. Zero without an
     /// absolute tolerance; then a capacitance that is zero never meets its tolerance.
     pub least_scale: f64,
-    /// So many times the tolerance, at least one, is taken as well where a grid happens to end there: by the search for one grid of boxes.
+    /// Factor on the tolerance, at least one: the search for one grid of boxes aims at the tolerance, and
+    /// accepts an error that is larger by this factor.
     pub accepted: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
@@ -59,7 +61,7 @@ pub struct Forecast {
     pub turned: bool,
     /// Independent right-hand sides.
     pub right_hand_sides: usize,
-    /// Whether nothing was solved for it, because that alone would take long: unknowns and time are rough then.
+    /// Whether the forecast is rough, without any solve, because that alone would take long.
     pub is_rough: bool,
 }
 
@@ -91,10 +93,10 @@ impl Default for Settings {
     }
 }
 
-/// How the error on a grid was related to what had been expected of it.
+/// The relation of the error on a grid to its forecast.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foresight {
-    /// Half the error over the energy that the grid before had said would be missing.
+    /// Half the error over the missing energy that the grid before had forecast.
     pub amplification: f64,
     /// The error: the spread of the bounds over the value.
     pub error: f64,
@@ -217,7 +219,7 @@ pub struct FloatingPotential {
     pub from_charges: Bounded,
 }
 
-/// The answer of [`crate::solve()`].
+/// The result of [`crate::solve()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The floating conductors are
@@ -247,12 +249,13 @@ pub struct Solution {
     /// Share of the lower bound's energy by which the repair of the flux lowers the bound: the linear solver leaves a small
     /// divergence, which a second flux cancels.
     pub repair_share: f64,
-    /// Where the time went.
+    /// Wall-clock time of the phases.
     pub seconds: PhaseSeconds,
     /// The sampled field, if [`Settings::field`] asks for it.
     pub field: Option<Field>,
-    /// The capacitance that [`Settings::target`] names and what the error of a base adds to it, F, where that is known: the same for all
-    /// scenes that are added to the same base, so that the differences of these are those of the capacitances. See
+    /// The sum of the capacitance that [`Settings::target`] names and the contribution of the error of a
+    /// base, F, where it is known. That contribution is the same for all scenes that are added to one base,
+    /// so that the differences of these sums are those of the capacitances. See
     /// [`solve_superposed`](crate::solve_superposed).
     pub with_error_of_base: Option<Bounded>,
     /// The findings that a solve to another tolerance may begin with, where there are bounds on a grid of boxes.

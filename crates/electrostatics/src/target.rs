@@ -5,12 +5,12 @@ use crate::matrix::MatrixBounds;
 use serde::Serialize;
 
 /// The quantity that the tolerance applies to. Rows are those of the Maxwell matrix, which are the driven conductors in their order; a
-/// target with a row that there is not, or with the same one twice, stands for [`Target::Matrix`].
+/// target with a row that does not exist, or with the same one twice, counts as [`Target::Matrix`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Target {
     /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net charge the field
     /// decays quickly, and the grid need not reach far into open space. The Maxwell matrix is reported too, with the bounds that
-    /// this grid happens to give.
+    /// this grid gives.
     TwoTerminal,
     /// The two-terminal capacitance of these two of several driven conductors, with all others at potential zero.
     Pair([usize; 2]),
@@ -31,7 +31,8 @@ pub enum Target {
 pub const SHARE_OF_DIAGONAL: f64 = 0.1;
 
 impl Target {
-    /// The two conductors that have equal and opposite charges in the state of which it is the capacitance, of `driven` ones.
+    /// The two of the `driven` conductors that have equal and opposite charges in the state whose capacitance
+    /// is the target.
     pub(crate) fn opposite(self, driven: usize) -> Option<[usize; 2]> {
         match self {
             Self::TwoTerminal if driven == 2 => Some([0, 1]),
@@ -45,7 +46,8 @@ impl Target {
         }
     }
 
-    /// The rows of whose energies it is made, of `driven` ones: with one volt on one of these conductors and none on the others.
+    /// The rows, of `driven` ones, whose states determine the target: one volt on the conductor of the row,
+    /// and none on the others.
     pub(crate) fn rows(self, driven: usize) -> Vec<usize> {
         match self {
             Self::Pair([i, j]) | Self::Mutual([i, j]) | Self::Guarded([i, j])
@@ -63,7 +65,7 @@ impl Target {
         }
     }
 
-    /// The bounds that it has within those of the matrix; `None` where it is the whole matrix.
+    /// Bounds on the target, from those on the matrix; `None` where the target is the whole matrix.
     pub(crate) fn of(self, bounds: &MatrixBounds) -> Option<Bounded> {
         let driven = bounds.upper.nrows();
         match self {
@@ -80,7 +82,7 @@ impl Target {
         }
     }
 
-    /// Whether it is a linear function of the matrix.
+    /// Whether the target is a linear function of the matrix.
     pub(crate) fn is_linear(self, driven: usize) -> bool {
         match self {
             Self::Mutual([i, j]) | Self::Guarded([i, j]) => i != j && i.max(j) < driven,
@@ -89,7 +91,8 @@ impl Target {
         }
     }
 
-    /// The bounds that it has within those of a form that need not be a Maxwell matrix; `None` where it is not linear.
+    /// Bounds on the target, from those on a form that need not be a Maxwell matrix; `None` where the target
+    /// is not linear.
     pub(crate) fn within(self, bounds: &MatrixBounds) -> Option<Bounded> {
         let (i, j, sign) = match self {
             _ if !self.is_linear(bounds.upper.nrows()) => return None,
@@ -105,14 +108,15 @@ impl Target {
         Some(Bounded { value: sign * value, lower: sign * value - half, upper: sign * value + half })
     }
 
-    /// The value that it has where the matrix is known.
+    /// The value of the target for a known matrix.
     pub(crate) fn value(self, matrix: &faer::Mat<f64>) -> Option<f64> {
         let exact = MatrixBounds { lower: matrix.clone(), upper: matrix.clone() };
-        self.of(&exact).map(|own| own.upper)
+        self.of(&exact).map(|bounds| bounds.upper)
     }
 
-    /// The potentials, V, of the `driven` conductors in the state that is shown: half a volt and minus half a volt on two that have
-    /// opposite charges, one volt on the first that it names and on its guard, or on the first of all.
+    /// The potentials, V, of the `driven` conductors in the state that is shown: half a volt and minus half a
+    /// volt on two that have opposite charges; else one volt on the first conductor that the target names and
+    /// on its guard, or on the first of all.
     pub fn shown(self, driven: usize) -> Vec<f64> {
         let mut volts = vec![0.0; driven];
         let pair = match self {
@@ -144,16 +148,19 @@ mod tests {
 
     #[test]
     fn each_target_is_bounded_around_what_the_matrix_says() {
-        let of = |target: Target, exact: f64| {
-            let own = target.of(&bounds()).unwrap();
-            assert!(own.lower <= exact && exact <= own.upper, "{target:?}: {exact} not in {own:?}");
-            assert!(own.upper - own.lower < 0.08, "{target:?}: {own:?}");
+        let check = |target: Target, exact: f64| {
+            let bounded = target.of(&bounds()).unwrap();
+            assert!(
+                bounded.lower <= exact && exact <= bounded.upper,
+                "{target:?}: {exact} not in {bounded:?}"
+            );
+            assert!(bounded.upper - bounded.lower < 0.08, "{target:?}: {bounded:?}");
         };
-        of(Target::Mutual([2, 1]), 1.5);
-        of(Target::Own(1), 4.0);
-        of(Target::Guarded([1, 2]), 2.5);
+        check(Target::Mutual([2, 1]), 1.5);
+        check(Target::Own(1), 4.0);
+        check(Target::Guarded([1, 2]), 2.5);
         // With the first conductor at zero: 1.5 in parallel with 2.5 and 2 in series.
-        of(Target::Pair([1, 2]), 1.5 + 2.5 * 2.0 / 4.5);
+        check(Target::Pair([1, 2]), 1.5 + 2.5 * 2.0 / 4.5);
         assert_eq!((Target::TwoTerminal.of(&bounds()), Target::Matrix.of(&bounds())), (None, None));
     }
 

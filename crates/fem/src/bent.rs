@@ -17,7 +17,8 @@ pub enum Curve {
     },
 }
 
-/// A triangle with a round side: the straight one, moved along that side onto a curve, and less and less away from it.
+/// A triangle with one curved side: a map of the straight triangle that moves this side onto the curve, and
+/// the other points the less the farther they are from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bent {
     /// The ends of the curve, then the third corner.
@@ -27,16 +28,17 @@ pub struct Bent {
 }
 
 impl Bent {
-    /// Where a point of the straight triangle goes, by its shares of the second and the third corner.
+    /// The image of a point of the straight triangle, by its shares of the second and the third corner.
     pub fn place(&self, shares: [f64; 2]) -> [f64; 2] {
         self.jets(shares).map(|x| x.value)
     }
 
-    /// Where a point of the straight triangle goes, by its shares of the second and the third corner, and the slopes in these shares.
+    /// The image of a point of the straight triangle, by its shares of the second and the third corner, with
+    /// the gradient in these shares.
     pub(crate) fn jets(&self, shares: [f64; 2]) -> [Jet; 2] {
         let [a, b, c] = barycentric(shares);
         let [p, q, r] = self.corners;
-        // How far along the curve; the distance of the curve from its chord there is t (1 - t) times what `bow` says.
+        // `t` is the parameter of the curve, whose distance from its chord is t (1 - t) times `bow`.
         let t = b.minus(a).plus(Jet::constant(1.0)).scaled(0.5);
         let bow = match self.curve {
             Curve::Arc { center } => {
@@ -82,8 +84,8 @@ impl Bent {
             [[0.0, 0.0], [1.0, 0.0]].iter().any(|end| (0..2).all(|k| (share[k] - end[k]).abs() < SAME))
         };
         let tips = (0..3).filter(|k| is_end(part[*k]));
-        // With the part's corners turned so that the tip is the first one, the stretch is `blunt + s * slope`, where s is the distance
-        // from the tip in shares of the part.
+        // With the tip as the first corner of the part, the stretch is `blunt + s * slope`, where s is the
+        // distance from the tip in shares of the part.
         let as_needle = tips.map(|tip| {
             let turned = [0, 1, 2].map(|k| part[(tip + k) % 3]);
             let blunt = self.determinant(turned[0]);
@@ -92,7 +94,7 @@ impl Bent {
             let (least, most) = slopes.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), slope| {
                 (least.min(slope), most.max(slope))
             });
-            // A tip that is turned over by rounding alone is as sharp as one can be.
+            // A tip that is turned over by rounding alone counts as perfectly sharp.
             let sign = if most.abs() > least.abs() { 1.0 } else { -1.0 };
             let blunt = sign * blunt / most.abs().max(least.abs());
             let evenness =
@@ -117,24 +119,24 @@ impl Bent {
 pub enum Stretch {
     /// The least factor over the greatest one; negative if the map folds.
     Even(f64),
-    /// It stretches next to nothing at one corner, and proportionally to the distance from there.
+    /// The stretch is nearly zero at one corner and grows in proportion to the distance from it.
     Needle(Needle),
 }
 
 /// A part of a bent triangle between the curve and a side that is tangent to it, or nearly so.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Needle {
-    /// The part's corner at which they touch.
+    /// The corner of the part at which the curve and the side touch.
     pub tip: usize,
     /// The stretch at the tip over the greatest one.
     pub blunt: f64,
-    /// The least factor over the greatest one of what the stretch grows by from the tip on, over the distance from there.
+    /// The least over the greatest growth of the stretch from the tip, per distance from it.
     pub evenness: f64,
 }
 
 impl Stretch {
-    /// The least factor over the greatest one: of the stretch, or in a needle of its growth from the tip on. The error of integrals
-    /// depends on it: see the tests of [`triangle`](crate::triangle).
+    /// The least over the greatest stretch, or in a needle the least over the greatest growth of the stretch
+    /// from the tip. The error of integrals depends on it; see the tests of [`triangle`](crate::triangle).
     pub fn evenness(&self) -> f64 {
         match self {
             Self::Even(evenness) | Self::Needle(Needle { evenness, .. }) => *evenness,
@@ -153,7 +155,7 @@ fn place([p, q, r]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| p[k] + x * (q[k] - p[k]) + y * (r[k] - p[k]))
 }
 
-/// The least number over the greatest one, in the sense of their sizes; negative if they differ in sign.
+/// The ratio of the number of least magnitude to the one of greatest magnitude; negative if signs differ.
 fn evenness(numbers: impl Iterator<Item = f64>) -> f64 {
     let (least, most) =
         numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)));
@@ -165,12 +167,13 @@ fn turn(from: [f64; 2], to: [f64; 2]) -> f64 {
     (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
 }
 
-/// The distance of an arc from its chord over t (1 - t), by the share t, at most 1/2, of its angle `turn` from the point `from`, seen from
-/// its centre: with g(x) = (exp(i x) - 1) / (i x) it is i turn (g(t turn) - g(turn)) / (1 - t), as a factor of complex `from`.
+/// The distance of an arc from its chord over t (1 - t), where t, at most 1/2, is the share of the angle
+/// `turn` of the arc. The arc begins at `from`, relative to its centre. With g(x) = (exp(i x) - 1) / (i x)
+/// and `from` as a complex number, the distance is i turn (g(t turn) - g(turn)) / (1 - t) from.
 fn bow_of_arc(from: [f64; 2], turn: f64, t: Jet) -> [Jet; 2] {
-    let [here, all] = [t.scaled(turn), Jet::constant(turn)].map(mean_turn);
+    let [partial, whole] = [t.scaled(turn), Jet::constant(turn)].map(mean_turn);
     let back = Jet::constant(1.0).minus(t);
-    let [re, im] = [0, 1].map(|k| here[k].minus(all[k]).over(back).scaled(turn));
+    let [re, im] = [0, 1].map(|k| partial[k].minus(whole[k]).over(back).scaled(turn));
     [im.scaled(-from[0]).minus(re.scaled(from[1])), re.scaled(from[0]).minus(im.scaled(from[1]))]
 }
 
@@ -191,7 +194,7 @@ fn mean_turn(x: Jet) -> [Jet; 2] {
     [sums[0], x.times(sums[1]).scaled(0.5)]
 }
 
-/// A part of a triangle that is stretched more evenly than this is not looked at as a needle.
+/// A part of a triangle that is stretched more evenly than this is not a needle.
 const EVEN_ENOUGH: f64 = 0.4;
 
 /// Shares that differ by less are the same.

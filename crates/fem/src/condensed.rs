@@ -1,4 +1,5 @@
-//! The dual operator of a line, condensed to the fluxes between pieces of it.
+//! Fast products with the dual operator of a line, by static condensation to the fluxes between pieces of the
+//! line.
 //!
 //! T = D M^-1 D^T is dense, but pieces of a line are coupled only through the flux at the nodes between them. With the flux functions of
 //! these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece. With A = L L^T, R = L^-1 D_A^T and X = L^-1 C^T, block
@@ -16,8 +17,8 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Least number of potential modes in a piece of a line that is cut. Products with matrices of this size take little longer than reading what
-/// they act on.
+/// The least number of potential modes in a piece of a line. Products with matrices of this size take little
+/// longer than reading the vectors from memory.
 const MODES: usize = 12;
 
 /// T of a line between two obstacles.
@@ -32,20 +33,20 @@ pub struct Condensed {
 #[derive(Debug, Clone)]
 struct Piece {
     modes: Range<usize>,
-    /// Which of the nodes between pieces lie at its ends.
+    /// The numbers of the nodes between pieces that are at the ends of this one.
     nodes: Range<usize>,
-    /// Its block of R^T R.
-    own: Dense<f64>,
-    /// Its rows of V.
+    /// The block of R^T R of this piece.
+    diagonal: Dense<f64>,
+    /// The rows of V of this piece.
     through: Dense<f64>,
-    /// Its rows of V, transposed.
-    turned: Dense<f64>,
+    /// The transpose of `through`.
+    transposed: Dense<f64>,
 }
 
 impl Condensed {
-    /// Makes the operator from the mass of the fluxes, well scaled, and D^T (a row for each flux, a column for each potential mode). `nodes`
-    /// are the nodes inside the line in ascending order: the first potential mode above each, and the flux function through it. Between these,
-    /// functions are ordered along the line.
+    /// Builds the operator from the mass of the fluxes, well scaled, and D^T (a row for each flux, a column
+    /// for each potential mode). `nodes` has, for each node inside the line in ascending order, the first
+    /// potential mode above it and the flux function through it. All functions are ordered along the line.
     ///
     /// # Errors
     /// [`IllConditioned`] if the mass cannot be factorised.
@@ -72,7 +73,7 @@ impl Condensed {
             });
             let mut through =
                 Mat::from_fn(n, nodes.len(), |i, j| divergence[(cuts[nodes.start + j][1], modes.start + i)]);
-            let mut own = Mat::zeros(n, n);
+            let mut diagonal = Mat::zeros(n, n);
             if !functions.is_empty() {
                 let within =
                     mass.submatrix(functions.start, functions.start, functions.len(), functions.len());
@@ -80,7 +81,7 @@ impl Condensed {
                 let (mut root, mut across) = (inner.to_owned(), across);
                 dense::solve_lower_triangular(factor.lower(), root.as_mut());
                 dense::solve_lower_triangular(factor.lower(), across.as_mut());
-                own = dense::product(root.transpose(), root.as_ref());
+                diagonal = dense::product(root.transpose(), root.as_ref());
                 through -= dense::product(root.transpose(), across.as_ref());
                 let less = dense::product(across.transpose(), across.as_ref());
                 for (i, row) in nodes.clone().enumerate() {
@@ -92,8 +93,8 @@ impl Condensed {
             pieces.push(Piece {
                 modes,
                 nodes,
-                own: Dense::from_mat(own.as_ref()),
-                turned: Dense::from_mat(through.transpose()),
+                diagonal: Dense::from_mat(diagonal.as_ref()),
+                transposed: Dense::from_mat(through.transpose()),
                 through: Dense::from_mat(through.as_ref()),
             });
             (mode, function) = (next_mode, end + 1);
@@ -118,15 +119,15 @@ impl Condensed {
         let width = x.cols;
         let [out, traces] = halves(work, self.nodes() * width);
         for piece in self.pieces.iter().filter(|piece| !piece.nodes.is_empty()) {
-            let own = right(x.data, piece.modes.start * x.stride, width, x.stride);
-            multiply(piece.turned.left(), own, target(traces, piece.nodes.start * width, width), true);
+            let values = right(x.data, piece.modes.start * x.stride, width, x.stride);
+            multiply(piece.transposed.left(), values, target(traces, piece.nodes.start * width, width), true);
         }
         multiply(self.coupling.left(), right(traces, 0, width, width), target(out, 0, width), false);
         out
     }
 
-    /// S^-1 V^T x, as [`Condensed::between`] gives it, for each of `count` arrays that begin `apart` entries apart in that of `x`, one after
-    /// the other.
+    /// S^-1 V^T x as from [`Condensed::between`], for each of `count` arrays that begin `apart` entries apart
+    /// in `x`, one after the other.
     pub fn between_each(&self, x: Right<'_, f64>, count: usize, apart: usize) -> Vec<f64> {
         let len = self.nodes() * x.cols;
         let mut out = vec![0.0; count * len];
@@ -139,7 +140,7 @@ impl Condensed {
     /// `out += T x` for the rows `some` of T, which are those of `out`; `between` is the result of [`Condensed::between`] for `x`.
     pub fn add_rows(&self, some: Range<usize>, x: Right<'_, f64>, between: &[f64], out: Target<'_, f64>) {
         let Target { data, stride } = out;
-        for Piece { modes, nodes, own, through, .. } in &self.pieces {
+        for Piece { modes, nodes, diagonal, through, .. } in &self.pieces {
             let rows = some.start.max(modes.start)..some.end.min(modes.end);
             if rows.is_empty() {
                 continue;
@@ -149,7 +150,7 @@ impl Condensed {
                 let to = target(data, (rows.start - some.start) * stride, stride);
                 multiply(matrix.left_rows(within.clone()), from, to, true);
             };
-            add(own, right(x.data, modes.start * x.stride, x.cols, x.stride));
+            add(diagonal, right(x.data, modes.start * x.stride, x.cols, x.stride));
             if !nodes.is_empty() {
                 add(through, right(between, nodes.start * x.cols, x.cols, x.cols));
             }
@@ -177,11 +178,11 @@ impl Condensed {
             multiply(left(traces, 0, rows, count, count), self.coupling.right(), to, false);
         }
         let Target { data, stride } = out;
-        for Piece { modes, nodes, own, turned, .. } in &self.pieces {
-            multiply(part(modes), own.right(), target(data, modes.start, stride), true);
+        for Piece { modes, nodes, diagonal, transposed, .. } in &self.pieces {
+            multiply(part(modes), diagonal.right(), target(data, modes.start, stride), true);
             if !nodes.is_empty() {
                 let from = left(between, nodes.start, rows, nodes.len(), count);
-                multiply(from, turned.right(), target(data, modes.start, stride), true);
+                multiply(from, transposed.right(), target(data, modes.start, stride), true);
             }
         }
     }
@@ -197,7 +198,7 @@ impl MixedSegment {
     }
 }
 
-/// Two arrays of this length in `work`, the second one of zeros.
+/// Two arrays of this length in `work`, the second one filled with zeros.
 fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
     if work.len() < 2 * len {
         sized(work, 2 * len);
@@ -207,7 +208,7 @@ fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
     [first, second]
 }
 
-/// The nodes at which a line of so many modes is cut: pieces have [`MODES`] modes and more.
+/// The nodes at which a line of `modes` modes is cut, so that each piece has at least [`MODES`] modes.
 fn cuts(nodes: &[[usize; 2]], modes: usize) -> Vec<[usize; 2]> {
     let mut out: Vec<[usize; 2]> = Vec::new();
     for &[mode, function] in nodes {
@@ -300,13 +301,13 @@ mod tests {
         let (n, width) = (operator.pieces.last().unwrap().modes.end, 3);
         let (x, mut work) = (values(n * width), Vec::new());
         let x = right(&x, 0, width, width);
-        let mut all = vec![0.0; n * width];
-        operator.add_along_columns(x, target(&mut all, 0, width), &mut work);
+        let mut whole = vec![0.0; n * width];
+        operator.add_along_columns(x, target(&mut whole, 0, width), &mut work);
         let between = operator.between(x, &mut work);
         for some in [0..5, 5..31, 31..n] {
-            let mut own = vec![0.0; some.len() * width];
-            operator.add_rows(some.clone(), x, between, target(&mut own, 0, width));
-            assert_eq!(own, all[some.start * width..some.end * width]);
+            let mut part = vec![0.0; some.len() * width];
+            operator.add_rows(some.clone(), x, between, target(&mut part, 0, width));
+            assert_eq!(part, whole[some.start * width..some.end * width]);
         }
     }
 

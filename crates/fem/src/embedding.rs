@@ -9,20 +9,21 @@ use std::ops::Range;
 /// Coordinates that differ by less than this share of an element are the same.
 const ALIKE: f64 = 1e-9;
 
-/// The functions of `coarse` (columns) in those of `fine` (rows), both in the order of [`Numbering`]: exact where every element of the
-/// fine line lies in one of the coarse one and has at least its degree, and otherwise as near as the degree allows. `None` where an
-/// element of the fine line lies in none.
+/// The matrix that expresses the functions of `coarse` (columns) in those of `fine` (rows), both in the order
+/// of [`Numbering`]: exact where the elements of the fine line have at least the degree of those around them,
+/// and otherwise the best approximation. `None` if an element of the fine line is not inside one of the
+/// coarse line.
 pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     let (from, to) = (Numbering::new(coarse), Numbering::new(fine));
     let mut out = Mat::zeros(to.len, from.len);
     for e in 0..fine.elements() {
         let (outer, ends) = (0..coarse.elements())
             .find_map(|c| within(coarse.element(c), fine.element(e)).map(|ends| (c, ends)))?;
-        let (own, theirs) = (to.element(fine, e), from.element(coarse, outer));
+        let (rows, outer_columns) = (to.element(fine, e), from.element(coarse, outer));
         let (degree, outer_degree) = (fine.degree(e), coarse.degree(outer));
         let columns: Vec<(usize, usize)> =
-            theirs.iter().enumerate().filter_map(|(k, column)| Some((k, (*column)?))).collect();
-        for (row, s) in own.iter().zip(ends) {
+            outer_columns.iter().enumerate().filter_map(|(k, column)| Some((k, (*column)?))).collect();
+        for (row, s) in rows.iter().zip(ends) {
             let (values, _) = hierarchical(outer_degree, s);
             for (row, (k, column)) in row.iter().flat_map(|row| columns.iter().map(move |c| (*row, *c))) {
                 out[(row, column)] = values[k];
@@ -32,12 +33,12 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
         let (points, weights) = gauss_legendre(degree.max(outer_degree) + 1);
         let half = 0.5 * (ends[1] - ends[0]);
         for (t, w) in points.iter().zip(&weights) {
-            let (_, slopes) = hierarchical(outer_degree, ends[0] + half * (t + 1.0));
-            let (_, own_slopes) = hierarchical(degree, *t);
-            for (row, own_slope) in own.iter().zip(&own_slopes).skip(2) {
+            let (_, outer_slopes) = hierarchical(outer_degree, ends[0] + half * (t + 1.0));
+            let (_, slopes) = hierarchical(degree, *t);
+            for (row, slope) in rows.iter().zip(&slopes).skip(2) {
                 let Some(row) = row else { continue };
                 for &(k, column) in &columns {
-                    out[(*row, column)] += w * half * slopes[k] * own_slope;
+                    out[(*row, column)] += w * half * outer_slopes[k] * slope;
                 }
             }
         }
@@ -45,9 +46,9 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     Some(out)
 }
 
-/// The functions of a line `from` (columns) interpolated by those of a line `to` (rows) on a run of its finite elements; other rows are
-/// zero. The interpolant has the values at the nodes, and within each element the nearest slopes. `common` is a refinement of both; `None`
-/// where it is none.
+/// The matrix that interpolates the functions of a line `from` (columns) by those of a line `to` (rows) on a
+/// run of its finite elements; other rows are zero. The interpolant has the same values at the nodes, and
+/// within each element the nearest slopes. `common` is a refinement of both lines; `None` if it is not.
 pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usize>) -> Option<Mat<f64>> {
     let (rows, refined) = (Numbering::new(to), Numbering::new(common));
     let (known, wanted) = (embedding(from, common)?, embedding(to, common)?);
@@ -63,11 +64,11 @@ pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usiz
             }
         }
         for bubble in rows.bubble[e]..rows.bubble[e] + to.degree(e) - 1 {
-            for own in ends[0]..ends[1] {
-                let Element::Finite { length: part, .. } = common.element(own + first_common) else {
+            for piece in ends[0]..ends[1] {
+                let Element::Finite { length: part, .. } = common.element(piece + first_common) else {
                     return None;
                 };
-                let local = refined.element(common, own + first_common);
+                let local = refined.element(common, piece + first_common);
                 let [Some(below), Some(above)] = [local[0], local[1]] else { return None };
                 // The stiffness of the inner functions of an element is the identity times 2 over its length.
                 let weight = length / part;
@@ -85,16 +86,17 @@ pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usiz
     Some(out)
 }
 
-/// The potential modes of `coarse` (columns) in those of `fine` (rows), both in the order of [`potential_offsets`], for lines without
-/// infinite elements: exact where every element of the fine line lies in one of the coarse one and has at least its degree, and
-/// otherwise as near as the degree allows. `None` where an element of the fine line lies in none, or is infinite.
+/// The matrix that expresses the potential modes of `coarse` (columns) in those of `fine` (rows), both in the
+/// order of [`potential_offsets`], for lines without infinite elements: exact where the elements of the fine
+/// line have at least the degree of those around them, and otherwise the best approximation. `None` if an
+/// element of the fine line is infinite or not inside one of the coarse line.
 pub fn mode_embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     let [from, to] = [coarse, fine].map(potential_offsets);
     let mut out = Mat::zeros(to[fine.elements()], from[coarse.elements()]);
     for e in 0..fine.elements() {
         let (outer, ends) = (0..coarse.elements())
             .find_map(|c| within(coarse.element(c), fine.element(e)).map(|ends| (c, ends)))?;
-        let (Element::Finite { length: own, .. }, Element::Finite { length: theirs, .. }) =
+        let (Element::Finite { length, .. }, Element::Finite { length: outer_length, .. }) =
             (fine.element(e), coarse.element(outer))
         else {
             return None;
@@ -105,7 +107,7 @@ pub fn mode_embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
             let s = ends[0] + 0.5 * (ends[1] - ends[0]) * (t + 1.0);
             let polynomials = legendre(outer_degree - 1, s);
             for (n, polynomial) in legendre(degree - 1, *t).iter().enumerate() {
-                let weighed = 0.5 * w * (own / theirs * (2 * n + 1) as f64).sqrt() * polynomial;
+                let weighed = 0.5 * w * (length / outer_length * (2 * n + 1) as f64).sqrt() * polynomial;
                 for (m, polynomial) in polynomials.iter().enumerate() {
                     out[(to[e] + n, from[outer] + m)] += weighed * ((2 * m + 1) as f64).sqrt() * polynomial;
                 }
@@ -115,16 +117,16 @@ pub fn mode_embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     Some(out)
 }
 
-/// Where the ends of an element lie in another, from -1 to 1, if it lies in it.
+/// The coordinates of the ends of an element in another, from -1 to 1; `None` if it is not inside the other.
 fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
     match (outer, inner) {
-        (Element::Finite { start, length }, Element::Finite { start: own, length: short }) => {
-            let ends = [own, own + short].map(|x| 2.0 * (x - start) / length - 1.0);
+        (Element::Finite { start, length }, Element::Finite { start: inner, length: short }) => {
+            let ends = [inner, inner + short].map(|x| 2.0 * (x - start) / length - 1.0);
             (ends[0] > -1.0 - ALIKE && ends[1] < 1.0 + ALIKE).then_some(ends)
         }
-        (Element::Infinite { pole, reach }, Element::Infinite { pole: own_pole, reach: own }) => {
-            let same =
-                (own - reach).abs() <= ALIKE * reach.abs() && (own_pole - pole).abs() <= ALIKE * reach.abs();
+        (Element::Infinite { pole, reach }, Element::Infinite { pole: inner_pole, reach: inner_reach }) => {
+            let near = ALIKE * reach.abs();
+            let same = (inner_reach - reach).abs() <= near && (inner_pole - pole).abs() <= near;
             same.then_some([-1.0, 1.0])
         }
         _ => None,
@@ -138,9 +140,9 @@ mod tests {
     use elastocap_linalg::dense;
 
     fn value(line: &Line, coefficients: &[f64], e: usize, s: f64) -> f64 {
-        let own = Numbering::new(line).element(line, e);
+        let functions = Numbering::new(line).element(line, e);
         let (values, _) = hierarchical(line.degree(e), s);
-        own.iter().zip(values).filter_map(|(n, v)| Some(coefficients[(*n)?] * v)).sum()
+        functions.iter().zip(values).filter_map(|(n, v)| Some(coefficients[(*n)?] * v)).sum()
     }
 
     #[test]
@@ -155,15 +157,16 @@ mod tests {
             (0..m.nrows()).map(|i| x.iter().enumerate().map(|(j, x)| m[(i, j)] * x).sum()).collect()
         };
         let found = times(&interpolation(&from, &to, &common, 0..3).unwrap(), &given);
-        // At the node 1.5 of the first line, and on the last element, where it is of the space.
+        // At the node 1.5 of the second line, and on the last element, where the function is in the space of
+        // that line.
         assert!((value(&to, &found, 0, 1.0) - value(&from, &given, 1, 2.0 * 0.8 / 1.3 - 1.0)).abs() < 1e-13);
         assert!((value(&to, &found, 2, 0.3) - value(&from, &given, 2, 0.3)).abs() < 1e-13);
-        // The slopes of what is left are orthogonal to those of the functions that vanish at the nodes.
-        let [known, own] = [
+        // The slopes of the error are orthogonal to those of the functions that vanish at the nodes.
+        let [known, interpolant] = [
             times(&embedding(&from, &common).unwrap(), &given),
             times(&embedding(&to, &common).unwrap(), &found),
         ];
-        let rest: Vec<f64> = known.iter().zip(&own).map(|(x, y)| x - y).collect();
+        let rest: Vec<f64> = known.iter().zip(&interpolant).map(|(x, y)| x - y).collect();
         let (_, stiffness) = crate::line::line_matrices(&common, &[1.0; 4]);
         let functions = embedding(&to, &common).unwrap();
         let slopes = times(&stiffness, &rest);
@@ -192,7 +195,7 @@ mod tests {
         let found: Vec<f64> = (0..embedded.nrows())
             .map(|i| given.iter().enumerate().map(|(j, g)| embedded[(i, j)] * g).sum())
             .collect();
-        // Elements of the fine line with that of the coarse one, and where they lie in it.
+        // Each element of the fine line, the element of the coarse line around it, and its ends in that.
         for (e, c, ends) in [
             (0, 0, [-1.0, -0.74]),
             (1, 0, [-0.74, 1.0]),
@@ -216,7 +219,7 @@ mod tests {
                 assert!((products[(i, j)] - exact).abs() < 1e-14, "{i} {j}: {}", products[(i, j)]);
             }
         }
-        // The constant on the first element, over the root of its length, is one on both parts of it.
+        // The first mode is constant on the first element, which the fine line divides into two.
         let constant: Vec<f64> = (0..modes.nrows()).map(|i| modes[(i, 0)]).collect();
         let expected = [0.13_f64.sqrt(), 0.0, 0.87_f64.sqrt(), 0.0, 0.0];
         assert!(constant.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{constant:?}");

@@ -34,7 +34,7 @@ impl Jet {
         Self { value, slope: [0, 1].map(|k| (self.slope[k] - value * other.slope[k]) / other.value) }
     }
 
-    /// Its cosine and its sine.
+    /// The cosine and the sine of the value, with their gradients.
     pub(crate) fn cosine_and_sine(self) -> [Self; 2] {
         let (sine, cosine) = self.value.sin_cos();
         [

@@ -5,7 +5,7 @@
 //! * [`mod@line`]: one axis of a tensor-product grid, with elements of any degree and, where it is open, infinite elements.
 //! * [`mod@embedding`]: functions of a line as functions of a finer one.
 //! * [`mixed`]: the Raviart-Thomas pair of fluxes and discontinuous potentials on a line.
-//! * [`condensed`]: products with the operator that this pair makes on a long line.
+//! * [`condensed`]: fast products with the dual operator of this pair.
 //! * [`modes`]: eigenvectors of a line, for fast diagonalisation.
 //! * [`radial`]: a basis in which the squared distance from a pole is diagonal.
 //! * [`triangle`]: potentials and Raviart-Thomas fluxes of any degree on a triangle, straight or with one side on a curve; [`bent`]: the maps of the latter.

@@ -11,7 +11,7 @@
 use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
 
-/// How a line ends.
+/// The kind of an end of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineEnd {
     /// At its outermost node.
@@ -43,7 +43,7 @@ pub enum Element {
     Finite {
         /// Lower node, m.
         start: f64,
-        /// m.
+        /// Length, m.
         length: f64,
     },
     /// From `pole + reach` (reach < 0: downwards) to infinity.
@@ -82,7 +82,7 @@ impl Line {
         }
     }
 
-    /// Where element `e` is.
+    /// The extent of element `e`.
     pub fn element(&self, e: usize) -> Element {
         let first = self.first_finite();
         let last = self.nodes.len() - 1;

@@ -13,7 +13,7 @@ use elastocap_linalg::dense::{self, Llt};
 use faer::{Mat, MatRef};
 use std::ops::Range;
 
-/// The condition on the flux at an end of a segment.
+/// The condition on the flux at one end of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FluxEnd {
     /// The potential is prescribed there and the flux is free (a conductor, a grounded or an odd plane).
@@ -87,8 +87,9 @@ pub fn ones(line: &Line) -> Vec<f64> {
     out
 }
 
-/// Integrals over the finite elements of a line of each potential mode (rows) with each continuous function (columns, in the order of
-/// [`Numbering`]): the modes of a continuous function, as near as their degree allows.
+/// Integrals over the finite elements of a line of each potential mode (rows) with each continuous function
+/// (columns, in the order of [`Numbering`]): the coefficients of the best approximation of each continuous
+/// function by potential modes.
 pub fn potential_modes_of(line: &Line) -> Mat<f64> {
     let (numbering, finite) =
         (Numbering::new(line), line.first_finite()..line.first_finite() + line.degrees.len());
@@ -164,12 +165,12 @@ pub fn mixed_segment(
 pub struct FluxCoordinates {
     /// L, the Cholesky factor of the scaled mass.
     lower: Mat<f64>,
-    /// S, that scaling.
+    /// S, the scaling of the mass.
     scale: Vec<f64>,
 }
 
 impl FluxCoordinates {
-    /// Arguments as for [`mixed_segment`].
+    /// Factorises the mass of the fluxes; the arguments are those of [`mixed_segment`].
     ///
     /// # Errors
     /// [`IllConditioned`] if the elements differ too much in size for double precision.
@@ -197,7 +198,8 @@ impl FluxCoordinates {
         Mat::from_fn(n, n, |i, j| self.scale[i] * out[(i, j)])
     }
 
-    /// The coordinates (rows) of fluxes with these coefficients, one in each column: L^T S^-1 times them.
+    /// The coordinates (rows) of fluxes with the given coefficients, one flux in each column: L^T S^-1 times
+    /// the coefficients.
     pub fn of(&self, coefficients: MatRef<'_, f64>) -> Mat<f64> {
         let unscaled = Mat::from_fn(coefficients.nrows(), coefficients.ncols(), |i, j| {
             coefficients[(i, j)] / self.scale[i]
@@ -225,7 +227,7 @@ pub(crate) fn flux_mass(line: &Line, permittivity: &[f64], continuation: Continu
     mass
 }
 
-/// The line of a run of elements alone.
+/// The part of a line with the given elements.
 pub(crate) fn sub_line(line: &Line, elements: Range<usize>) -> Line {
     let first = line.first_finite();
     let low_infinite = elements.start < first;

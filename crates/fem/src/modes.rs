@@ -37,8 +37,8 @@ pub fn primal_modes(
     primal_modes_beyond(line, elements, permittivity, held, [[0.0; 2]; 2])
 }
 
-/// Modes as those of [`primal_modes`], where the functions continue beyond their ends: `beyond[side]` is what this adds to the mass and
-/// to the stiffness of a function that is 1 at that end.
+/// Modes as those of [`primal_modes`] of functions that continue beyond the ends of the line: `beyond[side]`
+/// is the mass and the stiffness that the continuation of a function adds that is 1 at that end.
 ///
 /// # Errors
 /// [`IllConditioned`] if the elements differ too much in size for double precision.

@@ -14,13 +14,13 @@ use faer::Mat;
 pub struct RadialBasis {
     /// Columns are the new functions in terms of the orthonormal Legendre ones.
     pub blocks: Vec<Mat<f64>>,
-    /// m^2, one per potential mode.
+    /// Squared distances from the pole, m^2, one per potential mode.
     pub squares: Vec<f64>,
 }
 
 impl RadialBasis {
-    /// Diagonalises multiplication by (x - pole)^2 on every element of a line without infinite ends. The functions of an element are those of
-    /// its mirror image across the pole, mirrored, to the last bit.
+    /// Diagonalises multiplication by (x - pole)^2 on every element of a line without infinite ends. The
+    /// functions of two elements that are mirror images about the pole are mirror images to the last bit.
     ///
     /// # Errors
     /// [`IllConditioned`] if the line has an infinite element, or an eigenvalue problem fails.
@@ -53,7 +53,7 @@ impl RadialBasis {
         Ok(Self { blocks, squares })
     }
 
-    /// The basis of a run of elements: `rows` (one per mode of the run, in the Legendre basis) become rows in this one.
+    /// Transforms `rows`, one per mode of a run of elements, from the Legendre basis to this one.
     pub fn rotate_rows(&self, first_element: usize, rows: &Mat<f64>) -> Mat<f64> {
         let mut out = Mat::zeros(rows.nrows(), rows.ncols());
         let mut at = 0;

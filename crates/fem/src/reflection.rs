@@ -1,4 +1,4 @@
-//! Functions of a line that is its own mirror image, reflected at its centre.
+//! The reflection of functions on a symmetric line at its centre.
 
 use crate::line::{Element, Line, LineEnd, Numbering};
 use crate::mixed::potential_offsets;
@@ -7,7 +7,7 @@ use faer::Mat;
 /// Coordinates that differ by less than this share of the line's length are the same.
 const ALIKE: f64 = 1e-12;
 
-/// Whether a line is its own mirror image: its elements, their degrees and its ends.
+/// Whether a line is symmetric about its centre: its elements, their degrees and its ends.
 pub fn is_symmetric(line: &Line) -> bool {
     let alike = |x: f64, y: f64| is_centre(line, 0.5 * (x + y));
     let ends = match line.ends {
@@ -29,8 +29,8 @@ pub fn is_centre(line: &Line, x: f64) -> bool {
     }
 }
 
-/// The continuous functions of a symmetric line, in the order of [`Numbering`]: row and column of each function and its reflection,
-/// whose values are those of the function at the mirrored points.
+/// The matrix that reflects the continuous functions of a symmetric line, in the order of [`Numbering`]. A
+/// reflected function has the values of the function at the mirrored points.
 pub fn reflected_functions(line: &Line) -> Mat<f64> {
     let numbering = Numbering::new(line);
     let elements = line.elements();
@@ -47,8 +47,8 @@ pub fn reflected_functions(line: &Line) -> Mat<f64> {
     out
 }
 
-/// The modes of the discontinuous potential of [`crate::mixed`] on the finite elements of a symmetric line: row and column of each mode
-/// and its reflection, as for the continuous functions of [`reflected_functions`].
+/// The matrix that reflects the modes of the discontinuous potential of [`crate::mixed`] on the finite
+/// elements of a symmetric line, as [`reflected_functions`] does for continuous functions.
 pub fn reflected_modes(line: &Line) -> Mat<f64> {
     let offsets = potential_offsets(line);
     let elements = line.elements();
@@ -62,7 +62,8 @@ pub fn reflected_modes(line: &Line) -> Mat<f64> {
     out
 }
 
-/// 1 of an even number and -1 of an odd one: the parity of Legendre's polynomials, and of the functions made from them.
+/// 1 for an even degree and -1 for an odd one: the parity of Legendre polynomials, and of the functions
+/// derived from them.
 fn parity(n: usize) -> f64 {
     if n.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
@@ -83,17 +84,19 @@ mod tests {
         let line = line([3, 5, 3]);
         assert!(is_symmetric(&line));
         let numbering = Numbering::new(&line);
-        let value = |of: &dyn Fn(usize) -> f64, e: usize, s: f64| -> f64 {
+        let value = |function: &dyn Fn(usize) -> f64, e: usize, s: f64| -> f64 {
             let (values, _) = hierarchical(line.degree(e), s);
-            numbering.element(&line, e).iter().zip(values).filter_map(|(n, v)| Some(of((*n)?) * v)).sum()
+            let indices = numbering.element(&line, e);
+            indices.iter().zip(values).filter_map(|(n, v)| Some(function((*n)?) * v)).sum()
         };
-        let own = |n: usize| 1.0 + (n * n % 7) as f64;
+        let coefficient = |n: usize| 1.0 + (n * n % 7) as f64;
         let reflection = reflected_functions(&line);
-        let reflected = |n: usize| (0..numbering.len).map(|m| reflection[(n, m)] * own(m)).sum();
+        let reflected = |n: usize| (0..numbering.len).map(|m| reflection[(n, m)] * coefficient(m)).sum();
         for e in 0..line.elements() {
             for s in [-0.7, -0.1, 0.4] {
-                let (here, there) = (value(&reflected, e, s), value(&own, line.elements() - 1 - e, -s));
-                assert!((here - there).abs() < 1e-13, "element {e} at {s}: {here} and {there}");
+                let found = value(&reflected, e, s);
+                let exact = value(&coefficient, line.elements() - 1 - e, -s);
+                assert!((found - exact).abs() < 1e-13, "element {e} at {s}: {found} and {exact}");
             }
         }
     }
@@ -103,14 +106,14 @@ mod tests {
         let line = Line { ends: [LineEnd::Finite; 2], ..line([2, 4, 2]) };
         let offsets = potential_offsets(&line);
         let reflection = reflected_modes(&line);
-        let value = |of: &dyn Fn(usize) -> f64, e: usize, s: f64| -> f64 {
-            legendre(line.degree(e) - 1, s).iter().enumerate().map(|(n, v)| of(offsets[e] + n) * v).sum()
+        let value = |mode: &dyn Fn(usize) -> f64, e: usize, s: f64| -> f64 {
+            legendre(line.degree(e) - 1, s).iter().enumerate().map(|(n, v)| mode(offsets[e] + n) * v).sum()
         };
-        let own = |n: usize| 1.0 + (n * n % 5) as f64;
-        let reflected = |n: usize| (0..offsets[3]).map(|m| reflection[(n, m)] * own(m)).sum();
+        let coefficient = |n: usize| 1.0 + (n * n % 5) as f64;
+        let reflected = |n: usize| (0..offsets[3]).map(|m| reflection[(n, m)] * coefficient(m)).sum();
         for e in 0..3 {
-            let (here, there) = (value(&reflected, e, 0.3), value(&own, 2 - e, -0.3));
-            assert!((here - there).abs() < 1e-13, "element {e}: {here} and {there}");
+            let (found, exact) = (value(&reflected, e, 0.3), value(&coefficient, 2 - e, -0.3));
+            assert!((found - exact).abs() < 1e-13, "element {e}: {found} and {exact}");
         }
     }
 

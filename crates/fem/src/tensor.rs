@@ -39,7 +39,7 @@ impl<T: Real> Dense<T> {
         Self { rows, cols, data }
     }
 
-    /// As a left factor.
+    /// The matrix as a left factor.
     #[inline]
     pub fn left(&self) -> Left<'_, T> {
         Left { data: &self.data, rows: self.rows, cols: self.cols, row: self.cols, col: 1 }
@@ -52,13 +52,13 @@ impl<T: Real> Dense<T> {
         Left { data, rows: range.len(), cols: self.cols, row: self.cols, col: 1 }
     }
 
-    /// Rows as columns.
+    /// The transposed matrix.
     pub fn transposed(&self) -> Self {
         let entry = |k: usize| self.data[k % self.rows * self.cols + k / self.rows];
         Self { rows: self.cols, cols: self.rows, data: (0..self.data.len()).map(entry).collect() }
     }
 
-    /// As a right factor.
+    /// The matrix as a right factor.
     #[inline]
     pub fn right(&self) -> Right<'_, T> {
         Right { data: &self.data, cols: self.cols, stride: self.cols }
@@ -119,11 +119,12 @@ impl<T> SparseRows<T> {
     }
 }
 
-/// Share of the entries of a dense strip that may be zeros, at most: products of small dense matrices are several times as fast as sums
-/// of single entries.
-const MOST_ZEROS: f64 = 0.6;
+/// The largest share of zeros among the entries of a dense strip. Products of small dense matrices are
+/// several times as fast per entry as sparse ones.
+const MAX_ZEROS: f64 = 0.6;
 
-/// A sparse matrix of one axis, as dense matrices of rows side by side: of those that share most of their columns, or of so many at a time.
+/// A sparse matrix along one axis, stored as dense matrices of consecutive rows: rows that share most of
+/// their columns, or a fixed number of rows at a time.
 #[derive(Debug, Clone)]
 pub struct Strips {
     rows: usize,
@@ -137,11 +138,12 @@ struct Strip {
     first_row: usize,
     first_column: usize,
     matrix: Dense<f64>,
-    turned: Dense<f64>,
+    transposed: Dense<f64>,
 }
 
 impl Strips {
-    /// Strips of rows that share most of their columns. Functions of a line at points on its elements make one for each element.
+    /// Strips of rows that share most of their columns. The values of the functions of a line at points on
+    /// its elements give one strip per element.
     pub fn new(matrix: &SparseRows<f64>) -> Self {
         let hull = |row: usize| {
             let columns = || matrix.row(row).iter().map(|(column, _)| *column);
@@ -155,7 +157,7 @@ impl Strips {
             {
                 let joint = columns.start.min(hull.start)..columns.end.max(hull.end);
                 let dense = ((rows.len() + 1) * joint.len()) as f64;
-                if (*entries + count) as f64 >= (1.0 - MOST_ZEROS) * dense {
+                if (*entries + count) as f64 >= (1.0 - MAX_ZEROS) * dense {
                     (rows.end, *columns, *entries) = (row + 1, joint, *entries + count);
                     continue;
                 }
@@ -165,7 +167,7 @@ impl Strips {
         Self::of(matrix, runs.into_iter().map(|(rows, columns, _)| (rows, columns)))
     }
 
-    /// Strips of `count` rows, for a matrix whose entries are near the diagonal, however few they are.
+    /// Strips of `count` rows each, whatever their zeros, for a matrix whose entries are near the diagonal.
     pub fn of_rows(matrix: &SparseRows<f64>, count: usize) -> Self {
         let count = count.max(1);
         let rows = |first: usize| first..(first + count).min(matrix.rows());
@@ -177,16 +179,16 @@ impl Strips {
         Self::of(matrix, (0..matrix.rows()).step_by(count).map(rows).map(hull))
     }
 
-    /// The strips that have these rows and columns.
+    /// Strips of the given ranges of rows and columns.
     fn of(matrix: &SparseRows<f64>, runs: impl Iterator<Item = (Range<usize>, Range<usize>)>) -> Self {
         let strip = |(rows, columns): (Range<usize>, Range<usize>)| {
             let mut data = vec![0.0; rows.len() * columns.len()];
-            for (own, row) in data.chunks_exact_mut(columns.len().max(1)).zip(rows.clone()) {
-                matrix.row(row).iter().for_each(|(column, value)| own[column - columns.start] += value);
+            for (entries, row) in data.chunks_exact_mut(columns.len().max(1)).zip(rows.clone()) {
+                matrix.row(row).iter().for_each(|(column, value)| entries[column - columns.start] += value);
             }
             let dense = Dense { rows: rows.len(), cols: columns.len(), data };
-            let turned = dense.transposed();
-            Strip { first_row: rows.start, first_column: columns.start, matrix: dense, turned }
+            let transposed = dense.transposed();
+            Strip { first_row: rows.start, first_column: columns.start, matrix: dense, transposed }
         };
         let strips: Vec<Strip> = runs.map(strip).collect();
         let is_full = strips.iter().map(|strip| strip.matrix.rows).sum::<usize>() == matrix.rows();
@@ -209,7 +211,7 @@ impl Strips {
         }
     }
 
-    /// `out = M x` as [`Strips::times`] has it, on several threads.
+    /// `out = M x` as by [`Strips::times`], on several threads.
     pub fn times_in_parallel(&self, x: &[f64], width: usize, out: &mut [f64]) {
         if !self.is_full {
             out.fill(0.0);
@@ -218,17 +220,18 @@ impl Strips {
         let mut pieces = Vec::with_capacity(self.strips.len());
         for strip in &self.strips {
             let (_, after) = std::mem::take(&mut rest).split_at_mut((strip.first_row - done) * width);
-            let (own, after) = after.split_at_mut(strip.matrix.rows * width);
+            let (part, after) = after.split_at_mut(strip.matrix.rows * width);
             (rest, done) = (after, strip.first_row + strip.matrix.rows);
-            pieces.push((strip, own));
+            pieces.push((strip, part));
         }
-        pieces.into_par_iter().for_each(|(strip, own)| {
+        pieces.into_par_iter().for_each(|(strip, part)| {
             let source = right(x, strip.first_column * width, width, width);
-            multiply(strip.matrix.left(), source, target(own, 0, width), false);
+            multiply(strip.matrix.left(), source, target(part, 0, width), false);
         });
     }
 
-    /// `out = X M^T`, or `out += X M^T`, for `count` rows of X and as many of `out`, which begin so many entries apart.
+    /// `out = X M^T`, or `out += X M^T`, for `count` rows of X, which begin `apart` entries apart, and as
+    /// many of `out`.
     pub fn times_rows(&self, x: &[f64], count: usize, apart: usize, out: Target<'_, f64>, accumulate: bool) {
         let Target { data, stride } = out;
         if !accumulate && !self.is_full {
@@ -239,12 +242,12 @@ impl Strips {
         }
         for strip in &self.strips {
             let source = left(x, strip.first_column, count, strip.matrix.cols, apart);
-            multiply(source, strip.turned.right(), target(data, strip.first_row, stride), accumulate);
+            multiply(source, strip.transposed.right(), target(data, strip.first_row, stride), accumulate);
         }
     }
 }
 
-/// A sparse matrix applied along one axis of an array: the product and its shape.
+/// Applies a sparse matrix along one axis of an array. Returns the product and its shape.
 pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (Vec<f64>, Dims) {
     let mut shape = dims;
     shape[axis] = matrix.rows();
@@ -260,15 +263,15 @@ pub fn along(axis: usize, matrix: &SparseRows<f64>, x: &[f64], dims: Dims) -> (V
             strips.times(&x[i * from..(i + 1) * from], dims[2], slab, false);
         }),
         _ => out.par_chunks_mut(to).enumerate().for_each(|(i, slab)| {
-            let own = &x[i * from..(i + 1) * from];
-            strips.times_rows(own, dims[1], dims[2], target(slab, 0, shape[2]), false);
+            let slice = &x[i * from..(i + 1) * from];
+            strips.times_rows(slice, dims[1], dims[2], target(slab, 0, shape[2]), false);
         }),
     }
     (out, shape)
 }
 
-/// Gives a buffer this length; what it holds is not specified. New memory comes as zeros from the system, and its pages are first touched
-/// by the threads that fill it, not by one thread before.
+/// Gives a buffer this length; its contents are unspecified. New memory comes zeroed from the system, so that
+/// its pages are first touched by the threads that fill it.
 pub fn sized<T: Real>(buffer: &mut Vec<T>, len: usize) {
     if buffer.len() != len {
         *buffer = vec![T::default(); len];
@@ -362,12 +365,12 @@ mod tests {
         strips.times_rows(&x, count, m.ncols() + 2, target(&mut out, 0, m.nrows() + 3), false);
         let first = out.clone();
         strips.times_rows(&x, count, m.ncols() + 2, target(&mut out, 0, m.nrows() + 3), true);
-        for (row, (own, before)) in out.chunks(m.nrows() + 3).zip(first.chunks(m.nrows() + 3)).enumerate() {
+        for (row, (after, before)) in out.chunks(m.nrows() + 3).zip(first.chunks(m.nrows() + 3)).enumerate() {
             for i in 0..m.nrows() {
                 let exact: f64 = (0..m.ncols()).map(|j| m[(i, j)] * x[row * (m.ncols() + 2) + j]).sum();
-                assert_eq!((before[i], own[i]), (exact, 2.0 * exact));
+                assert_eq!((before[i], after[i]), (exact, 2.0 * exact));
             }
-            assert_eq!(own[m.nrows()..], [1.0; 3]);
+            assert_eq!(after[m.nrows()..], [1.0; 3]);
         }
     }
 }

@@ -1,26 +1,27 @@
-//! Whether a shape touches a box.
+//! Tests for contact between a shape and a box.
 
 use crate::outline;
 use crate::scene::{Box3, across};
 use crate::shapes::{Shape, TriangleSurface};
 use crate::winding;
 
-/// Halvings of a segment that look for its point nearest to a box.
+/// Halvings of a segment in the search for its point nearest to a box.
 const HALVINGS: usize = 60;
 
-/// Shapes as far apart as this share of the largest coordinate of the box touch it: rounding parts them.
+/// A shape touches a box if their distance is below this share of the largest coordinate of the box, since
+/// rounding may separate them.
 const ROUNDING: f64 = 1e-12;
 
 impl Shape {
-    /// Whether the closed shape and the closed box share a point. Never for a group of a mesh, whose cells only the mesh knows; arcs of an
-    /// outline are the sides that stand for them.
+    /// Whether the closed shape and the closed box share a point. `false` for a group of a mesh, whose cells
+    /// only the mesh knows; arcs of an outline count as the sides that replace them.
     pub fn touches_box(&self, region: &Box3) -> bool {
-        // Sums of coordinates are rounded: what touches in the file must not come apart by that.
+        // Sums of coordinates are rounded; shapes that touch in the file must still touch.
         let slack =
             ROUNDING * region.min.iter().chain(&region.max).fold(0.0, |most: f64, x| most.max(x.abs()));
         let region = &Box3 { min: region.min.map(|x| x - slack), max: region.max.map(|x| x + slack) };
         match self {
-            Self::Box(own) => own.touches(region),
+            Self::Box(box3) => box3.touches(region),
             Self::Sphere { center, radius } => nearest(region, *center) <= *radius,
             Self::Shell { center, radius } => farthest(region, *center) >= *radius,
             Self::Capsule { from, to, radius } => nearest_to_segment(region, [*from, *to]) <= *radius,
@@ -46,7 +47,7 @@ impl Shape {
 }
 
 impl TriangleSurface {
-    /// Whether what the surface encloses and the closed box share a point.
+    /// Whether the space that the surface encloses and the closed box share a point.
     pub fn touches_box(&self, region: &Box3) -> bool {
         let corners = |face: &[u32; 3]| face.map(|p| self.points[p as usize]);
         self.faces.iter().any(|face| meets_triangle(region, corners(face)))
@@ -93,7 +94,7 @@ fn nearest_to_segment(region: &Box3, [from, to]: [[f64; 3]; 2]) -> f64 {
 
 /// A box seen along an axis.
 struct Plane {
-    /// Its ends along the axis.
+    /// The ends of the box along the axis.
     ends: [f64; 2],
     min: [f64; 2],
     max: [f64; 2],
@@ -108,7 +109,7 @@ impl Plane {
         }
     }
 
-    /// Whether it and what lies between two heights have a height in common.
+    /// Whether the box and the slab between two heights have a height in common.
     fn meets(&self, [low, high]: [f64; 2]) -> bool {
         self.ends[0] <= high && low <= self.ends[1]
     }
@@ -132,7 +133,7 @@ impl Plane {
     }
 }
 
-/// Whether a box and a triangle share a point: whether the box leaves anything of the triangle.
+/// Whether a box and a triangle share a point, by clipping the triangle at the faces of the box.
 fn meets_triangle(region: &Box3, triangle: [[f64; 3]; 3]) -> bool {
     let mut left = triangle.to_vec();
     for a in 0..3 {
@@ -163,7 +164,7 @@ mod tests {
     /// From 0 to 1 along all axes.
     const UNIT: Box3 = Box3 { min: [0.0; 3], max: [1.0; 3] };
 
-    /// Whether a shape touches the box where it is, and once it is moved away by a thousandth.
+    /// Whether a shape touches the box, and whether it still does after a move away by a thousandth.
     fn touches(shape: &Shape, away: [f64; 3]) -> [bool; 2] {
         let moved = shape.moved(away.map(|x| 1e-3 * x)).unwrap();
         [shape, &moved].map(|shape| shape.touches_box(&UNIT))

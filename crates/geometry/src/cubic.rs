@@ -3,7 +3,7 @@
 /// A parametric cubic by its four control points in Bernstein-Bezier form, from the first to the last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cubic {
-    /// Its two ends are the first and the last.
+    /// The control points; the first and the last one are the ends of the curve.
     pub control: [[f64; 2]; 4],
 }
 
@@ -18,7 +18,7 @@ impl Cubic {
         self.blossom([t; 3])
     }
 
-    /// Its polar form, which is linear in each of three parameters (de Casteljau's algorithm).
+    /// The polar form of the cubic, which is linear in each of three parameters (de Casteljau's algorithm).
     fn blossom(&self, [r, s, t]: [f64; 3]) -> [f64; 2] {
         let [a, b, c, d] = self.control;
         let [a, b, c] = [mixed(r, a, b), mixed(r, b, c), mixed(r, c, d)];
@@ -38,7 +38,7 @@ impl Cubic {
         Self { control: [end(from), inner[0], inner[1], end(to)] }
     }
 
-    /// This cubic, from its other end.
+    /// This cubic in the opposite direction.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let [a, b, c, d] = self.control;
@@ -63,7 +63,7 @@ impl Cubic {
         legs.windows(2).map(angle).sum()
     }
 
-    /// The direction in which it begins, of length one.
+    /// The direction of the curve at its begin, of length one.
     pub fn begins(&self) -> [f64; 2] {
         let [from, rest @ ..] = self.control;
         let next = rest.into_iter().find(|p| *p != from).unwrap_or(from);
@@ -102,7 +102,7 @@ impl Cubic {
         out
     }
 
-    /// Parameters at which it crosses the line through two points.
+    /// Parameters at which the curve crosses the line through two points.
     pub fn crossings(&self, [a, b]: [[f64; 2]; 2]) -> Vec<f64> {
         let length = distance(a, b);
         let normal = [(a[1] - b[1]) / length, (b[0] - a[0]) / length];
@@ -110,7 +110,8 @@ impl Cubic {
         Self::roots(self.control.map(side))
     }
 
-    /// How often the ray from a point in the direction of the first axis meets it, counted as for the straight sides of an outline.
+    /// The number of crossings of the curve with the ray from a point in the direction of the first axis,
+    /// counted as for the straight sides of an outline.
     pub fn passes(&self, p: [f64; 2]) -> usize {
         let [a, b, c, d] = self.control.map(|q| q[1]);
         let mut ends = vec![0.0];
@@ -140,12 +141,12 @@ impl Cubic {
         ends.windows(2).filter(|pair| meets(pair)).count()
     }
 
-    /// The rectangle around its control points, by the lower and the upper corner: it lies in it.
+    /// A rectangle that contains the curve, by its lower and upper corner: that around the control points.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
-        let of = |start: f64, least: fn(f64, f64) -> f64| {
+        let corner = |start: f64, least: fn(f64, f64) -> f64| {
             [0, 1].map(|k| self.control.iter().map(|p| p[k]).fold(start, least))
         };
-        [of(f64::INFINITY, f64::min), of(f64::NEG_INFINITY, f64::max)]
+        [corner(f64::INFINITY, f64::min), corner(f64::NEG_INFINITY, f64::max)]
     }
 }
 
@@ -181,7 +182,8 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
         let [p, q] = ends(k);
         [0, 1].map(|m| (q[m] - p[m]) / steps[k])
     };
-    // One row for the slope at each point: the factors of those before and after it, where its own is 2, and the right-hand side.
+    // One row for the slope at each point: the factors of the slopes before and after it, if its factor is 2,
+    // and the right-hand side.
     let rows: Vec<([f64; 2], [f64; 2])> = (0..n)
         .map(|k| {
             let (before, after) = ((k + pieces - 1) % pieces, k % pieces);

@@ -4,7 +4,7 @@ use crate::cubic::{Cubic, distance, spline};
 use crate::shapes::{Arc, Curve};
 use std::f64::consts::{PI, TAU};
 
-/// Sides that a whole circle is divided into, and a curve that turns as much, for what knows polygons only.
+/// The number of sides for a whole circle, and for a curve that turns as much, where polygons replace curves.
 const SIDES: f64 = 128.0;
 
 /// Points closer together than this share of the outline's extent are one.
@@ -21,21 +21,22 @@ pub enum Entry {
     Corner([f64; 2]),
     /// An arc of a circle from the end of the entry before.
     Arc {
-        /// A point that it passes through.
+        /// A point on the arc.
         through: [f64; 2],
         /// Where it ends.
         to: [f64; 2],
     },
-    /// A cubic spline from the end of the entry before ([`spline`]). One that is the only entry begins in its own end and is closed.
+    /// A cubic spline from the end of the entry before ([`spline`]). A spline that is the only entry begins
+    /// at its end and is closed.
     Spline {
-        /// Points that it passes through, in order.
+        /// Points on the spline, in order.
         through: Vec<[f64; 2]>,
         /// Where it ends.
         to: [f64; 2],
     },
     /// A corner between two straight sides, rounded.
     Rounded {
-        /// Where the sides would meet.
+        /// The corner in which the sides would meet.
         corner: [f64; 2],
         /// The radius of the rounding, positive.
         radius: f64,
@@ -62,13 +63,13 @@ pub enum Flaw {
 pub struct Drawn {
     /// Corners, those on curves among them.
     pub outline: Vec<[f64; 2]>,
-    /// The parts of it that stand for curves: one for each arc, one for each cubic of a spline.
+    /// The parts of the outline that replace curves: one for each arc, and one for each cubic of a spline.
     pub arcs: Vec<Arc>,
     /// The entry that each corner comes from.
     pub entries: Vec<usize>,
 }
 
-/// Draws an outline, which is closed by itself.
+/// Draws an outline. Its last entry is joined to the first.
 ///
 /// # Errors
 /// [`Flaw`]
@@ -80,20 +81,20 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
         | Entry::Spline { to: place, .. }
         | Entry::Rounded { corner: place, .. } => *place,
     };
-    let all = entries.iter().zip(0..).flat_map(|(entry, k)| {
+    let points = entries.iter().zip(0..).flat_map(|(entry, k)| {
         let through = if let Entry::Spline { through, .. } = entry { &through[..] } else { &[] };
         through.iter().copied().chain([place(k)])
     });
     let extent = (0..2).map(|k| {
-        let x = all.clone().map(|p| p[k]);
+        let x = points.clone().map(|p| p[k]);
         x.clone().fold(f64::NEG_INFINITY, f64::max) - x.fold(f64::INFINITY, f64::min)
     });
     let extent = extent.fold(0.0, f64::max);
     let near = SAME * extent;
-    // From an entry that begins where no curve ends.
+    // The drawing starts with an entry that does not begin at the end of a curve.
     let is_curve = |k: usize| matches!(entries[k % n], Entry::Arc { .. } | Entry::Spline { .. });
     let is_rounded = |k: usize| matches!(entries[k % n], Entry::Rounded { .. });
-    // How much of the straight sides the rounding of an entry takes, if it is one.
+    // The length that a rounded corner removes from both straight sides; 0 for other entries.
     let taken = |k: usize| match entries[k % n] {
         Entry::Rounded { corner, radius } => {
             Angle::new([k + n - 1, k + 1].map(place), corner, near).map_or(0.0, |angle| angle.taken(radius))
@@ -142,14 +143,14 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
                 }
                 let neighbours = [k + n - 1, k + 1];
                 let angle = Angle::new(neighbours.map(place), corner, near).ok_or(Flaw::NoCorner(k))?;
-                let own = angle.taken(radius);
-                if (0..2).any(|side| own + taken(neighbours[side]) > angle.lengths[side] + near) {
+                let cut = angle.taken(radius);
+                if (0..2).any(|side| cut + taken(neighbours[side]) > angle.lengths[side] + near) {
                     return Err(Flaw::TooLarge(k));
                 }
                 let Angle { sides: [u, v], cosine, sine, .. } = angle;
-                let [begin, end] = [u, v].map(|side| [0, 1].map(|a| corner[a] + own * side[a]));
+                let [begin, end] = [u, v].map(|side| [0, 1].map(|a| corner[a] + cut * side[a]));
                 let sum = [u[0] + v[0], u[1] + v[1]];
-                let along = radius.hypot(own) / sum[0].hypot(sum[1]);
+                let along = radius.hypot(cut) / sum[0].hypot(sum[1]);
                 let center = [0, 1].map(|a| corner[a] + along * sum[a]);
                 let turn = (PI - sine.abs().atan2(cosine)) * if sine < 0.0 { 1.0 } else { -1.0 };
                 out.arc(center, radius, (begin, end), turn, k, near);
@@ -188,7 +189,7 @@ impl Angle {
         self.sine.abs() / (1.0 + self.cosine)
     }
 
-    /// How much of both sides a rounding takes.
+    /// The length that a rounding removes from both sides.
     fn taken(&self, radius: f64) -> f64 {
         radius / self.half_tangent()
     }
@@ -278,7 +279,7 @@ mod tests {
         0.5 * outline.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>()
     }
 
-    /// Exactly, from the corners between curves and what lies between these and their chords.
+    /// The exact area, from the corners between curves and the areas between the curves and their chords.
     fn area_with_arcs(drawn: &Drawn) -> f64 {
         let n = drawn.outline.len();
         let beside = |arc: &Arc| match arc.curve {

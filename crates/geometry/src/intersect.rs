@@ -1,4 +1,4 @@
-//! Finds triangles that meet where they should not: a tree of boxes proposes pairs, exact predicates decide.
+//! Intersection tests for triangles: a tree of boxes finds candidate pairs, and exact predicates decide.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -7,7 +7,7 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 pub(crate) type Point = [f64; 3];
 
-/// Triangles, or other things with bounds, in a tree of boxes.
+/// Triangles, or other objects with bounds, in a tree of boxes.
 pub(crate) struct Search {
     tree: Bvh2,
     boxes: Vec<Aabb>,
@@ -162,8 +162,8 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
 
 /// Whether two closed triangles have a point in common. If they do, an edge of one meets the other.
 fn apart_meet(f: [Point; 3], g: [Point; 3]) -> bool {
-    let beyond = |t: [Point; 3], of: [Point; 3]| {
-        let s = of.map(|p| side(t[0], t[1], t[2], p));
+    let beyond = |t: [Point; 3], other: [Point; 3]| {
+        let s = other.map(|p| side(t[0], t[1], t[2], p));
         s.iter().all(|&s| s > 0.0) || s.iter().all(|&s| s < 0.0)
     };
     if beyond(f, g) || beyond(g, f) {
@@ -208,10 +208,10 @@ fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bo
 
 /// The two axes onto which a triangle projects with the largest area, so that it does not become flat.
 fn flat_axes(t: [Point; 3]) -> [usize; 2] {
-    let all = [[0, 1], [1, 2], [2, 0]];
-    let size = all.map(|axes| flat_turn(axes, t[0], t[1], t[2]).abs());
+    let projections = [[0, 1], [1, 2], [2, 0]];
+    let size = projections.map(|axes| flat_turn(axes, t[0], t[1], t[2]).abs());
     let best = (0..3).fold(0, |best, k| if size[k] > size[best] { k } else { best });
-    all[best]
+    projections[best]
 }
 
 /// Whether the three points lie on one line, exactly.
@@ -225,7 +225,7 @@ fn side(a: Point, b: Point, c: Point, d: Point) -> f64 {
     orient3d(a, b, c, d)
 }
 
-/// The way abc turn, projected onto two axes: positive anticlockwise, with an exact sign.
+/// The orientation of abc, projected onto two axes: positive if anticlockwise, with an exact sign.
 pub(crate) fn flat_turn(axes: [usize; 2], a: Point, b: Point, c: Point) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p[axes[0]], y: p[axes[1]] });
     orient2d(a, b, c)

@@ -1,4 +1,5 @@
-//! Bodies, outlines drawn side by side and with holes, and the scene that they make up, its mirror planes and turns that give it more of them, boxes recognised in it, meshes of it, and the files that other programs read and write.
+//! Geometry of scenes: shapes of bodies, outlines, symmetries of a scene, recognition of boxes and prisms,
+//! meshes, and the import and export of files of other programs.
 
 mod box3;
 pub mod contact;

@@ -1,4 +1,4 @@
-//! Planes of symmetry: a scene that is its own mirror image needs only one half of it solved.
+//! Planes of symmetry: of a symmetric scene only one half needs to be solved.
 //!
 //! Conductors either lie on both sides of such a plane, or change places with one another about it. Every potential is the sum of
 //! one that is even about the plane, for which it takes the place of an insulated wall, and one that is odd, for which it takes the
@@ -9,10 +9,10 @@ use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall, across};
 use crate::shapes::{Arc, Curve, Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Distances this small, relative to the extent of the scene, are none.
+/// Distances below this, relative to the extent of the scene, count as zero.
 const TOLERANCE: f64 = 1e-12;
 
-/// For each axis where the scene is its own mirror image about a plane normal to it, m; at most one plane per axis.
+/// The planes about which a scene is symmetric, at most one normal to each axis, at a coordinate in m.
 ///
 /// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, where
 /// conductors that change places about it touch it, and where a surface has edges on one side that the other side has not.
@@ -28,8 +28,8 @@ pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
         }
         // About the middle of a body, or about that of all conductors together.
         let of_one = scene.shapes().zip(&boxes).find_map(|(shape, b)| middle(shape, b, axis))?;
-        let all = scene.conductor_parts().map(|(_, part)| bounds(part)).reduce(|all, b| all.union(&b));
-        let of_all = all.map(|b| 0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite());
+        let joint = scene.conductor_parts().map(|(_, part)| bounds(part)).reduce(|a, b| a.union(&b));
+        let of_all = joint.map(|b| 0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite());
         let candidates = std::iter::once(of_one).chain(of_all.filter(|at| (at - of_one).abs() > near));
         candidates.into_iter().find_map(|at| {
             let plane = Plane { axis, at, near };
@@ -60,7 +60,7 @@ pub fn part(scene: &Scene, planes: &[Option<MirrorPlane>; 3]) -> Scene {
     out
 }
 
-/// Where the plane of a body would be.
+/// The coordinate that a mirror plane of a body would have.
 fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     match shape {
         Shape::Sphere { center, .. } | Shape::Shell { center, .. } => Some(center[axis]),
@@ -103,7 +103,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// For each body its image among them, if all have one.
+    /// For each body the one that is its image, if all have one.
     fn images(&self, bodies: &[&Body]) -> Option<Vec<usize>> {
         let boxes: Vec<Vec<Box3>> = bodies.iter().map(|b| b.parts.iter().map(bounds).collect()).collect();
         let mut images: Vec<Option<usize>> = vec![None; bodies.len()];
@@ -144,20 +144,21 @@ impl Plane {
             })
     }
 
-    /// Whether it touches a part of a body.
+    /// Whether the plane touches a part of a body.
     fn touches(&self, body: &Body) -> bool {
         let (low, high) = (self.at - self.near, self.at + self.near);
         body.parts.iter().map(bounds).any(|b| b.min[self.axis] <= high && b.max[self.axis] >= low)
     }
 
-    /// Whether it goes through the middle of the box, or the box is everywhere along the axis.
+    /// Whether the plane goes through the middle of the box, or the box is infinite in both directions along
+    /// the axis.
     fn halves(&self, b: &Box3) -> bool {
         self.maps_box(b, b)
     }
 
     /// Whether one box is the image of the other.
     fn maps_box(&self, one: &Box3, other: &Box3) -> bool {
-        // No image of infinity is anywhere else.
+        // The image of infinity is infinity.
         let apart = |x: f64, y: f64| if x == y { 0.0 } else { (x - y).abs() };
         let image = |x: f64| 2.0 * self.at - x;
         (0..3).all(|a| {
@@ -170,14 +171,15 @@ impl Plane {
         })
     }
 
-    /// Whether a shape is the image of another one, or of itself, the bounds of which are the image of its own.
+    /// Whether a shape is the image of another one, or of itself, given that their bounds are images of each
+    /// other.
     fn maps_shape(&self, one: &Shape, other: &Shape) -> bool {
         match (one, other) {
             (Shape::Box(_), Shape::Box(_))
             | (Shape::Sphere { .. }, Shape::Sphere { .. })
             | (Shape::Shell { .. }, Shape::Shell { .. }) => true,
             (Shape::Capsule { from, to, .. }, Shape::Capsule { from: first, to: second, .. }) => {
-                // Bounds do not tell which way it leans.
+                // Bounds do not determine the direction of the segment.
                 let maps = |p: &[f64; 3], q: &[f64; 3]| {
                     let image = |a: usize| if a == self.axis { 2.0 * self.at - p[a] } else { p[a] };
                     (0..3).all(|a| (image(a) - q[a]).abs() <= 4.0 * self.near)
@@ -227,8 +229,8 @@ impl Plane {
         n == other.len() && (0..n).any(from)
     }
 
-    /// Whether each curve of an outline has an image among those of another, the corners of which are the images of its own: these tell
-    /// circles, but not cubics.
+    /// Whether each curve of an outline has an image among those of another, given that their corners are
+    /// images of each other. The corners determine circles, but not cubics.
     fn maps_curves(&self, one: &[Arc], other: &[Arc], reflected: Option<usize>) -> bool {
         let same = |p: [f64; 2], q: [f64; 2]| (0..2).all(|m| (p[m] - q[m]).abs() <= 1e2 * self.near);
         let is_image = |one: &Curve, other: &Curve| match (one, other) {
@@ -251,13 +253,14 @@ impl Plane {
         point
     }
 
-    /// Every flat part is the image of one: they have the same edges, and a flat part is what lies within its edges.
+    /// Whether every flat part of one surface is the image of one of the other: its edges, which determine
+    /// it, are the images of edges.
     fn maps_surface(&self, one: &TriangleSurface, other: &TriangleSurface) -> bool {
-        let (Some(own), Some(theirs)) = (outlines(one), outlines(other)) else { return false };
-        let Some(images) = self.corner_images((one, &own), (other, &theirs)) else { return false };
-        let all: BTreeSet<&Vec<[u32; 2]>> = theirs.iter().collect();
-        own.len() == theirs.len()
-            && own.iter().all(|outline| {
+        let (Some(first), Some(second)) = (outlines(one), outlines(other)) else { return false };
+        let Some(images) = self.corner_images((one, &first), (other, &second)) else { return false };
+        let others: BTreeSet<&Vec<[u32; 2]>> = second.iter().collect();
+        first.len() == second.len()
+            && first.iter().all(|outline| {
                 let mut image: Vec<[u32; 2]> = outline
                     .iter()
                     .map(|e| {
@@ -266,7 +269,7 @@ impl Plane {
                     })
                     .collect();
                 image.sort_unstable();
-                all.contains(&image)
+                others.contains(&image)
             })
     }
 

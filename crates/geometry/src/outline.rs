@@ -41,7 +41,8 @@ pub fn on_circle(center: [f64; 2], radius: f64, corners: usize) -> Vec<[f64; 2]>
     (0..corners).map(corner).collect()
 }
 
-/// The two halves of what lies between two polygons with the same even number of corners, side by side: each a simple polygon.
+/// The two halves of the area between two polygons with the same even number of corners: each a simple
+/// polygon.
 pub fn halves_between(inner: &[[f64; 2]], outer: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
     let half = outer.len() / 2;
     [0, half].map(|first| {

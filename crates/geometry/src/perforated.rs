@@ -17,9 +17,9 @@ const MAX_CELLS: usize = 12_000;
 /// The space between an outline and the holes in it, pulled along an axis between two ends: boxes where all sides are parallel to the
 /// axes, otherwise extrusions. Holes lie inside the outline and apart from one another. `None` where the plane cannot be divided.
 pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn]) -> Option<Vec<Shape>> {
-    let all: Vec<&Drawn> = std::iter::once(outline).chain(holes).collect();
-    let polygons: Vec<&[[f64; 2]]> = all.iter().map(|drawn| drawn.outline.as_slice()).collect();
-    if all.iter().all(|drawn| drawn.arcs.is_empty())
+    let drawings: Vec<&Drawn> = std::iter::once(outline).chain(holes).collect();
+    let polygons: Vec<&[[f64; 2]]> = drawings.iter().map(|drawn| drawn.outline.as_slice()).collect();
+    if drawings.iter().all(|drawn| drawn.arcs.is_empty())
         && let Some(boxes) = boxes_of_outlines(axis, ends, &polygons, MAX_CELLS)
     {
         return Some(boxes.into_iter().map(Shape::Box).collect());
@@ -32,9 +32,10 @@ pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn])
         sides.extend((0..count).map(|k| [first + k, first + (k + 1) % count]));
         first += count;
     }
-    let inside = |p: [f64; 2]| polygons.iter().filter(|own| outline::contains(own, p)).count() % 2 == 1;
+    let inside =
+        |p: [f64; 2]| polygons.iter().filter(|polygon| outline::contains(polygon, p)).count() % 2 == 1;
     let triangles = constrained_triangles(&points, &sides, &[], inside);
-    let curved = curved_sides(&all);
+    let curved = curved_sides(&drawings);
     let pieces = joined(&triangles);
     // Every side of an outline is a side of a piece; where one is missing, the triangulation has left it out.
     let on_pieces: HashSet<[usize; 2]> = pieces.iter().flat_map(|piece| sides_of(piece)).collect();
@@ -131,13 +132,13 @@ fn drawn_again(
     curved: &HashMap<[usize; 2], CurvedSide>,
 ) -> (Vec<[f64; 2]>, Vec<Arc>) {
     let n = piece.len();
-    let of = |k: usize| {
+    let curved_side = |k: usize| {
         let [a, b] = [piece[k % n], piece[(k + 1) % n]];
         curved.get(&[a.min(b), a.max(b)])
     };
     let goes_on = |k: usize| {
-        let (before, own) = (of(k + n - 1), of(k));
-        before.zip(own).is_some_and(|(before, own)| before.number == own.number)
+        let (before, this) = (curved_side(k + n - 1), curved_side(k));
+        before.zip(this).is_some_and(|(before, this)| before.number == this.number)
     };
     // Begins where no curve goes on.
     let start = (0..n).find(|k| !goes_on(*k)).unwrap_or(0);
@@ -145,7 +146,7 @@ fn drawn_again(
     let mut arcs = Vec::new();
     let mut k = 0;
     while k < n {
-        let Some(first) = of(start + k) else {
+        let Some(first) = curved_side(start + k) else {
             k += 1;
             continue;
         };
@@ -154,7 +155,7 @@ fn drawn_again(
         while k < n && goes_on(start + k) {
             k += 1;
         }
-        let Some(last) = of(start + k - 1) else { continue };
+        let Some(last) = curved_side(start + k - 1) else { continue };
         let is_forward = first.from == piece[(start + begin) % n];
         let sides: Range<usize> = begin..k;
         let curve = match first.curve {
@@ -216,11 +217,11 @@ mod tests {
         ];
         let parts = perforated(0, [0.0, 1.0], &plate, &holes).unwrap();
         let total: f64 = parts.iter().map(area).sum();
-        let of = |drawn: &Drawn| {
+        let area_inside = |drawn: &Drawn| {
             let (outline, arcs) = (drawn.outline.clone(), Vec::new());
             area(&Shape::Extrusion { axis: 0, from: 0.0, to: 1.0, outline, arcs })
         };
-        let wanted = of(&plate) - holes.iter().map(of).sum::<f64>();
+        let wanted = area_inside(&plate) - holes.iter().map(area_inside).sum::<f64>();
         assert!((total - wanted).abs() < 1e-12 && parts.len() < 6, "{total} {wanted} {}", parts.len());
         let held = |p: [f64; 2]| parts.iter().filter(|part| part.contains([0.5, p[0], p[1]])).count();
         assert_eq!([[-1.0, 0.1], [1.0, 0.1], [0.1, 0.13], [2.7, -1.3]].map(held), [0, 0, 1, 1]);
@@ -232,13 +233,13 @@ mod tests {
         let mut sides = 0;
         for part in &parts {
             let Shape::Extrusion { outline, arcs, .. } = part else { panic!("{part:?}") };
-            for Arc { curve, sides: own } in arcs {
+            for Arc { curve, sides: range } in arcs {
                 let Curve::Circle { center, radius } = curve else { panic!("{curve:?}") };
-                for k in own.start..=own.end {
+                for k in range.start..=range.end {
                     let p = outline[k % outline.len()];
                     assert!(((p[0] - center[0]).hypot(p[1] - center[1]) / radius - 1.0).abs() < 1e-12);
                 }
-                sides += own.len();
+                sides += range.len();
             }
         }
         assert_eq!(sides, 256, "each side of either circle belongs to one arc");

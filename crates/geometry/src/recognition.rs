@@ -1,8 +1,9 @@
-//! Boxes and prisms that were given in another way: as a surface of triangles, or boxes as a polygon pulled along an axis.
+//! Recognition of boxes and prisms in surfaces of triangles, and of boxes in polygons extruded along an axis.
 //!
-//! The test is exact. Every edge of an outline must be parallel to an axis, and every triangle must lie in a plane normal to one, with
-//! coordinates that are equal to the last bit. What such a body fills is known then for each cell of the grid of its coordinates, and
-//! cells are joined to few boxes, whose faces are exactly those of the body.
+//! The test for boxes is exact. Every edge of an outline must be parallel to an axis, and every triangle must
+//! lie in a plane normal to one, with coordinates that are equal to the last bit. Such a body fills or leaves
+//! out each cell of the grid of its coordinates as a whole, and the filled cells are joined to few boxes,
+//! whose faces are exactly those of the body.
 
 mod prisms;
 
@@ -130,7 +131,8 @@ impl Cells {
 
     /// Cells, filled where they lie in an odd number of polygons pulled along an axis.
     fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], most: usize) -> Option<Self> {
-        let mut edges = outlines.iter().flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)));
+        let mut edges =
+            outlines.iter().flat_map(|outline| outline.iter().zip(outline.iter().cycle().skip(1)));
         if !edges.all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
             return None;
         }
@@ -141,7 +143,7 @@ impl Cells {
         };
         let mut planes = [0; 3].map(|_| ends.to_vec());
         for (k, &a) in across.iter().enumerate() {
-            planes[a] = ascending(outlines.iter().flat_map(|own| own.iter().map(|q| q[k])).collect());
+            planes[a] = ascending(outlines.iter().flat_map(|outline| outline.iter().map(|q| q[k])).collect());
         }
         let mut cells = Self::empty(planes, most)?;
         let [columns, rows] = across.map(|a| cells.counts()[a]);
@@ -152,7 +154,7 @@ impl Cells {
                 let mut cell = [0; 3];
                 (cell[across[0]], cell[across[1]]) = (column, row);
                 let index = cells.index(cell);
-                let holding = outlines.iter().filter(|own| outline::contains(own, centre));
+                let holding = outlines.iter().filter(|polygon| outline::contains(polygon, centre));
                 cells.filled[index] = holding.count() % 2 == 1;
             }
         }

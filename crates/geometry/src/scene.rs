@@ -165,10 +165,10 @@ impl Body {
     }
 }
 
-/// A plane, normal to a coordinate axis, about which a scene is its own mirror image.
+/// A plane, normal to a coordinate axis, about which a scene is symmetric.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MirrorPlane {
-    /// Where it is along the axis, m.
+    /// The coordinate of the plane along the axis, m.
     pub at: f64,
     /// For each conductor of the scene the one that is its image; itself, if the plane cuts it in two.
     pub conductors: Vec<usize>,
@@ -177,7 +177,8 @@ pub struct MirrorPlane {
 }
 
 impl MirrorPlane {
-    /// Whether every conductor is its own image: potentials are then even about the plane, which has no flux through it.
+    /// Whether every conductor is mapped to itself: potentials are then even about the plane, which has no
+    /// flux through it.
     pub fn keeps_conductors(&self) -> bool {
         self.conductors.iter().enumerate().all(|(k, &image)| k == image)
     }
@@ -260,11 +261,11 @@ impl Scene {
 
     /// The conductors, driven, grounded and floating, in order.
     pub fn conductors(&self) -> impl Iterator<Item = Conductor<'_>> + Clone {
-        let all = self.bodies.iter().filter_map(|body| match body.role {
+        let conductors = self.bodies.iter().filter_map(|body| match body.role {
             Role::Conductor { potential } => Some((body, potential)),
             Role::Dielectric { .. } => None,
         });
-        all.enumerate().map(|(index, (body, potential))| Conductor { index, body, potential })
+        conductors.enumerate().map(|(index, (body, potential))| Conductor { index, body, potential })
     }
 
     /// How the potential of each conductor is determined, in their order.
@@ -274,11 +275,11 @@ impl Scene {
 
     /// The dielectrics, in the order in which they override one another.
     pub fn dielectrics(&self) -> impl Iterator<Item = Dielectric<'_>> + Clone {
-        let all = self.bodies.iter().filter_map(|body| match body.role {
+        let dielectrics = self.bodies.iter().filter_map(|body| match body.role {
             Role::Conductor { .. } => None,
             Role::Dielectric { relative_permittivity } => Some((body, relative_permittivity)),
         });
-        all.enumerate().map(|(index, (body, relative_permittivity))| Dielectric {
+        dielectrics.enumerate().map(|(index, (body, relative_permittivity))| Dielectric {
             index,
             body,
             relative_permittivity,
@@ -327,11 +328,11 @@ impl Scene {
 
     /// eps_r of each region of a mesh: the background, then the dielectrics.
     pub fn permittivities(&self) -> Vec<f64> {
-        let all = self.dielectrics().map(|d| d.relative_permittivity);
-        std::iter::once(self.background_permittivity).chain(all).collect()
+        let permittivities = self.dielectrics().map(|d| d.relative_permittivity);
+        std::iter::once(self.background_permittivity).chain(permittivities).collect()
     }
 
-    /// To ask which body holds a point, again and again.
+    /// A lookup of the bodies that contain points.
     pub fn lookup(&self) -> Lookup<'_> {
         let background_permittivity = self.background_permittivity;
         Lookup {
@@ -342,7 +343,7 @@ impl Scene {
     }
 }
 
-/// Tells which body of a scene holds a point: see [`Scene::lookup`].
+/// Finds the body of a scene that contains a point; see [`Scene::lookup`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lookup<'a> {
     conductors: Vec<Conductor<'a>>,
@@ -392,10 +393,10 @@ mod tests {
             Body::grounded("ground", cube(-3.0, 0.1)),
             Body::conductor("c", cube(3.0, 0.1)),
         ]);
-        let of = |c: Conductor<'_>| (c.index, c.body.name.clone());
+        let index_and_name = |c: Conductor<'_>| (c.index, c.body.name.clone());
         let named = |k: usize, name: &str| (k, name.to_owned());
         assert_eq!(
-            scene.conductors().map(of).collect::<Vec<_>>(),
+            scene.conductors().map(index_and_name).collect::<Vec<_>>(),
             [named(0, "a"), named(1, "b"), named(2, "ground"), named(3, "c")]
         );
         assert_eq!(scene.driven().collect::<Vec<_>>(), [0, 3]);

@@ -1,9 +1,9 @@
-//! Where a section through the conductors of a scene lies.
+//! The choice of planes for sections through the conductors of a scene.
 
 use crate::scene::Box3;
 
-/// How far a section lies from the middle, as a share of the conductors' extent: meshes that are mirrored in the middle have faces there,
-/// which would be cut along themselves.
+/// The distance of a section from the middle, as a share of the conductors' extent: meshes that are mirrored
+/// in the middle have faces there, and a section must not coincide with faces.
 const BESIDE: f64 = 1.3e-4;
 
 /// A plane through the middle of the conductors, at right angles to an axis.
@@ -11,26 +11,26 @@ const BESIDE: f64 = 1.3e-4;
 pub struct SectionPlane {
     /// The axis, 0 to 2.
     pub axis: usize,
-    /// The middle of the conductors along it, m.
+    /// The middle of the conductors along the axis, m.
     pub middle: f64,
-    /// Their extent along it, m.
+    /// The extent of the conductors along the axis, m.
     pub extent: f64,
 }
 
 impl SectionPlane {
-    /// The plane that shows most of some conductors: across x3; across x1 where they lie beside each other along x3 alone, or have no extent
-    /// along x3. Each conductor has one or several parts, whose bounds are given with what tells the conductors apart. `None` where the
-    /// conductors have no finite extent along that axis.
+    /// The plane that shows most of some conductors: across x3; across x1 where they lie beside each other
+    /// along x3 alone, or have no extent along x3. Each conductor has one or several parts, whose bounds are
+    /// given with a key of the conductor. `None` where the conductors have no finite extent along that axis.
     pub fn through<K: PartialEq>(parts: &[(K, Box3)]) -> Option<Self> {
-        let all = parts.iter().map(|(_, bounds)| *bounds).reduce(|all, bounds| all.union(&bounds))?;
+        let bounds_of_all = parts.iter().map(|(_, bounds)| *bounds).reduce(|a, b| a.union(&b))?;
         let apart = |a: usize| {
             let pairs = parts.iter().flat_map(|p| parts.iter().map(move |q| (p, q)));
             pairs.filter(|(p, q)| p.0 != q.0).any(|(p, q)| p.1.max[a] < q.1.min[a])
         };
-        let across_x1 = all.extent(2) == 0.0 || (apart(2) && !apart(0) && !apart(1));
+        let across_x1 = bounds_of_all.extent(2) == 0.0 || (apart(2) && !apart(0) && !apart(1));
         let axis = if across_x1 { 0 } else { 2 };
-        let extent = all.extent(axis);
-        let middle = 0.5 * (all.min[axis] + all.max[axis]);
+        let extent = bounds_of_all.extent(axis);
+        let middle = 0.5 * (bounds_of_all.min[axis] + bounds_of_all.max[axis]);
         (extent > 0.0 && extent.is_finite()).then_some(Self { axis, middle, extent })
     }
 
@@ -41,10 +41,10 @@ impl SectionPlane {
         let Some(usual) = Self::through(parts) else { return Vec::new() };
         let Some([x1, x3]) = load else { return vec![usual] };
         let at_load = Self { middle: if usual.axis == 0 { x1 } else { x3 }, ..usual };
-        // A conductor goes by the number of its first part.
-        let first = |own: &K| parts.iter().position(|(other, _)| other == own);
+        // A conductor is identified by the number of its first part.
+        let first = |key: &K| parts.iter().position(|(other, _)| other == key);
         let numbered: Vec<(usize, &Box3)> =
-            parts.iter().filter_map(|(own, bounds)| Some((first(own)?, bounds))).collect();
+            parts.iter().filter_map(|(key, bounds)| Some((first(key)?, bounds))).collect();
         let count = |plane: &Self| {
             let mut is_cut = vec![false; parts.len()];
             for (conductor, _) in numbered.iter().filter(|(_, bounds)| plane.cuts(bounds)) {
@@ -52,13 +52,13 @@ impl SectionPlane {
             }
             is_cut.into_iter().filter(|is_cut| *is_cut).count()
         };
-        let all = numbered.iter().enumerate().filter(|(k, (conductor, _))| k == conductor).count();
+        let conductors = numbered.iter().enumerate().filter(|(k, (conductor, _))| k == conductor).count();
         let of_load = count(&at_load);
-        if 2 * of_load >= all {
+        if 2 * of_load >= conductors {
             return vec![at_load];
         }
         let mut ends: Vec<f64> =
-            parts.iter().flat_map(|(_, own)| [own.min[usual.axis], own.max[usual.axis]]).collect();
+            parts.iter().flat_map(|(_, bounds)| [bounds.min[usual.axis], bounds.max[usual.axis]]).collect();
         ends.sort_by(f64::total_cmp);
         ends.dedup();
         let between = ends.windows(2).map(|pair| Self { middle: 0.5 * (pair[0] + pair[1]), ..usual });
@@ -70,17 +70,18 @@ impl SectionPlane {
         std::iter::once(at_load).chain(more).collect()
     }
 
-    /// Whether it cuts a body with these bounds.
+    /// Whether the plane cuts a body with these bounds.
     pub fn cuts(&self, bounds: &Box3) -> bool {
         bounds.min[self.axis] <= self.at() && self.at() <= bounds.max[self.axis]
     }
 
-    /// Where it cuts, m.
+    /// The coordinate of the cut, m.
     pub fn at(&self) -> f64 {
         self.middle + BESIDE * self.extent
     }
 
-    /// The ends of a thin slab around it, m. The lower end is the middle, where grids of mirrored scenes have a plane.
+    /// The ends of a thin slab around the plane, m. The lower end is the middle, where grids of mirrored
+    /// scenes have a plane.
     pub fn slab(&self) -> [f64; 2] {
         [self.middle, self.middle + 2.0 * BESIDE * self.extent]
     }

@@ -5,7 +5,7 @@ use elastocap_linalg::vector::{dot, length, minus};
 /// A point, m.
 type Point = [f64; 3];
 
-/// Where on the segment the nearest point to `p` is, as a share of the way from its first end to its second.
+/// The point of the segment nearest to `p`, as a share of the way from its first end to its second.
 fn nearest(p: Point, [a, b]: [Point; 2]) -> f64 {
     let along = minus(b, a);
     let squared = dot(along, along);
@@ -23,7 +23,8 @@ pub fn distance_to_segment(p: Point, segment: [Point; 2]) -> f64 {
 
 /// The least distance of two segments (Ericson, Real-Time Collision Detection, section 5.1.9).
 pub fn distance_of_segments(one: [Point; 2], other: [Point; 2]) -> f64 {
-    // It is that of an end, unless the nearest points of the two lines lie within both.
+    // The least distance is that of an end, unless the nearest points of the two lines are inside both
+    // segments.
     let of_ends = [
         distance_to_segment(one[0], other),
         distance_to_segment(one[1], other),

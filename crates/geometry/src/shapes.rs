@@ -8,7 +8,7 @@ pub use crate::triangle_surface::TriangleSurface;
 use crate::winding;
 use std::ops::Range;
 
-/// Where a body is. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
+/// The shape and position of a body. Lengths in metres; axis 0, 1, 2 is x1, x2, x3.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// An axis-aligned box, or a sheet (a conductor only); a dielectric slab has infinite bounds.
@@ -102,8 +102,8 @@ pub enum Curve {
 }
 
 impl Shape {
-    /// The smallest box that holds the body, infinite where the body is; that of the hollow for a [`Shape::Shell`]; `None` where
-    /// only a mesh knows.
+    /// The smallest box that contains the body, infinite where the body is; that of the hollow for a
+    /// [`Shape::Shell`]; `None` for a group of a mesh.
     pub fn bounds(&self) -> Option<Box3> {
         match self {
             Shape::Box(b) => Some(*b),
@@ -200,8 +200,8 @@ impl Shape {
         })
     }
 
-    /// Whether the shape holds the point; on its surface either answer may come. A sheet holds no point, nor does a group of
-    /// a mesh, whose cells only the mesh knows.
+    /// Whether the shape contains the point; on its surface, either answer is possible. A sheet contains no
+    /// point, nor does a group of a mesh, whose cells only the mesh knows.
     pub fn contains(&self, point: [f64; 3]) -> bool {
         let squared = |c: &[f64; 3]| (0..3).map(|k| (point[k] - c[k]).powi(2)).sum::<f64>();
         match self {

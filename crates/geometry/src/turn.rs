@@ -1,7 +1,9 @@
-//! Scenes turned about a coordinate axis, so that they are their own mirror images about planes normal to the others.
+//! Rotation of a scene about a coordinate axis, so that its planes of symmetry become normal to the other
+//! axes.
 //!
-//! A pad with a disc on its diagonal has a mirror plane that no coordinate axis is normal to. Where nothing but the bodies tells
-//! directions across an axis apart, the scene may be turned about that axis first.
+//! A pad with a disc on its diagonal has a mirror plane that is not normal to a coordinate axis. Where only
+//! the bodies, and not the walls, distinguish directions across an axis, the scene can first be turned about
+//! that axis.
 
 use crate::cubic::Cubic;
 use crate::mirror;
@@ -11,8 +13,9 @@ use crate::shapes::{Arc, Curve, Shape};
 /// Distances from the middle of a scene that differ by less than this share are the same.
 const ALIKE: f64 = 1e-10;
 
-/// Features farthest from the middle that are looked at: more are the corners of polygons that stand for circles.
-const MOST_IMAGES: usize = 64;
+/// The largest number of features at the greatest distance from the middle; more are the corners of polygons
+/// that replace circles.
+const MAX_IMAGES: usize = 64;
 
 /// A turn about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +26,7 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// Where a point of the plane across the axis, in the two other coordinates in ascending order, comes to lie.
+    /// The image of a point of the plane across the axis, in the two other coordinates in ascending order.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.cosine * x - self.sine * y, self.sine * x + self.cosine * y]
     }
@@ -33,7 +36,7 @@ impl Turn {
         self.sine.atan2(self.cosine).to_degrees().rem_euclid(180.0)
     }
 
-    /// Where a point was before the turn.
+    /// The position of a point before the turn.
     pub fn undone(&self, point: [f64; 3]) -> [f64; 3] {
         let [p, q] = across(self.axis);
         let [x, y] = Self { sine: -self.sine, ..*self }.place([point[p], point[q]]);
@@ -113,8 +116,8 @@ impl Turn {
     }
 }
 
-/// The turn about an axis that gives a scene more mirror planes than it has as it is, with the scene after it; `None` if none does, or
-/// the scene is bounded across the axis.
+/// The turn about an axis after which a scene has more mirror planes normal to coordinate axes, with the
+/// scene after it; `None` if there is none, or the scene is bounded across the axis.
 pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
     if !is_everywhere_across(&scene.domain, axis) {
         return None;
@@ -139,8 +142,9 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
     best
 }
 
-/// Directions across the axis, of length one, about which the scene may be its own mirror image. The feature that is farthest from the
-/// middle of all is then the image of one that is as far from it.
+/// Candidate directions, of length one and normal to the axis, of lines about which the scene may be
+/// symmetric. In a symmetric scene, the feature that is farthest from the middle of all features is the image
+/// of one at the same distance.
 fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     let mut features = Vec::new();
     for shape in scene.shapes() {
@@ -154,7 +158,7 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     let most = distance(farthest);
     let angle = |f: &[f64; 2]| f[1].atan2(f[0]);
     let as_far = from_middle.iter().filter(|f| distance(f) >= (1.0 - ALIKE) * most);
-    let lines = as_far.take(MOST_IMAGES).map(|image| {
+    let lines = as_far.take(MAX_IMAGES).map(|image| {
         let (sine, cosine) = (0.5 * (angle(farthest) + angle(image))).sin_cos();
         [cosine, sine]
     });
@@ -162,14 +166,15 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     Some(lines.filter(|line| line.iter().all(|x| x.abs() > ALIKE)).collect())
 }
 
-/// The points that a turn and a reflection take with them: corners of outlines, and middles of circles. `None` for bodies of other shapes.
+/// The points that determine the position of a shape across the axis: corners of outlines, and middles of
+/// circles. `None` for other shapes.
 fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
     match shape {
         Shape::Box(b) if is_everywhere_across(b, axis) => Some(Vec::new()),
         Shape::Box(b) => corners_across(b, axis).map(|corners| corners.to_vec()),
-        Shape::Extrusion { axis: own, outline, .. } if *own == axis => Some(outline.clone()),
-        Shape::Cylinder { axis: own, base, .. } | Shape::Tube { axis: own, base, .. } if *own == axis => {
+        Shape::Extrusion { axis: a, outline, .. } if *a == axis => Some(outline.clone()),
+        Shape::Cylinder { axis: a, base, .. } | Shape::Tube { axis: a, base, .. } if *a == axis => {
             Some(vec![[base[p], base[q]]])
         }
         Shape::Sphere { .. }

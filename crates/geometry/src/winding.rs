@@ -1,11 +1,11 @@
-//! Inside or outside, by the generalised winding number.
+//! Tests whether a point is inside a surface, by the generalised winding number.
 
 use crate::triangle_surface::TriangleSurface;
 use elastocap_linalg::vector::{dot, length, minus};
 
-/// How often the surface goes around a point: 1 inside a surface turned outward, 0 outside. The sum of the solid angles of
-/// its triangles over 4 pi (van Oosterom and Strackee 1983; Jacobson, Kavan and Sorkine-Hornung 2013); on the surface itself
-/// of no meaning.
+/// The winding number of a surface around a point: 1 inside a surface turned outward, 0 outside. It is the
+/// sum of the solid angles of the triangles over 4 pi (van Oosterom and Strackee 1983; Jacobson, Kavan and
+/// Sorkine-Hornung 2013), and undefined on the surface itself.
 pub fn winding_number(surface: &TriangleSurface, point: [f64; 3]) -> f64 {
     of_faces(&surface.points, surface.faces.iter(), point)
 }

@@ -53,8 +53,8 @@ fn mutated(rng: &mut TestRng) -> Vec<u8> {
             4 => drop(bytes.splice(at..to, PIECES[below(PIECES.len())].iter().copied())),
             5 => {
                 let piece = bytes[at..to].to_vec();
-                let here = below(bytes.len());
-                drop(bytes.splice(here..here, piece));
+                let place = below(bytes.len());
+                drop(bytes.splice(place..place, piece));
             }
             // A number that is another one, where the format still holds.
             _ => {

@@ -7,13 +7,14 @@ use faer::linalg::cholesky::ldlt::factor::{
 use faer::linalg::cholesky::ldlt::solve::solve_in_place;
 use faer::{Mat, MatMut, Par};
 
-/// Pivots of the matrix scaled to unit diagonal that are smaller than this are taken to be this.
+/// Smaller pivots of the matrix scaled to unit diagonal are raised to this number.
 const LEAST_PIVOT: f64 = 1e-13;
 
 /// A factor `A = S^-1 L D L^T S^-1` with `S` and `D` diagonal, such that `S A S` has a unit diagonal.
 ///
-/// A matrix with a null space, say the Laplacian of a region that touches no conductor, has pivots that are zero but
-/// for rounding. They are raised to 1e-13 of the diagonal entry: such a matrix is solved as if constants cost a little.
+/// A matrix with a null space, say the Laplacian of a region that touches no conductor, has pivots that are
+/// zero but for rounding. They are raised to 1e-13 of the diagonal entry: such a matrix is solved as if
+/// constants had a little energy.
 ///
 /// Where all pivots are known to be positive, take `faer::Mat::llt`. Its version that raises pivots, in faer 0.24, is no
 /// use here: it divides the column by the raised pivot and leaves the old one on the diagonal.
@@ -25,7 +26,7 @@ pub struct Cholesky {
     scale: Vec<f64>,
 }
 
-/// A matrix without a factor: an entry or a pivot of it is not finite.
+/// The error of a matrix without a factor: an entry or a pivot is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("a dense matrix has no Cholesky factor, since an entry or a pivot of it is not finite")]
 pub struct NotFinite;
@@ -151,7 +152,7 @@ mod tests {
             let matrix = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { -c });
             Cholesky::new(matrix.clone()).unwrap().solve_in_place(&mut x);
             assert!((x[0] - x[1] - 2.0 / (1.0 + c)).abs() < 1e-9, "{small}: {x:?}");
-            // The other eigenvector is divided by 1 - c, or by what stands for it where c is 1.
+            // The other eigenvector is divided by 1 - c, or by its substitute where c is 1.
             let mut x = [1.0, 1.0];
             Cholesky::new(matrix).unwrap().solve_in_place(&mut x);
             assert!(x[0] > 0.0 && x[0].is_finite(), "{small}: {x:?}");

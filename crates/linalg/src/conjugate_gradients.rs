@@ -7,9 +7,10 @@
 //! | `f64` | as it is | Fletcher and Reeves | r M^-1 r / p A p |
 //! | `f32` | scaled to order one, since single precision has little range | Polak and Ribiere | r p / p A p |
 //!
-//! A preconditioner that rounds to single precision is not quite symmetric. The next direction is then made conjugate
-//! with the change of the residual (Polak and Ribiere), which costs one inner product and keeps the rate; and r p is no
-//! longer r M^-1 r to all digits, so that it is computed. In exact arithmetic both columns are the same.
+//! A preconditioner that rounds to single precision is not quite symmetric. The next direction is then made
+//! conjugate with the change of the residual (Polak and Ribiere), which costs one inner product and keeps the
+//! rate; and r p is no longer r M^-1 r to all digits, so that it is computed. In exact arithmetic both rows
+//! are the same.
 
 use crate::gemm::Real;
 use crate::reduction::dot;
@@ -43,11 +44,11 @@ pub trait Operator {
     }
 }
 
-/// The requirements that the precision of a preconditioner sets on the method; see the [module](self).
+/// A precision of the preconditioner, and how the method follows it; see the [module](self).
 pub trait Precision: Real {
-    /// Whether the preconditioner is symmetric to double precision only up to its own rounding.
+    /// Whether the rounding of the preconditioner makes it asymmetric in double precision.
     const ROUNDED: bool;
-    /// The factor that is taken out of `r` before it is given to the preconditioner.
+    /// The divisor of `r` before the preconditioner is applied.
     fn scale(r: &[f64]) -> f64;
     /// `r / scale` in this precision, in the memory of `rounded` if it needs any.
     fn rounded<'a>(r: &'a [f64], scale: f64, rounded: &'a mut Vec<Self>) -> &'a [Self];
@@ -84,8 +85,8 @@ impl Precision for f32 {
 pub struct Convergence {
     /// Iterations taken.
     pub iterations: usize,
-    /// Estimate of the squared energy of the error that is left: r M^-1 r, or what the coming iterations would take off
-    /// the energy if that is more.
+    /// Estimate of the energy of the remaining error: the larger of r M^-1 r and the decrease of the energy
+    /// that further iterations would bring.
     pub energy_left: f64,
     /// Whether the goal was met.
     pub reached: bool,
@@ -94,23 +95,24 @@ pub struct Convergence {
 /// When to stop.
 #[derive(Debug, Clone, Copy)]
 pub struct Goal<'a> {
-    /// Largest squared energy of the error, as estimated, over the energy reached.
+    /// Largest estimated energy of the error, as a share of the energy reached.
     pub share: f64,
-    /// Energy at x = 0, from which every iteration takes its part off.
+    /// Energy at x = 0, which every iteration lowers.
     pub start: f64,
-    /// Iterations before giving up; without progress a fifteenth of them, see [`solve`].
+    /// The largest number of iterations. A solve also ends after a fifteenth of them without progress.
     pub iteration_limit: usize,
     /// Set from outside to stop at once, short of the goal.
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// A limit of iterations that a good preconditioner is far from reaching.
+/// An iteration limit that solves with a good preconditioner stay far below.
 pub const ITERATION_LIMIT: usize = 300;
 
-/// The share of the limit after which iterations in a row without a fall of r M^-1 r by a tenth of its least are given up.
+/// A solve ends after the iteration limit over this number of iterations in a row that do not lower the least
+/// r M^-1 r by a tenth.
 const STALLED: usize = 15;
 
-/// Entries of a vector that one thread takes at least.
+/// The least number of vector entries per thread.
 const TASK: usize = 16_384;
 
 /// One right-hand side, and where its solution goes.
@@ -120,7 +122,7 @@ pub struct System<'a> {
     pub b: &'a [f64],
     /// Zero at first, then the solution.
     pub x: &'a mut [f64],
-    /// Memory, which takes what it needs; on return b - A x up to the drift of the recursion.
+    /// Working memory, resized as needed; on return b - A x up to the drift of the recursion.
     pub r: &'a mut Vec<f64>,
     /// When to stop.
     pub goal: Goal<'a>,
@@ -128,9 +130,9 @@ pub struct System<'a> {
 
 /// Solves A x = b from `x` = 0; on return `r` is b - A x up to the drift of the recursion.
 ///
-/// `b` and `x` have [`Operator::unknowns`] entries; `r` is memory and takes what it needs. Stops when the goal is met,
-/// on request, after [`Goal::iteration_limit`] iterations, when r M^-1 r no longer falls, or when it is negative or not finite:
-/// [`Convergence::reached`] tells.
+/// `b` and `x` have [`Operator::unknowns`] entries; `r` is working memory, resized as needed. Stops when the
+/// goal is met, on request, after [`Goal::iteration_limit`] iterations, when r M^-1 r no longer falls, or
+/// when it is negative or not finite. [`Convergence::reached`] says whether the goal was met.
 pub fn solve<O: Operator>(
     op: &mut O,
     b: &[f64],
@@ -149,13 +151,13 @@ pub fn solve<O: Operator>(
 /// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of them at once.
 pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Convergence> {
     let n = op.unknowns();
-    let mut all: Vec<Iteration<'_, O::Precision>> =
+    let mut states: Vec<Iteration<'_, O::Precision>> =
         systems.into_iter().map(|system| Iteration::new(n, system)).collect();
-    let mut ends: Vec<Option<Convergence>> = vec![None; all.len()];
+    let mut ends: Vec<Option<Convergence>> = vec![None; states.len()];
     while ends.contains(&None) {
-        let running: Vec<usize> = (0..all.len()).filter(|k| ends[*k].is_none()).collect();
+        let running: Vec<usize> = (0..states.len()).filter(|k| ends[*k].is_none()).collect();
         let mut active: Vec<&mut Iteration<'_, O::Precision>> =
-            all.iter_mut().zip(&ends).filter_map(|(own, end)| end.is_none().then_some(own)).collect();
+            states.iter_mut().zip(&ends).filter_map(|(state, end)| end.is_none().then_some(state)).collect();
         for (k, end) in running.into_iter().zip(step(op, &mut active)) {
             ends[k] = end;
         }
@@ -163,30 +165,33 @@ pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Conve
     ends.into_iter().flatten().collect()
 }
 
-/// One iteration of several systems; for each how it ended, if it did.
-fn step<O: Operator>(op: &mut O, all: &mut [&mut Iteration<'_, O::Precision>]) -> Vec<Option<Convergence>> {
-    let mut ends: Vec<Option<Convergence>> = all.iter_mut().map(|own| own.scale_residual()).collect();
+/// Does one iteration of several systems. Returns how each ended, `None` for those that go on.
+fn step<O: Operator>(
+    op: &mut O,
+    states: &mut [&mut Iteration<'_, O::Precision>],
+) -> Vec<Option<Convergence>> {
+    let mut ends: Vec<Option<Convergence>> = states.iter_mut().map(|state| state.scale_residual()).collect();
     {
         let (mut r, mut z) = (Vec::new(), Vec::new());
-        for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
-            r.push(O::Precision::rounded(own.system.r, own.scale, &mut own.rounded));
-            z.push(&mut own.z[..]);
+        for (state, _) in states.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
+            r.push(O::Precision::rounded(state.system.r, state.scale, &mut state.rounded));
+            z.push(&mut state.z[..]);
         }
         op.precondition_all(&r, &mut z);
     }
-    for (own, end) in all.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
-        *end = own.turn();
+    for (state, end) in states.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
+        *end = state.turn();
     }
     {
         let (mut p, mut q) = (Vec::new(), Vec::new());
-        for (own, _) in all.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
-            p.push(&own.p[..]);
-            q.push(&mut own.q[..]);
+        for (state, _) in states.iter_mut().zip(&ends).filter(|(_, end)| end.is_none()) {
+            p.push(&state.p[..]);
+            q.push(&mut state.q[..]);
         }
         op.apply_to_all(&p, &mut q);
     }
-    for (own, end) in all.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
-        *end = own.advance();
+    for (state, end) in states.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
+        *end = state.advance();
     }
     ends
 }
@@ -196,14 +201,14 @@ struct Iteration<'a, P> {
     system: System<'a>,
     /// Energy reached.
     energy: f64,
-    /// The factor that is taken out of the residual before it is rounded.
+    /// The divisor of the residual before it is rounded.
     scale: f64,
     rounded: Vec<P>,
     /// M^-1 r over the scale.
     z: Vec<P>,
     /// The direction.
     p: Vec<f64>,
-    /// A p, then the residual of before.
+    /// A p, then the previous residual.
     q: Vec<f64>,
     /// r M^-1 r, its least so far, and iterations in a row without progress.
     rz: f64,
@@ -242,13 +247,14 @@ impl<'a, P: Precision> Iteration<'a, P> {
         })
     }
 
-    /// The next direction from the preconditioned residual, unless the goal is met or out of reach.
+    /// Computes the next direction from the preconditioned residual, unless the solve ends here.
     fn turn(&mut self) -> Option<Convergence> {
         let (iterations, goal, scale) = (self.steps.len(), self.system.goal, self.scale);
         let next: f64 = dot(self.system.r, &self.z) * scale;
         self.stalled = if next < 0.9 * self.best { 0 } else { self.stalled + 1 };
         self.best = self.best.min(next);
-        // With a poor preconditioner r M^-1 r says little: what is left also shows in how slowly the energy falls.
+        // With a poor preconditioner r M^-1 r says little; the recent decrease of the energy is a second
+        // estimate of the error.
         let coming = remaining(&self.steps);
         let enough = goal.share * self.energy.abs();
         let slow = coming > enough;
@@ -265,7 +271,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
         }
         let beta = match (iterations, P::ROUNDED) {
             (0, _) => 0.0,
-            // q is the residual of before.
+            // q is the previous residual.
             (_, true) => ((next - dot(&self.q, &self.z) * scale) / self.rz).max(0.0),
             (_, false) => next / self.rz,
         };
@@ -275,7 +281,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
         None
     }
 
-    /// The step along the direction `p`, whose image is in `q`.
+    /// Takes the step along the direction `p`, with A p in `q`.
     fn advance(&mut self) -> Option<Convergence> {
         let (p, q, r) = (&self.p, &mut self.q, &mut self.system.r[..]);
         let along = if P::ROUNDED { dot(r, p) } else { self.rz };
@@ -297,7 +303,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
     }
 }
 
-/// Energy that the coming iterations will take off if it goes on falling as over the last few.
+/// The decrease of the energy that further iterations would bring at the rate of the last few.
 fn remaining(steps: &[f64]) -> f64 {
     const WINDOW: usize = 4;
     let n = steps.len();
@@ -345,7 +351,7 @@ mod tests {
             cancel: None,
         };
         let end = solve(&mut chain, &b, &mut x, &mut r, goal);
-        // As many as there are unknowns, and more for rounding.
+        // One iteration per unknown, and more because of rounding.
         let most = if T::ROUNDED { 3 * n } else { n + 8 };
         assert!(end.reached && end.iterations <= most, "{end:?}");
         assert!(x.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-10 * size));

@@ -1,9 +1,10 @@
 //! Products and factors of dense matrices by faer, on the calling thread alone.
 //!
-//! The methods of faer's matrices (`a * b`, `a.svd()`, `a.llt(..)`) take as many threads as rayon has, and share their
-//! sums out among them: singular vectors, say, then depend on the number of threads in their last digits. The matrices
-//! of this project are those of a line or of some conductors, and many of them are done at the same time, so that one
-//! thread for each is fast as well. Outside of tests, dense matrices are multiplied and factorised by this module only.
+//! The methods of faer's matrices (`a * b`, `a.svd()`, `a.llt(..)`) take as many threads as rayon has and
+//! distribute their sums over them: singular vectors, say, then depend on the number of threads in their last
+//! digits. The matrices of this project are those of a line or of some conductors, and many of them are
+//! treated at the same time, so that one thread for each is fast as well. Outside of tests, dense matrices
+//! are multiplied and factorised by this module only.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -188,7 +189,7 @@ pub fn symmetric_eigenvectors(matrix: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<
 mod tests {
     use super::*;
 
-    /// Far larger than the size from which faer shares work out.
+    /// Far larger than the size from which faer uses several threads.
     const SIZE: usize = 400;
 
     fn matrix() -> Mat<f64> {

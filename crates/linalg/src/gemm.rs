@@ -1,13 +1,13 @@
 //! Small dense matrix products without packing: the work horse of every tensor-product operation.
 //!
-//! One factor is always a 1D line matrix of tens to a few hundred rows that stays in cache, so that packing buys
-//! little. The kernel is our own for a reason: faer 0.24.4 (private-gemm-x86 0.1.22) returns wrong single-precision
-//! products or writes out of bounds on AVX-512 machines when the destination is row-major with a stride, which is
-//! every slab of a three-dimensional array.
+//! One factor is always a 1D line matrix of tens to a few hundred rows that stays in cache, so that packing
+//! buys little. The kernel of faer would not do: faer 0.24.4 (private-gemm-x86 0.1.22) returns wrong
+//! single-precision products or writes out of bounds on AVX-512 machines when the destination is row-major
+//! with a stride, which is every slab of a three-dimensional array.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Scalars of the kernels: `f32` inside preconditioners, `f64` where results are made.
+/// Scalars of the kernels: `f32` inside preconditioners, `f64` elsewhere.
 pub trait Real:
     Copy
     + Default
@@ -58,7 +58,7 @@ pub struct Right<'a, T> {
     pub stride: usize,
 }
 
-/// Where the product goes: element (i, j) at `i * stride + j`.
+/// Destination of the product: element (i, j) at `i * stride + j`.
 #[derive(Debug)]
 pub struct Target<'a, T> {
     /// Entries.

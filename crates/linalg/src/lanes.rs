@@ -1,11 +1,13 @@
 //! Cholesky factors of several sparse matrices on one pattern, side by side in vector registers.
 //!
-//! The modes of a line give one matrix each, all sums K + lambda M on the same mesh. The elimination is planned once
-//! ([`Elimination`]); then [`LANES`] matrices are factorised and solved with at a time, every number being a row of as many as there
-//! are matrices ([`Lane`]). No index is read more than once for all of them, and every operation is one on a whole vector.
+//! The modes of a line give one matrix each, all sums K + lambda M on the same mesh. The elimination is
+//! planned once ([`Elimination`]); then [`LANES`] matrices are factorised and solved with at a time. Each
+//! entry is a [`Lane`], one number per matrix: every index is read once for all matrices, and every operation
+//! is one on whole vectors.
 //!
-//! The method is the multifrontal one (Duff and Reid, ACM Trans. Math. Softw. 9, 1983): unknowns that are eliminated together share a
-//! dense front, and what is left of it is added to that of the next unknown to go.
+//! The method is the multifrontal one (Duff and Reid, ACM Trans. Math. Softw. 9, 1983): unknowns that are
+//! eliminated together share a dense front, and the remainder of the front is added to that of the next
+//! unknown to be eliminated.
 
 mod front;
 mod substitution;
@@ -16,7 +18,7 @@ use crate::gemm::Real;
 use front::Front;
 use pulp::Arch;
 
-/// Matrices that are treated at the same time.
+/// The number of matrices that are factorised at the same time.
 pub const LANES: usize = 16;
 
 /// One number for each of the matrices.
@@ -24,8 +26,8 @@ pub const LANES: usize = 16;
 #[repr(align(64))]
 pub struct Lane<T>(pub [T; LANES]);
 
-/// Does some work on lanes with the widest vectors of the machine: `work` is compiled for each kind, so that what it calls must be
-/// inlined into it.
+/// Runs `work` with the widest vectors of the machine. It is compiled for each vector width, so that all
+/// functions it calls must be inlined.
 pub fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     Arch::new().dispatch(work)
 }
@@ -92,18 +94,19 @@ impl<T: Real> Lane<T> {
 /// Unknowns that are eliminated together.
 #[derive(Debug)]
 struct Supernode {
-    /// The first of them; they are consecutive.
+    /// The first of these unknowns, which are consecutive.
     first: u32,
     columns: u32,
     /// The other unknowns of the front, ascending.
     below: Vec<u32>,
-    /// The supernode that what is left of the front is added to, and where its unknowns are in that front.
+    /// The supernode whose front takes the remainder of this one, and the places of the unknowns `below` in
+    /// that front.
     parent: Option<(u32, Vec<u32>)>,
     /// Supernodes of which this one is the parent.
     children: Vec<u32>,
-    /// Groups that are added here, each with the places of its unknowns in the front.
+    /// Groups whose matrices are added to this front, each with the places of its blocks in the front.
     groups: Vec<(u32, Vec<Option<u32>>)>,
-    /// Where its columns of the factor begin.
+    /// The index at which the columns of this supernode begin in the factor.
     offset: usize,
 }
 
@@ -119,11 +122,12 @@ pub struct Elimination {
 const FILL: f64 = 0.25;
 
 impl Elimination {
-    /// Plans the elimination of blocks of unknowns, in their order. `sizes` has the number of unknowns of each block, which are
-    /// numbered block by block; `groups` are blocks that a dense matrix couples, `None` for what is no unknown.
+    /// Plans the elimination of blocks of unknowns, in their order. `sizes` has the number of unknowns of
+    /// each block, which are numbered block by block; `groups` are blocks that a dense matrix couples, with
+    /// `None` for values that are not unknowns.
     ///
     /// # Panics
-    /// If a group names a block that there is not.
+    /// If a group names a block that does not exist.
     pub fn new(sizes: &[usize], groups: &[Vec<Option<u32>>]) -> Self {
         let n = sizes.len();
         let mut first = vec![0_u32; n + 1];
@@ -146,7 +150,7 @@ impl Elimination {
             let joined = columns + sizes[b + 1];
             let stored = joined * (joined + height(b + 1));
             let needed = exact + sizes[b + 1] * (sizes[b + 1] + height(b + 1));
-            // Only half of the square on the diagonal is needed of either.
+            // Of the square on the diagonal only one half is needed.
             let zeros = stored.saturating_sub(needed) as f64 - 0.5 * (joined * joined) as f64;
             if !joins || (zeros > FILL * stored as f64 && joined > 12) {
                 starts.push(b + 1);
@@ -174,15 +178,15 @@ impl Elimination {
             });
             entries += columns as usize * (columns as usize + supernodes[supernodes.len() - 1].below.len());
         }
-        // Where what is left of each front goes.
+        // The front to which the remainder of each front is added.
         for range in starts.windows(2).filter(|w| w[0] < w[1]) {
             let last = range[1] - 1;
             let Some(&next) = structure[last].first() else { continue };
-            let (own, parent) = (of_block[last] as usize, of_block[next as usize]);
+            let (node, parent) = (of_block[last] as usize, of_block[next as usize]);
             let target = &supernodes[parent as usize];
-            let places = supernodes[own].below.iter().map(|row| target.place(*row)).collect();
-            supernodes[own].parent = Some((parent, places));
-            supernodes[parent as usize].children.push(own as u32);
+            let places = supernodes[node].below.iter().map(|row| target.place(*row)).collect();
+            supernodes[node].parent = Some((parent, places));
+            supernodes[parent as usize].children.push(node as u32);
         }
         for (g, group) in groups.iter().enumerate() {
             let Some(lowest) = group.iter().flatten().min() else { continue };
@@ -205,15 +209,16 @@ impl Elimination {
 
     /// Operations, multiplications and additions, of one factorisation.
     pub fn operations(&self) -> f64 {
-        let of = |s: &Supernode| {
+        let operations = |s: &Supernode| {
             let (c, r) = (f64::from(s.columns), s.below.len() as f64);
             c * c * c / 3.0 + c * c * r + c * r * r
         };
-        self.supernodes.iter().map(of).sum()
+        self.supernodes.iter().map(operations).sum()
     }
 
-    /// Factorises [`LANES`] matrices, each the sum of the dense ones of all groups. `element(group, matrix)` writes those of one
-    /// group: row by row, where row and column of a block begin at `starts[block]` and blocks that are `None` have neither.
+    /// Factorises [`LANES`] matrices, each the sum of the dense matrices of all groups. `sizes(group)` is the
+    /// number of unknowns of each block of a group. `element(group, matrix)` appends the matrices of a group
+    /// row by row, its blocks one after the other; a block that is `None` has no rows or columns.
     ///
     /// `None` if a matrix is not positive definite.
     pub fn factorise<T: Real + Root>(
@@ -223,7 +228,7 @@ impl Elimination {
     ) -> Option<LaneFactor<T>> {
         let mut factor = vec![Lane::<T>::default(); self.entries];
         let mut left: Vec<Vec<Lane<T>>> = vec![Vec::new(); self.supernodes.len()];
-        // What fronts left that was added to others: returned to the system, it would be taken from there again a moment later.
+        // Memory of remainders that have been added to other fronts, for the next remainders.
         let mut spare: Vec<Vec<Lane<T>>> = Vec::new();
         let mut front: Vec<Lane<T>> = Vec::new();
         let mut matrix = Vec::new();
@@ -234,10 +239,10 @@ impl Elimination {
             for (group, places) in &node.groups {
                 matrix.clear();
                 element(*group, &mut matrix);
-                let own = sizes(*group);
+                let block_sizes = sizes(*group);
                 let places: Vec<usize> = places
                     .iter()
-                    .zip(&own)
+                    .zip(&block_sizes)
                     .flat_map(|(at, size)| at.map(|at| at as usize..at as usize + size).into_iter().flatten())
                     .collect();
                 vectorized(|| add_element(&matrix, &places, &mut front, rows));
@@ -275,23 +280,23 @@ fn add_element<T: Real>(matrix: &[Lane<f64>], places: &[usize], front: &mut [Lan
     }
 }
 
-/// Adds the lower triangle that another front left to the places of its unknowns.
+/// Adds the lower triangle that remains of another front to a front, at the places of its unknowns.
 #[inline(always)]
 fn add_rest<T: Real>(rest: &[Lane<T>], places: &[u32], front: &mut [Lane<T>], rows: usize) {
     let mut rest = rest;
     for (i, &row) in places.iter().enumerate() {
         let target = &mut front[row as usize * rows..][..rows];
-        let (own, others) = rest.split_at(i + 1);
-        for (&column, value) in places.iter().zip(own) {
+        let (row_values, remainder) = rest.split_at(i + 1);
+        for (&column, value) in places.iter().zip(row_values) {
             let entry = &mut target[column as usize];
             *entry = entry.plus(*value);
         }
-        rest = others;
+        rest = remainder;
     }
 }
 
 impl Supernode {
-    /// Where an unknown is in the front.
+    /// The row of an unknown in the front.
     fn place(&self, unknown: u32) -> u32 {
         if unknown < self.first + self.columns {
             unknown - self.first
@@ -303,27 +308,27 @@ impl Supernode {
 
 /// For each block the later blocks that its elimination couples it to, ascending.
 fn structures(n: usize, groups: &[Vec<Option<u32>>]) -> Vec<Vec<u32>> {
-    let mut own: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut coupled: Vec<Vec<u32>> = vec![Vec::new(); n];
     for group in groups {
         if let Some(lowest) = group.iter().flatten().min() {
-            own[*lowest as usize].extend(group.iter().flatten().filter(|b| *b != lowest));
+            coupled[*lowest as usize].extend(group.iter().flatten().filter(|b| *b != lowest));
         }
     }
     let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
     let mut mark = vec![u32::MAX; n];
     for b in 0..n {
-        let mut all = std::mem::take(&mut own[b]);
+        let mut blocks = std::mem::take(&mut coupled[b]);
         for &child in &children[b] {
-            all.extend(own[child as usize].iter().filter(|c| **c as usize != b));
+            blocks.extend(coupled[child as usize].iter().filter(|c| **c as usize != b));
         }
-        all.retain(|&c| std::mem::replace(&mut mark[c as usize], b as u32) != b as u32);
-        all.sort_unstable();
-        if let Some(&parent) = all.first() {
+        blocks.retain(|&c| std::mem::replace(&mut mark[c as usize], b as u32) != b as u32);
+        blocks.sort_unstable();
+        if let Some(&parent) = blocks.first() {
             children[parent as usize].push(b as u32);
         }
-        own[b] = all;
+        coupled[b] = blocks;
     }
-    own
+    coupled
 }
 
 /// The factors of [`LANES`] matrices; see [`Elimination::factorise`].
@@ -425,13 +430,13 @@ mod tests {
                 }
             }
         }
-        // More right-hand sides than go side by side, each a multiple of the first.
+        // Up to one right-hand side more than are solved for together, each a multiple of the first.
         for sides in 1..=ABREAST + 1 {
             let multiple =
                 |s: usize| right.iter().map(|r| Lane(r.map(|r| T::from_f64((s + 1) as f64 * r)))).collect();
-            let mut all: Vec<Vec<Lane<T>>> = (0..sides).map(multiple).collect();
-            plan.solve(&factor, &mut all.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
-            for (s, x) in all.iter().enumerate() {
+            let mut solutions: Vec<Vec<Lane<T>>> = (0..sides).map(multiple).collect();
+            plan.solve(&factor, &mut solutions.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+            for (s, x) in solutions.iter().enumerate() {
                 for (i, x) in x.iter().enumerate() {
                     for lane in 0..LANES {
                         let error = x.0[lane].to_f64() / (s + 1) as f64 - exact(lane, i);

@@ -22,7 +22,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LdltError {
-    /// A group couples an unknown that there is not.
+    /// A group couples an unknown that does not exist.
     #[error("unknown {unknown} is coupled in a system of {unknowns} unknowns")]
     NoSuchUnknown {
         /// The number in the group.
@@ -38,7 +38,7 @@ pub enum LdltError {
     Singular,
 }
 
-/// Where an entry of the lower triangle is among the values of a [`SymmetricSolver`].
+/// The index of an entry of the lower triangle among the values of a [`SymmetricSolver`].
 ///
 /// `Option<Place>` takes four bytes: the assembly of a matrix reads one per entry of every element matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,8 +56,8 @@ impl Place {
     }
 }
 
-/// The places of a dense block row after row, `None` for what is above the diagonal of the matrix or belongs to no
-/// unknown.
+/// The places of a dense block row after row, `None` for entries above the diagonal of the matrix or of
+/// values that are not unknowns.
 pub type BlockPlaces = Vec<Option<Place>>;
 
 /// A symmetric matrix with a fixed pattern, its values, its factors, and the memory for them.
@@ -68,7 +68,7 @@ pub struct SymmetricSolver {
     /// The lower triangle, by columns.
     matrix: CscMatrix<f64>,
     symbolic: SymbolicCholesky<usize>,
-    /// Empty until the first factorisation, so that its size can be asked for before the memory is taken.
+    /// Empty until the first factorisation, so that its size is known before the memory is allocated.
     factors: Vec<f64>,
     scratch: StackReq,
     memory: MemBuffer,
@@ -80,22 +80,23 @@ impl std::fmt::Debug for SymmetricSolver {
     }
 }
 
-/// Operations of a factorisation from which it is worth two threads: below, they wait for one another more than they save.
+/// The least number of operations for which two threads factorise faster than one.
 const WORTH_TWO_THREADS: f64 = 1e10;
 
-/// Into how many parts faer cuts the products in the factor of a symbolic factorisation. The operations are estimated from below, as if all
-/// columns of the factor were of one length.
+/// The parallelism with which faer factorises. It depends on a lower estimate of the operations only, for a
+/// factor with columns of equal length.
 fn parts(symbolic: &SymbolicCholesky<usize>) -> Par {
     let entries = symbolic.len_val() as f64;
     if entries * entries > WORTH_TWO_THREADS * symbolic.ncols() as f64 { Par::rayon(2) } else { Par::Seq }
 }
 
 impl SymmetricSolver {
-    /// The solver for a matrix of order `unknowns` that couples all unknowns within each of `groups`, and for each group
-    /// the places of its dense block, for [`SymmetricSolver::add`]. `None` in a group stands for what is no unknown, say a
-    /// displacement that is held.
+    /// The solver for a matrix of order `unknowns` that couples all unknowns within each of `groups`, and for
+    /// each group the places of its dense block, for [`SymmetricSolver::add`]. `None` in a group stands for a
+    /// value that is not an unknown, say a prescribed displacement.
     ///
-    /// The symbolic factorisation is done here, the memory for the factors is taken by [`SymmetricSolver::factorise`].
+    /// The symbolic factorisation is done here, the memory for the factors is allocated by
+    /// [`SymmetricSolver::factorise`].
     ///
     /// # Errors
     /// If a group has an unknown that is not below `unknowns`, or the matrix is too large; see [`LdltError`].
@@ -144,13 +145,13 @@ impl SymmetricSolver {
         self.symbolic.len_val()
     }
 
-    /// Bytes of matrix and factor, whether they are taken yet or not.
+    /// Bytes of matrix and factor, whether they are allocated yet or not.
     pub fn memory_bytes(&self) -> u64 {
         let of_matrix = 16 * self.matrix.nnz() + 8 * self.matrix.col_offsets().len();
         (of_matrix + 8 * self.factor_entries() + self.scratch.unaligned_bytes_required()) as u64
     }
 
-    /// Gives the memory of the factors back; the next factorisation takes it again.
+    /// Frees the memory of the factors; the next factorisation allocates it again.
     pub fn release(&mut self) {
         self.factors = Vec::new();
         self.memory = MemBuffer::new(StackReq::EMPTY);
@@ -170,7 +171,8 @@ impl SymmetricSolver {
     /// Adds `value` to every entry of the diagonal.
     pub fn add_to_diagonal(&mut self, value: f64) {
         for c in 0..self.unknowns() {
-            // Of a column's lower triangle the diagonal is the first; an unknown that nothing couples has none.
+            // The diagonal is the first entry of a column of the lower triangle. An unknown that is in no
+            // group has no entry.
             if let (&[first, ..], &mut [ref mut entry, ..]) = self.matrix.col_mut(c).rows_and_values_mut()
                 && first == c
             {
@@ -354,7 +356,7 @@ mod tests {
 
     #[test]
     fn the_solution_is_that_of_the_dense_matrix() {
-        // Groups of four unknowns, scattered and overlapping, some with what is no unknown.
+        // Groups of four unknowns, scattered and overlapping, some with a value that is not an unknown.
         let n = 90;
         let group = |k: u32| {
             [1, 7, 13, 31].map(|step| (step != 13 || !k.is_multiple_of(3)).then_some(k * step % n)).to_vec()
@@ -374,7 +376,7 @@ mod tests {
         let mut x: Vec<f64> = right.col(0).iter().copied().collect();
         assert!(solver.solve(&mut x) < 1e-13);
         assert!(x.iter().enumerate().all(|(k, x)| (x - expected[(k, 0)]).abs() < 1e-12));
-        // Once more with what was released, and other values.
+        // Once more after a release of the memory, with other values.
         solver.release();
         solver.clear();
         solver.add_to_diagonal(2.0);

@@ -1,6 +1,6 @@
 //! Amounts of memory in messages.
 
-/// An amount of memory as people read it, rounded up: `12 kB`, `79 MB`, `1.3 GB`, `40.0 TB`.
+/// An amount of memory in a unit that suits its size, rounded up: `12 kB`, `79 MB`, `1.3 GB`, `40.0 TB`.
 pub fn bytes_in_words(bytes: u64) -> String {
     match bytes {
         0..1_000_000 => format!("{} kB", bytes.div_ceil(1000)),

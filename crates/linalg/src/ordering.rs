@@ -30,7 +30,7 @@ pub fn dissection_order<const D: usize, const N: usize>(
 struct Cutter<'a, const D: usize, const N: usize> {
     elements: &'a [[u32; N]],
     centres: Vec<[f64; D]>,
-    /// Per node: the last half that was marked.
+    /// For each node, the last half in which it was marked.
     mark: Vec<u32>,
     taken: Vec<bool>,
     stamp: u32,
@@ -70,7 +70,8 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         self.order.extend(separator);
     }
 
-    /// Where element `e` is along a direction: an axis, or from `D` on the sum or the difference of two.
+    /// The coordinate of element `e` along a direction: an axis, or from `D` on the sum or the difference of
+    /// two axes.
     fn along(&self, e: u32, direction: usize) -> f64 {
         let centre = &self.centres[e as usize];
         let (a, b) = (centre[direction % D], centre[(direction + 1) % D]);

@@ -24,7 +24,8 @@ pub fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Across a triangle, as long as twice its area; from the side from which its corners are seen anticlockwise.
+/// The normal of a triangle, as long as twice its area, towards the side from which its corners are seen
+/// anticlockwise.
 #[inline]
 pub fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     cross(minus(b, a), minus(c, a))

@@ -6,7 +6,7 @@ use crate::plane::{self, EnergyDerivatives};
 use crate::space::{self, Measure};
 use crate::{gent, ogden, yeoh};
 
-/// How a rubber resists distortion: its strain energy per reference volume, in Pa.
+/// A law of distortion: the strain energy of a rubber per reference volume, in Pa.
 ///
 /// Where the volume can change, the energy is a function of `F / J^(1/3)`. An incompressible rubber takes it as a function
 /// of `F` itself, less its slope at rest times `J - 1`. Where `J = 1` that is the same; for Mooney-Rivlin, neo-Hookean and Yeoh
@@ -194,21 +194,21 @@ impl HyperelasticLaw {
         field: f64,
         barrier: f64,
     ) -> f64 {
-        let all = d.j + field;
+        let volumetric = d.j + field;
         match self {
             // W = W(I1, J), of which w_I is the first derivative and w_J the other.
-            Self::NeoHookean { .. } | Self::Yeoh { .. } | Self::Gent { .. } => 2.0 * d.i / j + all,
+            Self::NeoHookean { .. } | Self::Yeoh { .. } | Self::Gent { .. } => 2.0 * d.i / j + volumetric,
             // dI2/dF33 = 2 I, and I2 = I + J^2 has put 2 J into w_J.
             Self::MooneyRivlin { c10, c01 } => {
                 let i = f.iter().map(|x| x * x).sum::<f64>();
-                2.0 * (c10 + c01 * i) / j + all - 2.0 * j * c01
+                2.0 * (c10 + c01 * i) / j + volumetric - 2.0 * j * c01
             }
             // l3^alpha - alpha (J - 1) for each term, the barrier and the field.
             Self::Ogden { terms } => {
                 let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
                 sum * (1.0 - j) / j + barrier + field
             }
-            // l3^a, and J dw/dJ of what is no power of a stretch.
+            // l3^a, and J dw/dJ of the terms that are not powers of a stretch.
             Self::Hyperfoam { terms } => {
                 let stress = |term: &HyperfoamTerm| {
                     let volume = term.volume_part(j).j - term.exponent;

@@ -20,7 +20,7 @@
 //! Moduli, stresses and energies per reference volume are in Pa; deformation gradients and invariants are dimensionless.
 //!
 //! # Modules
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | `law` | the laws, and what each of them contributes in the plane and in space |
 //! | `rubber` | a law with its volumetric part: energy, stress, tangent |
@@ -31,8 +31,9 @@
 //! | [`stress_table`] | measured stress of a foam over its compression |
 //!
 //! # Adding a law
-//! Write its formulas in a file of its own, add a variant to [`HyperelasticLaw`] and fill in the match arms that then fail to
-//! compile. `tests/integration` checks any law in its list against finite differences, in the plane and in space.
+//! Write its formulas in a new file, add a variant to [`HyperelasticLaw`] and fill in the match arms that
+//! then fail to compile. `tests/integration` checks every law in its list against finite differences, in the
+//! plane and in space.
 
 mod gent;
 pub mod hyperfoam;

@@ -1,4 +1,4 @@
-//! The two constants of the Mooney-Rivlin law by themselves: what the closed form of the layer accepts.
+//! The two constants of the Mooney-Rivlin law, as the closed form of the layer takes them.
 
 /// The incompressible law `W = c10 (I1 - 3) + c01 (I2 - 3)` per reference volume.
 #[derive(Debug, Clone, Copy, PartialEq)]

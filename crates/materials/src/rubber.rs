@@ -10,7 +10,7 @@ use crate::space::{self, Measure, Response};
 pub enum Volume {
     /// `J = 1`, enforced by a pressure field.
     Incompressible,
-    /// `kappa/2 (J - 1)^2` with the bulk modulus `kappa` in Pa, and the pressure as a field of its own.
+    /// `kappa/2 (J - 1)^2` with the bulk modulus `kappa` in Pa, and the pressure as a separate field.
     BulkModulus(f64),
     /// The compressible neo-Hookean solid `mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` with `lambda` in Pa and the shear modulus
     /// of the law, whichever law that is. It has no pressure field and is for materials far from incompressible.
@@ -223,7 +223,7 @@ impl Rubber {
         }
     }
 
-    /// The volume's own part of the energy and its derivatives by `J`.
+    /// The volumetric part of the energy and its derivatives by `J`.
     fn volume_derivatives(&self, j: f64) -> EnergyDerivatives {
         let (w, slope, curvature) = match self.volume {
             Volume::Incompressible if self.volume_barrier == 0.0 => (0.0, 0.0, 0.0),

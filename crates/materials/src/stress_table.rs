@@ -1,4 +1,4 @@
-//! Measured stress of a foam over its compression, straight between the points.
+//! Measured stress of a foam over its compression, interpolated linearly.
 
 /// A measured curve: nominal stress over compression `U/H`.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,9 +11,9 @@ pub struct StressTable {
     pub unloading: Option<Vec<f64>>,
 }
 
-/// The compressions at which a table has a stress.
+/// The compressions at which a table has a given stress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Found {
+pub enum CompressionMatch {
     /// One compression `U/H`.
     At(f64),
     /// The table has the same stress between these two compressions.
@@ -44,25 +44,28 @@ impl StressTable {
     }
 
     /// The compression `U/H` at which the loading branch has a nominal stress in Pa.
-    pub fn compression_under(&self, stress: f64) -> Found {
+    pub fn compression_under(&self, stress: f64) -> CompressionMatch {
         if stress > self.last_stress() {
-            return Found::Beyond;
+            return CompressionMatch::Beyond;
         }
         // The first point that has at least the stress, and the first that has more.
-        let from = self.loading.partition_point(|own| *own < stress);
-        let to = self.loading.partition_point(|own| *own <= stress);
+        let from = self.loading.partition_point(|measured| *measured < stress);
+        let to = self.loading.partition_point(|measured| *measured <= stress);
         if to > from {
             let (first, last) = (self.compression[from], self.compression[to - 1]);
-            return if last > first { Found::Between([first, last]) } else { Found::At(first) };
+            return match last > first {
+                true => CompressionMatch::Between([first, last]),
+                false => CompressionMatch::At(first),
+            };
         }
         // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which is 0.
         let [low, high] = [from - 1, from];
         let share = (stress - self.loading[low]) / (self.loading[high] - self.loading[low]);
-        Found::At(self.compression[low] + share * (self.compression[high] - self.compression[low]))
+        CompressionMatch::At(self.compression[low] + share * (self.compression[high] - self.compression[low]))
     }
 
     fn value(&self, stresses: &[f64], compression: f64) -> Option<f64> {
-        let high = self.compression.partition_point(|own| *own < compression);
+        let high = self.compression.partition_point(|tabulated| *tabulated < compression);
         let (last, upper) = (*self.compression.get(high)?, *stresses.get(high)?);
         if high == 0 {
             return Some(upper);

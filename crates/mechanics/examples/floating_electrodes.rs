@@ -33,8 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Gap, height and thickness over those of the closed form, load after load. Lengths in thicknesses of the layer, moduli in
-/// its own.
+/// Gap, height and thickness over those of the closed form, load after load. Lengths are over the thickness
+/// of the layer, moduli over its modulus.
 fn ratios(
     n: usize,
     modulus: f64,

@@ -18,9 +18,9 @@ const BEYOND: f64 = 6.0;
 const TOLERANCE: f64 = 5e-3;
 
 fn main() {
-    let asked: Vec<f64> = std::env::args().skip(1).filter_map(|word| word.parse().ok()).collect();
+    let half_widths: Vec<f64> = std::env::args().skip(1).filter_map(|word| word.parse().ok()).collect();
     let goals = COMPRESSIONS.map(Goal::Compression);
-    for half_width in if asked.is_empty() { HALF_WIDTHS.to_vec() } else { asked } {
+    for half_width in if half_widths.is_empty() { HALF_WIDTHS.to_vec() } else { half_widths } {
         let layer = PlaneLayer {
             thickness: 1.0,
             half_length: half_width + BEYOND,

@@ -1,23 +1,23 @@
-//! How an electrode in the layer moves and thins.
+//! The motion and thinning of an electrode in the layer.
 
 use crate::closed_form::LayerMap;
 use crate::error::{MechanicsError, require_positive};
 
-/// How stiff an electrode is against the layer around it.
+/// The stiffness of an electrode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ElectrodeStiffness {
     /// It keeps its thickness and length.
     Rigid,
-    /// Incompressible neo-Hookean with this shear modulus in Pa. At the layer's own modulus it deforms as the
-    /// layer does.
+    /// Incompressible neo-Hookean with this shear modulus in Pa. With the modulus of the layer it deforms as
+    /// the layer does.
     ShearModulus(f64),
 }
 
-/// An electrode in the deformed layer: where it is and how much its dimensions changed.
+/// An electrode in the deformed layer: its position and the changes of its dimensions.
 ///
 /// Electrodes float with the layer. The gap between two of them side by side opens with the layer's stretch,
 /// `d = D f(S)`, the mid-plane comes down to `g(S)`, the width along `x3` stays.
-/// The thickness follows from a problem of its own (announced in section 2 of the paper): in plane strain the
+/// The thickness follows from a separate problem (announced in section 2 of the paper): in plane strain the
 /// electrode carries the stress difference of the layer at its height on the axis,
 /// `sigma22 - sigma11 = mu (f^-2 - f^2)`. Two electrodes one above the other are two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ pub struct ElectrodePose {
     pub layer_stretch: f64,
     /// Thickness after over thickness before, `t/T`; at most 1.
     pub thickness_stretch: f64,
-    /// The electrode's own length along `x1` after over before, `T/t` (its volume is constant).
+    /// Length of the electrode along `x1` after over before, `T/t` (its volume is constant).
     pub length_stretch: f64,
 }
 
@@ -76,7 +76,7 @@ impl ElectrodePose {
         reference_thickness * self.thickness_stretch
     }
 
-    /// The electrode's own length along `x1` (m) from its length before (m).
+    /// The length of the electrode along `x1` (m) from its length before (m).
     pub fn length(&self, reference_length: f64) -> f64 {
         reference_length * self.length_stretch
     }

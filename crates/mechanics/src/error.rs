@@ -1,11 +1,11 @@
-//! The input that this crate refuses, and what to do about it.
+//! Errors of input that this crate refuses.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
 
 use thiserror::Error;
 
-/// Why a layer, a load or an electrode was refused. All values are SI.
+/// The reason why a layer, a load or an electrode was refused. All values are SI.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MechanicsError {

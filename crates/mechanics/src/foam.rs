@@ -4,7 +4,7 @@
 //! stretch at which the lateral stress vanishes, or by a table of such a test. The force is that stress times the area of the contact.
 
 use elastocap_materials::hyperfoam::{compression_under, pressed_between_walls, pressed_freely};
-use elastocap_materials::stress_table::Found;
+use elastocap_materials::stress_table::CompressionMatch;
 use elastocap_materials::{HyperfoamTerm, StressTable};
 
 use crate::error::{MechanicsError, require_positive};
@@ -109,9 +109,11 @@ impl FoamState {
                 compression_under(force / area, |c| pressed_freely(terms, c).nominal_pressure)
             }
             FoamLaw::Measured(table) => match table.compression_under(force / area) {
-                Found::At(compression) => compression,
-                Found::Between([from, to]) => return Err(MechanicsError::Plateau { force, from, to }),
-                Found::Beyond => {
+                CompressionMatch::At(compression) => compression,
+                CompressionMatch::Between([from, to]) => {
+                    return Err(MechanicsError::Plateau { force, from, to });
+                }
+                CompressionMatch::Beyond => {
                     let largest_force = area * table.last_stress();
                     let last_compression = table.last_compression();
                     return Err(MechanicsError::BeyondTableForce { force, largest_force, last_compression });

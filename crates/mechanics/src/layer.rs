@@ -1,4 +1,4 @@
-//! One load step of the layer: what the coupling takes.
+//! One load step of the layer: deformation, stress, force and poses of electrodes.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".

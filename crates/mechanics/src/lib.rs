@@ -3,8 +3,8 @@
 //! A rubber layer of thickness `H`, bonded to a rigid substrate, is compressed by `U` under a smooth punch.
 //! Rubber keeps its volume, so it flows outwards: two electrodes side by side move *apart* and get thinner.
 //! This crate answers, for one load step: where every point of the layer goes ([`LayerMap`]), what stress it
-//! carries ([`LayerStress`]), what force the punch needs ([`LayerState::force`]), and how an electrode sits in
-//! the deformed layer ([`ElectrodePose`]). [`LayerState`] holds all of it and is what a coupling takes.
+//! carries ([`LayerStress`]), what force the punch needs ([`LayerState::force`]), and how an electrode sits
+//! in the deformed layer ([`ElectrodePose`]). [`LayerState`] holds all of these.
 //!
 //! The layer is the closed form of sections 2 and 5.1 of the seed paper ("Large deformation mechanics of a
 //! soft elastomeric layer under compressive loading for a MEMS tactile sensor application"), with the

@@ -1,4 +1,5 @@
-//! The force of a flat punch on a long layer, from finite elements: what the closed form of the force is judged by.
+//! The force of a flat punch on a long layer, from finite elements: the reference for the closed form of the
+//! force.
 //!
 //! In plane strain an incompressible neo-Hookean or Mooney-Rivlin layer, bonded to its base, has a force of
 //! `F / (mu H w)` that depends on two numbers only: the punch's half-width `a / H` and the compression `U / H`. It is

@@ -1,20 +1,21 @@
-//! Curves of the deformed layer, as fine polygons: what the field sees of it where it is no box any more.
+//! Outlines of the deformed electrodes and of the layer's surface, as fine polygons.
 
 /// Points along a curve, m.
 pub type Curve = Vec<[f64; 2]>;
 
-/// Pieces of one side of an element, whose deformed shape is a parabola.
+/// Number of segments of one side of an element, whose deformed shape is a parabola.
 pub const PIECES: usize = 8;
 
-/// Outlines of the electrodes, and the layer's surface, in the plane of x1 and x2.
+/// The outlines of the electrodes and the layer's surface in the plane of x1 and x2.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformedCurves {
-    /// The lower, right, upper and left face of each electrode, which lead once around it anticlockwise. The electrodes are the right (or
-    /// lower) one, and the upper one of a stacked pair; the left and the right one where the whole layer is solved.
+    /// The lower, right, upper and left face of each electrode, anticlockwise. The electrodes are the right
+    /// (or lower) one, and the upper one of a stacked pair; where the whole layer is solved, the left and the
+    /// right one.
     pub electrodes: Vec<[Curve; 4]>,
     /// The top of the layer, with ascending x1 before loading.
     pub surface: Curve,
-    /// Whether all of these belong to the right half, of which the left half is the mirror image.
+    /// Whether these are the curves of the right half only.
     pub half: bool,
     /// The least and the greatest height of the top, m.
     pub heights: [f64; 2],
@@ -28,7 +29,7 @@ impl DeformedCurves {
     }
 }
 
-/// The least and the greatest of some heights; infinite, and out of order, without any.
+/// The smallest and the largest of some heights; infinite, and out of order, without any.
 pub(super) fn range(heights: impl Iterator<Item = f64>) -> [f64; 2] {
     heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
@@ -46,8 +47,8 @@ pub(super) fn through(nodes: &[[f64; 2]]) -> Curve {
     curve
 }
 
-/// The fewest of its points, the ends among them, between which it stays `within` a distance (m) of straight lines (Douglas and
-/// Peucker, Cartographica 10, 1973).
+/// A subset of the points of a curve, with its ends, whose polygon is `within` a distance (m) of all points
+/// (Douglas and Peucker, Cartographica 10, 1973).
 pub fn simplified(curve: &[[f64; 2]], within: f64) -> Curve {
     let mut keep = vec![false; curve.len()];
     let mut open = vec![[0, curve.len().saturating_sub(1)]];

@@ -6,7 +6,7 @@ pub type Ends = [[f64; 2]; 3];
 /// An electrode after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElectrodeBox {
-    /// The box of the means over its faces.
+    /// The box at the mean positions of the faces.
     pub mean: Ends,
     /// How far the electrode is from being a box, m: the largest distance between the ends of the largest box inside it and of the smallest
     /// box around it.
@@ -17,7 +17,7 @@ pub struct ElectrodeBox {
 pub(super) type Face = Vec<(f64, [f64; 3])>;
 
 impl ElectrodeBox {
-    /// The boxes of an electrode from its faces: of each axis the lower and the upper one.
+    /// The boxes of an electrode from its faces, the lower and the upper one of each axis.
     pub(super) fn new(faces: &[[Face; 2]; 3]) -> Self {
         let mean = |face: &Face, axis: usize| face.iter().map(|(w, x)| w * x[axis]).sum::<f64>();
         let most =
@@ -25,9 +25,9 @@ impl ElectrodeBox {
         let least = |face: &Face, axis: usize| face.iter().map(|p| p.1[axis]).fold(f64::INFINITY, f64::min);
         let ends = |of: &dyn Fn(usize, &[Face; 2]) -> [f64; 2]| [0, 1, 2].map(|a| of(a, &faces[a]));
         let around = |axis: usize, _: &[Face; 2]| {
-            let all = || faces.iter().flatten();
-            let low = all().map(|f| least(f, axis)).fold(f64::INFINITY, f64::min);
-            let high = all().map(|f| most(f, axis)).fold(f64::NEG_INFINITY, f64::max);
+            let all_faces = || faces.iter().flatten();
+            let low = all_faces().map(|f| least(f, axis)).fold(f64::INFINITY, f64::min);
+            let high = all_faces().map(|f| most(f, axis)).fold(f64::NEG_INFINITY, f64::max);
             [low, high]
         };
         let inside = ends(&|axis, [low, high]| [most(low, axis), least(high, axis)]);
@@ -39,7 +39,7 @@ impl ElectrodeBox {
         }
     }
 
-    /// Both halves of an electrode of which this is the one with `x3 > 0`.
+    /// The boxes of the whole electrode, of which this is the half with `x3 > 0`.
     pub(super) fn across(mut self) -> Self {
         self.mean[2][0] = -self.mean[2][1];
         self
@@ -51,18 +51,18 @@ mod tests {
     use super::*;
 
     fn face(points: &[[f64; 2]], x3: [f64; 2]) -> Face {
-        let all = x3.iter().flat_map(|z| points.iter().map(|x| [x[0], x[1], *z]));
-        all.map(|x| (0.5 / points.len() as f64, x)).collect()
+        let corners = x3.iter().flat_map(|z| points.iter().map(|x| [x[0], x[1], *z]));
+        corners.map(|x| (0.5 / points.len() as f64, x)).collect()
     }
 
     fn tilted(slope: f64) -> ElectrodeBox {
         let line = |y: f64| [0.0, 2.0].map(|x| [x, y + slope * (x - 1.0)]);
         let end = |x: f64| [0.0, 1.0].map(|y| [x, y + slope * (x - 1.0)]);
-        let both = [-1.0, 3.0];
+        let x3 = [-1.0, 3.0];
         ElectrodeBox::new(&[
-            [face(&end(0.0), both), face(&end(2.0), both)],
-            [face(&line(0.0), both), face(&line(1.0), both)],
-            both.map(|z| face(&line(0.5), [z, z])),
+            [face(&end(0.0), x3), face(&end(2.0), x3)],
+            [face(&line(0.0), x3), face(&line(1.0), x3)],
+            x3.map(|z| face(&line(0.5), [z, z])),
         ])
     }
 

@@ -1,11 +1,11 @@
-//! Why a layer cannot be deformed as a case asks.
+//! Errors of the deformation of a layer.
 
 use elastocap_mechanics::MechanicsError;
 use elastocap_mechanics::solid::model::ModelError;
 use elastocap_mechanics::solid::newton::Stopped;
 use elastocap_mechanics::solid::press::PressError;
 
-/// Why a load step has no deformed layer. All values are SI.
+/// The reason that a load step has no deformed layer. All values are SI.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeformError {
@@ -18,61 +18,61 @@ pub enum DeformError {
     /// The finite elements have no mesh, or too large a one.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The finite elements did not get to the load.
+    /// The finite elements did not reach the load.
     #[error(transparent)]
     Press(#[from] PressError),
     /// The shear length of the closed form is not known at the load.
     #[error(transparent)]
     ShearLength(#[from] ShearLengthError),
-    /// The step is none of those that were solved.
+    /// The step is not among the solved ones.
     #[error("the step has no equilibrium")]
     NotSolved,
 }
 
-/// Why the finite elements of a case's layer cannot be set up.
+/// The reason that the finite elements of a case's layer cannot be set up.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LayerSetupError {
-    /// The case lacks what they need; the case reader refuses such a file.
+    /// The case lacks a required item; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),
     /// A combination for which the finite elements have no contact condition.
     #[error("a punch with rounded corners that is held or that the layer sticks to is not supported")]
     RoundedAndBonded,
-    /// The coarsest mesh has too many elements already.
+    /// Even the coarsest mesh has too many elements.
     #[error("{0}; make [layer] and what presses it more alike in size")]
     TooManyElements(Box<ModelError>),
     /// A patch ends where the layer ends.
     #[error("{0}")]
     NoRoom(Box<ModelError>),
-    /// The layer is so long that rounding takes its first elements for none.
+    /// The layer is so long that its first elements vanish by rounding.
     #[error(
         "the layer is {ratio:.0e} times as long as it is thick, and its finite elements are meant for {limit:.0e} at most; make \
          `half_length` in [layer] or `width` smaller"
     )]
     TooLong {
-        /// Half its length or width over its thickness.
+        /// Half the length or width of the layer over its thickness.
         ratio: f64,
         /// The largest such ratio.
         limit: f64,
     },
-    /// In plane strain the electrodes end too near to the end of the layer.
+    /// In plane strain the electrodes extend too close to the end of the layer.
     #[error(
         "the electrodes reach into the last thickness of the layer, or the outer half of a short one; make `half_length` in [layer] larger"
     )]
     ElectrodesNearEnd,
-    /// In space the electrodes end too near to an edge of the layer.
+    /// In three dimensions the electrodes extend too close to an edge of the layer.
     #[error(
         "the electrodes reach to {reach:.3e} m from the middle along x{}, and the elements beyond {room:.3e} m belong to the \
          layer's edge; make {key} larger",
         axis + 1
     )]
     ElectrodesNearEdge {
-        /// Where they end, m from the middle.
+        /// The largest distance of the electrodes from the middle, m.
         reach: f64,
-        /// How far they may reach, m.
+        /// The largest allowed distance, m.
         room: f64,
-        /// Along which axis, counted from 0.
+        /// The axis, counted from 0.
         axis: usize,
         /// The key of the case file to make larger.
         key: &'static str,
@@ -80,13 +80,13 @@ pub enum LayerSetupError {
 }
 
 /// Largest half-length of a layer over its thickness.
-const LONGEST: f64 = 1e5;
+const MAX_LENGTH: f64 = 1e5;
 
 impl LayerSetupError {
-    /// Refuses a layer whose longest half extent is too long for its thickness; a length that is not a number, too.
+    /// Refuses a layer whose larger half extent is too long for its thickness, or is not a number.
     pub(super) fn check_length(half_length: f64, thickness: f64) -> Result<(), Self> {
         let ratio = half_length / thickness;
-        if ratio <= LONGEST { Ok(()) } else { Err(Self::TooLong { ratio, limit: LONGEST }) }
+        if ratio <= MAX_LENGTH { Ok(()) } else { Err(Self::TooLong { ratio, limit: MAX_LENGTH }) }
     }
 
     pub(super) fn too_large(error: ModelError) -> Self {
@@ -94,30 +94,30 @@ impl LayerSetupError {
     }
 }
 
-/// Why the shear length, L of equation (45) of the paper, is not known at a load.
+/// The reason that the shear length, L of equation (45) of the paper, is not known at a load.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShearLengthError {
     /// The case has no closed-form layer.
     #[error("the case has no closed-form layer")]
     NoClosedForm,
-    /// The layer's material is known to finite elements only.
+    /// The layer's material has no closed form.
     #[error("the layer's material has no closed form")]
     Material,
-    /// The force is larger than at the last compression at which L was found.
+    /// The force is larger than at the largest compression with a known L.
     #[error(
         "the shear length is known up to a compression of {compression} only, where the force is {force:.4e} N{}",
         reason(stopped)
     )]
     Force {
-        /// The last U/H.
+        /// The largest U/H with a known L.
         compression: f64,
-        /// The force there, N.
+        /// The force at this compression, N.
         force: f64,
-        /// Why the finite elements got no further.
+        /// The reason that the finite elements stopped.
         stopped: Option<Box<Stopped>>,
     },
-    /// The finite elements did not get to the compression.
+    /// The finite elements did not reach the compression.
     #[error(
         "no shear length at a compression of {compression}: the finite elements got to {reached} only{}",
         reason(stopped)
@@ -125,9 +125,9 @@ pub enum ShearLengthError {
     Compression {
         /// U/H of the step.
         compression: f64,
-        /// The last U/H.
+        /// The largest U/H with a known L.
         reached: f64,
-        /// Why they got no further.
+        /// The reason that the finite elements stopped.
         stopped: Option<Box<Stopped>>,
     },
 }

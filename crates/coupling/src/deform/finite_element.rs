@@ -1,4 +1,5 @@
-//! The parts that the finite-element layers in the plane and in space have in common: their solutions become load steps.
+//! The common part of finite-element layers in plane strain and in three dimensions: load steps from their
+//! solutions.
 
 use std::sync::Arc;
 
@@ -31,20 +32,21 @@ pub struct FiniteElementStep {
     /// Compressive force on the whole layer, N.
     #[serde(skip)]
     pub force: f64,
-    /// Discretisation error of the force over the force; of the compression over the compression, where the force is
-    /// given. `None` where less than three meshes reached the load.
+    /// Relative discretisation error of the force, or of the compression where the force is given. `None`
+    /// where fewer than three meshes reached the load.
     pub relative_error_estimate: Option<f64>,
-    /// Whether that is within the tolerance asked for.
+    /// Whether that error is within the tolerance.
     pub converged: bool,
-    /// Discretisation error of the distances in the layer that capacitances depend on, relative: where it was estimated on one mesh.
+    /// Relative discretisation error of the distances in the layer on which capacitances depend, if it was
+    /// estimated.
     #[serde(skip)]
     pub places_error: Option<f64>,
-    /// The smallest error that is ever stated for these distances, relative.
+    /// The smallest relative error that is stated for these distances.
     #[serde(skip)]
     pub least_places_error: f64,
     /// The force in N (or the compression) on each mesh, coarse to fine.
     pub refinement: Vec<f64>,
-    /// Number of the mesh that the step is from.
+    /// Index of the mesh of the step.
     pub mesh: usize,
     /// Smallest J of the quadrature points.
     pub smallest_j: f64,
@@ -52,19 +54,19 @@ pub struct FiniteElementStep {
     pub residual: f64,
     /// Negative pivots of the tangent; above zero, the equilibrium is unstable.
     pub negative_pivots: usize,
-    /// Deepest penetration into indenter or substrate, m.
+    /// Largest penetration into indenter or substrate, m.
     pub penetration_m: f64,
-    /// Contact force beyond the bonded bottom, N.
+    /// Contact force on the substrate beside the bonded bottom, N.
     pub end_contact_force_n: f64,
-    /// Load steps, cut-backs and linear systems that it took from the step before.
+    /// Numbers of load steps, cut-backs and linear systems since the previous step.
     pub effort: [usize; 3],
-    /// The electrodes: right (or lower) one, and upper one of a stacked pair.
+    /// The electrodes: the right (or lower) one, and the upper one of a stacked pair.
     #[serde(skip)]
     pub electrodes: Vec<ElectrodeBox>,
-    /// Size of the elements of the mesh that the step is from, to be compared with those of the coarser ones.
+    /// Element size of the mesh of the step, to be compared with those of the coarser meshes.
     #[serde(skip)]
     pub element_size: f64,
-    /// The electrodes, and the layer's surface, as they are.
+    /// The deformed outlines of the electrodes, and the layer's surface.
     #[serde(skip)]
     pub curves: DeformedCurves,
     /// Layer and electrodes for a viewer.
@@ -72,31 +74,31 @@ pub struct FiniteElementStep {
     pub skin: Skin,
 }
 
-/// One mesh that was solved on.
+/// A mesh of the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeshReport {
-    /// Quadrilaterals or hexahedra.
+    /// Number of quadrilaterals or hexahedra.
     pub elements: usize,
-    /// Unknown displacements and pressures.
+    /// Number of unknown displacements and pressures.
     pub unknowns: usize,
-    /// Wall-clock seconds of all loads on it.
+    /// Wall-clock seconds of all loads on this mesh.
     pub seconds: f64,
 }
 
-/// The path of the layer through all loads.
+/// The solution of the layer at all loads.
 #[derive(Debug)]
 pub struct FiniteElementRun {
-    /// One for each load, in their order.
+    /// The layer at each load, in order.
     pub steps: Vec<Result<FiniteElementStep, DeformError>>,
-    /// Each of them on the coarser meshes that reached its load, coarse to fine, without a surface to be shown. Of their errors nothing is known.
+    /// Each load on the coarser meshes that reached it, coarse to fine, without skin and error estimates.
     pub coarser: Vec<Vec<FiniteElementStep>>,
     /// The meshes, coarse to fine.
     pub meshes: Vec<MeshReport>,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// The mesh that did not fit into memory, if the refinement ended for that reason.
+    /// The error of the mesh that exceeded the memory, if this ended the refinement.
     pub too_large: Option<ModelError>,
-    /// The solution itself, for the files; `None` if there is no model.
+    /// The solution for the result files; `None` without a model.
     pub solution: Option<Solution>,
 }
 
@@ -109,12 +111,12 @@ pub enum Solution {
     Space(Pressing<Space>),
 }
 
-/// The factors by which the numbers of the mechanics are multiplied.
+/// The factors that convert results of the mechanics to SI units.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
     /// Thickness of the layer in m.
     pub(super) thickness: f64,
-    /// Width that forces are per metre of, in m; 1 where they are forces already.
+    /// Width in m if forces are per metre of width; 1 otherwise.
     pub(super) width: f64,
 }
 
@@ -131,25 +133,25 @@ impl FiniteElementRun {
         }
     }
 
-    /// The results of `pressing` for each of `goals`; electrodes and curves come from `bodies`.
+    /// The results of `pressing` for each of `goals`. `bodies` gives the electrodes and the curves.
     pub(super) fn new<S: Dimension>(
         pressing: &Pressing<S>,
         goals: &[Goal],
         scale: Scale,
         bodies: impl Fn(&Pressed<S>) -> (Vec<ElectrodeBox>, DeformedCurves),
     ) -> Self {
-        let of = |pressed: &Pressed<S>, goal: Goal| FiniteElementStep {
+        let step_of = |pressed: &Pressed<S>, goal: Goal| FiniteElementStep {
             element_size: pressing.size_of(pressed),
             ..step(pressed, goal, scale, bodies(pressed))
         };
         let steps = pressing.goals.iter().zip(goals).map(|(found, goal)| match found {
-            Ok(pressed) => Ok(of(pressed, *goal)),
+            Ok(pressed) => Ok(step_of(pressed, *goal)),
             Err(error) => Err(error.clone().into()),
         });
         let steps = steps.collect();
         let coarser = goals.iter().enumerate().map(|(g, goal)| {
             let coarser = pressing.on_coarser_meshes(g);
-            coarser.iter().map(|(_, pressed)| of(pressed, *goal)).collect()
+            coarser.iter().map(|(_, pressed)| step_of(pressed, *goal)).collect()
         });
         let coarser = coarser.collect();
         let report = |level: &Arc<Level<S>>| {
@@ -164,7 +166,7 @@ impl FiniteElementRun {
         Self { steps, coarser, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
     }
 
-    /// Gives every step that was reached the surface that `skin` finds.
+    /// Sets the surface of every reached step, as given by `skin`.
     pub(super) fn clothe<S: Dimension>(
         &mut self,
         pressing: &Pressing<S>,
@@ -214,8 +216,8 @@ fn step<S: Dimension>(
     }
 }
 
-/// The goal of the mechanics at each load; `width` (m) is the width per metre of which the mechanics takes forces, 1 where it takes forces
-/// themselves.
+/// The goal of the mechanics at each load. `width` is the width in m if the mechanics takes forces per metre
+/// of width, and 1 otherwise.
 pub(super) fn goals(loads: &[StepLoad], width: f64) -> Vec<Goal> {
     let goal = |load: &StepLoad| match *load {
         StepLoad::None => Goal::Compression(0.0),
@@ -225,7 +227,7 @@ pub(super) fn goals(loads: &[StepLoad], width: f64) -> Vec<Goal> {
     loads.iter().map(goal).collect()
 }
 
-/// The layer of the case, its half-length in m and its material; what is missing, if anything is.
+/// The layer of the case, its half-length in m and its material, or the missing item.
 pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &HyperelasticLaw), LayerSetupError> {
     let missing = LayerSetupError::Missing;
     let layer = case.layer.as_ref().ok_or(missing("[layer]"))?;
@@ -234,7 +236,7 @@ pub(super) fn layer(case: &Case) -> Result<(&Layer, f64, &HyperelasticLaw), Laye
     Ok((layer, half_length, material))
 }
 
-/// How much stiffer than the layer a rigid electrode is taken: its strain is then below 1e-5 at any load in reach.
+/// Shear modulus of a rigid electrode over that of the layer: its strain is below 1e-5 at any reachable load.
 const RIGID: f64 = 1e6;
 
 /// Shear modulus of the electrodes, Pa.
@@ -245,8 +247,8 @@ pub(super) fn electrode_modulus(electrodes: &Electrodes, material: &Hyperelastic
     }
 }
 
-pub(super) fn end(of: LayerEnd) -> End {
-    match of {
+pub(super) fn end(layer_end: LayerEnd) -> End {
+    match layer_end {
         LayerEnd::Free => End::Free,
         LayerEnd::FreeOnSubstrate => End::FreeOnSubstrate,
         LayerEnd::Far => End::Far,

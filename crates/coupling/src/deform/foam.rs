@@ -1,4 +1,4 @@
-//! A layer of foam that is compressed evenly, with its law of force.
+//! An evenly compressed foam layer, and its force law.
 
 use elastocap_case::{Case, HyperelasticLaw, Mechanics};
 use elastocap_mechanics::{FoamLaw, FoamState, MechanicsError};
@@ -12,17 +12,17 @@ use crate::words::listed;
 pub(crate) struct Foam<'a> {
     thickness: f64,
     law: FoamLaw<'a>,
-    /// The contact before loading, m^2.
+    /// The area of the contact before loading, m^2.
     area: f64,
 }
 
-/// Whether the layer of a case is a foam with a law of force.
+/// Whether the layer of a case is a foam with a force law.
 pub(crate) fn has_law(case: &Case) -> bool {
     case.layer.as_ref().is_some_and(|layer| layer.has_foam_law())
 }
 
 impl<'a> Foam<'a> {
-    /// The foam of a case whose mechanics are the closed form; `None` of other layers.
+    /// The foam of a case whose mechanics are the closed form; `None` for other layers.
     pub(crate) fn of(case: &'a Case) -> Option<Self> {
         let layer = case.layer.as_ref()?;
         let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
@@ -39,7 +39,7 @@ impl<'a> Foam<'a> {
     /// The foam under a load.
     ///
     /// # Errors
-    /// A refusal of the law: of a load beyond its table, for instance.
+    /// The law refuses the load, for instance one beyond its table.
     pub(crate) fn state(&self, load: StepLoad) -> Result<FoamState, MechanicsError> {
         let Self { thickness, law, area } = *self;
         match load {
@@ -49,14 +49,15 @@ impl<'a> Foam<'a> {
         }
     }
 
-    /// The force at a compression where the faces hold the foam so that it gets no wider, N; `None` beyond a table.
+    /// The force at a compression, N, if the foam cannot expand laterally; `None` beyond a table.
     pub(crate) fn force_between_walls(&self, compression: f64) -> Option<f64> {
         self.law.force_between_walls(compression, self.area)
     }
 
-    /// By how much the capacitance between the faces of the foam is off at most, relative to it, because the faces may hold the foam: the
-    /// evenly compressed foam gets wider without resistance, and a wide one between faces that it sticks to gets no wider. The true layer is
-    /// between the two, of which this compares the permittivity over the thickness. `None` under a load that the law refuses.
+    /// The largest relative error of the capacitance between the faces of the foam due to its bonding. The
+    /// evenly compressed foam expands laterally without resistance, and a wide foam between bonded faces does
+    /// not expand. The true layer is between the two, whose permittivity over thickness is compared. `None`
+    /// under a load that the law refuses.
     pub(crate) fn error_of_free_sides(&self, case: &Case, load: StepLoad) -> Option<f64> {
         let layer = case.layer.as_ref()?;
         let free = self.state(load).ok()?;
@@ -69,12 +70,13 @@ impl<'a> Foam<'a> {
         };
         let held = layer.foam.map(|foam| foam.relative_permittivity(1.0 - compression));
         let held = held.or(layer.relative_permittivity)? / (1.0 - compression);
-        let own = layer.permittivity_at(free.compression())? / (1.0 - free.compression());
-        Some((held / own - 1.0).abs())
+        let sliding = layer.permittivity_at(free.compression())? / (1.0 - free.compression());
+        Some((held / sliding - 1.0).abs())
     }
 }
 
-/// The warning about the force of a foam, if there is one: that there is no force without a law, or the remark on the unloading of a table.
+/// The warning about the force of a foam, if there is one: that a foam without a law has no force, or that
+/// unloading differs from loading in a table.
 pub(crate) fn force_warning<'a>(
     case: &Case,
     states: impl Iterator<Item = Deformation<'a>>,

@@ -1,4 +1,4 @@
-//! How far the force of the closed form may be trusted: the same contact by finite elements.
+//! The check of the closed form's force against finite elements of the same contact.
 
 use elastocap_mechanics::ForceLimit;
 use elastocap_mechanics::materials::MooneyRivlin;
@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::Deformation;
 use elastocap_case::{Case, Mechanics};
 
-/// Relative difference from which it is said.
+/// Relative difference above which the user is warned.
 const NOTABLE: f64 = 0.05;
 
-/// The indenter that a closed form is compared with, by finite elements in plane strain: a flat punch without friction, of the contact's half-length and width, on a
-/// layer that goes on beyond it, or a smooth plate over a layer that ends with the contact. Both are tables:
-/// [`elastocap_mechanics::punch_force`].
+/// The indenter with which a closed form is compared, by finite elements in plane strain: a frictionless flat
+/// punch of the contact's half-length and width on a layer that extends beyond it, or a smooth plate over a
+/// layer that ends with the contact. Both are tables: [`elastocap_mechanics::punch_force`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPunch {
     /// The shear modulus times the thickness and the width, N.
@@ -22,12 +22,12 @@ pub(crate) struct ContactPunch {
     half_length: f64,
     /// Whether the layer ends with the contact, or less than a thickness beyond it.
     ends: bool,
-    /// Whether there is some layer beyond the contact.
-    goes_on: bool,
+    /// Whether the layer extends beyond the contact.
+    extends_beyond: bool,
 }
 
 impl ContactPunch {
-    /// Returns the indenter of a closed-form case. `None` for other mechanics, and for materials that the tables do not cover.
+    /// The indenter of a closed-form case. `None` for other mechanics, and for materials outside the tables.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
             return None;
@@ -38,20 +38,21 @@ impl ContactPunch {
             unit: modulus * layer.thickness * contact_width,
             half_length: contact_half_length / layer.thickness,
             ends: layer.half_length.is_some_and(|half| half < contact_half_length + layer.thickness),
-            goes_on: layer.half_length.is_none_or(|half| half > contact_half_length * (1.0 + 1e-6)),
+            extends_beyond: layer.half_length.is_none_or(|half| half > contact_half_length * (1.0 + 1e-6)),
         })
     }
 
-    /// Gives the force at a compression U/H, N; the tables do not have all.
+    /// The force at a compression U/H, N; `None` outside the tables.
     pub(crate) fn force(&self, compression: f64) -> Option<f64> {
         let table = if self.ends { plate_force } else { punch_force };
         Some(self.unit * table(self.half_length, compression)?)
     }
 
-    /// Gives the largest force at a compression, N: what little of the layer is beyond the contact may hold it as a long layer does.
+    /// The largest force at a compression, N: a short overhang beyond the contact may restrain the layer like
+    /// a long one.
     pub(crate) fn largest_force(&self, compression: f64) -> Option<f64> {
         let force = self.force(compression)?;
-        if !self.goes_on {
+        if !self.extends_beyond {
             return Some(force);
         }
         Some(force.max(self.unit * punch_force(self.half_length, compression)?))
@@ -65,7 +66,7 @@ impl ContactPunch {
         }
     }
 
-    /// Finds the compression under a force, N. `None` beyond the table.
+    /// The compression under a force, N; `None` beyond the table.
     pub(crate) fn compression(&self, force: f64) -> Option<f64> {
         let (mut low, mut high) = (0.0, COMPRESSIONS[COMPRESSIONS.len() - 1]);
         if self.force(high)? < force {
@@ -79,8 +80,8 @@ impl ContactPunch {
     }
 }
 
-/// Gives the force of the contact's area of rubber that slides at both faces and gets wider freely, N: less than any layer that sticks to something.
-/// `None` of other mechanics than the closed form, and of other laws than its own.
+/// The force of the contact's area of rubber that slides on both faces and expands freely, N: a lower limit
+/// for bonded layers. `None` for mechanics other than the closed form, and for laws other than Mooney-Rivlin.
 pub(crate) fn uniaxial_force(case: &Case, compression: f64) -> Option<f64> {
     let Mechanics::ClosedForm { contact_half_length, contact_width, .. } = case.mechanics? else {
         return None;
@@ -91,19 +92,20 @@ pub(crate) fn uniaxial_force(case: &Case, compression: f64) -> Option<f64> {
     Some(2.0 * contact_half_length * contact_width * pressure)
 }
 
-/// The closed form's force beside that of finite elements.
+/// The comparison of the closed form's force with finite elements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ForceCheck {
-    /// Force at the same compression by finite elements in plane strain, N: of a flat punch without friction, of the contact's half-length and width,
-    /// on a layer that goes on beyond it, or of a smooth plate over a layer that ends with the contact. From tables:
-    /// [`elastocap_mechanics::punch_force`].
+    /// The force at the same compression by finite elements in plane strain, N: of a frictionless flat punch
+    /// of the contact's half-length and width on a layer that extends beyond it, or of a smooth plate over a
+    /// layer that ends with the contact. From tables: [`elastocap_mechanics::punch_force`].
     pub punch_force_n: f64,
-    /// The closed form's force less that one, over that one.
+    /// The closed form's force less `punch_force_n`, over `punch_force_n`.
     pub relative_difference: f64,
 }
 
 impl ForceCheck {
-    /// Checks the force of a closed-form layer under load; `None` for other layers, without load, and outside the tables.
+    /// The check of a closed-form layer under load; `None` for other layers, without load, and outside the
+    /// tables.
     pub fn of(case: &Case, state: &Deformation<'_>) -> Option<Self> {
         let punch_force_n = ContactPunch::of(case)?.force(state.compression())?;
         (punch_force_n > 0.0).then(|| Self {
@@ -113,7 +115,8 @@ impl ForceCheck {
     }
 }
 
-/// The warning that some of the closed form's forces differ notably, if any does; beyond `limit` there are no forces.
+/// The warning that forces of the closed form differ notably, if any does; beyond `limit` there are no
+/// forces.
 pub(crate) fn force_warning(
     case: &Case,
     states: impl Iterator<Item = Deformation<'static>>,

@@ -1,4 +1,4 @@
-//! The layer under its loads, by whichever mechanics the case asks for.
+//! The deformation of the layer under its loads, by the mechanics that the case names.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
@@ -49,16 +49,16 @@ use elastocap_case::{Case, Mechanics, ShearLength};
 /// The layer at one load.
 #[derive(Debug, Clone)]
 pub enum Deformation<'a> {
-    /// By the closed form.
+    /// The closed form.
     ClosedForm(LayerState),
-    /// A foam that is compressed evenly.
+    /// An evenly compressed foam.
     Foam(FoamState),
-    /// By finite elements.
+    /// Finite elements.
     FiniteElement(&'a FiniteElementStep),
 }
 
 impl Deformation<'_> {
-    /// U/H.
+    /// The compression U/H.
     pub fn compression(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.compression(),
@@ -67,7 +67,7 @@ impl Deformation<'_> {
         }
     }
 
-    /// U, m.
+    /// The displacement U of the top, m.
     pub fn top_displacement(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.top_displacement(),
@@ -76,7 +76,7 @@ impl Deformation<'_> {
         }
     }
 
-    /// Thickness that is left under the indenter, m.
+    /// The thickness under the indenter, m.
     pub fn deformed_thickness(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.deformed_thickness(),
@@ -85,7 +85,7 @@ impl Deformation<'_> {
         }
     }
 
-    /// Compressive, N.
+    /// The compressive force, N.
     pub fn force(&self) -> f64 {
         match self {
             Self::ClosedForm(state) => state.force(),
@@ -95,16 +95,16 @@ impl Deformation<'_> {
     }
 }
 
-/// The displacement of a layer by finite elements, between their nodes.
+/// The finite-element displacement of a layer, interpolated between nodes.
 pub(crate) enum Displacement<'a> {
-    /// In plane strain: nothing moves along x3.
+    /// Plane strain: the displacement along x3 is zero.
     Plane(Probe<'a, Plane>),
-    /// In three dimensions, of the quarter that is solved.
+    /// Three dimensions: the solved quarter.
     Space(Probe<'a, Space>),
 }
 
 impl Displacement<'_> {
-    /// At a point of the undeformed layer, both in m; `None` outside of what is solved.
+    /// The displacement of a point of the undeformed layer, both in m; `None` outside the solved part.
     pub(crate) fn at(&self, x: [f64; 3]) -> Option<[f64; 3]> {
         match self {
             Self::Plane(probe) => probe.displacement([x[0], x[1]]).map(|[u1, u2]| [u1, u2, 0.0]),
@@ -113,21 +113,22 @@ impl Displacement<'_> {
     }
 }
 
-/// The results that all steps need before they can be taken one by one.
+/// The results that all steps need.
 #[derive(Debug)]
 pub enum Prepared {
-    /// Nothing: every step has its closed form, or nothing deforms.
+    /// No results: each step is computed by a closed form, or nothing deforms.
     StepByStep,
-    /// The whole path of the layer.
+    /// The finite-element solution of the layer at all loads.
     FiniteElement(FiniteElementRun),
     /// The closed form at each load, with a shear length from finite elements.
     ClosedForm(ShearLengthRun),
 }
 
-/// Whether the finite elements of a case's layer can be set up, if it has any; nothing is meshed or solved.
+/// Checks that the finite elements of a case's layer can be set up, if it has any; nothing is meshed or
+/// solved.
 ///
 /// # Errors
-/// Why they cannot: no step of the case has a result then.
+/// The reason that they cannot be set up; then no step of the case has a result.
 pub fn check_setup(case: &Case, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     if case.load.is_none() {
         return Ok(());
@@ -139,8 +140,8 @@ pub fn check_setup(case: &Case, loads: &[StepLoad]) -> Result<(), LayerSetupErro
     }
 }
 
-/// Solves what the steps have in common: the layer at all `loads` together, if it has finite elements. They take no more than
-/// `memory_limit` bytes. `report` is called with what is being worked on.
+/// Solves the layer at all `loads` together, if it has finite elements, with at most `memory_limit` bytes.
+/// `report` is called with the current work.
 pub fn prepare(
     case: &Case,
     loads: &[StepLoad],
@@ -151,8 +152,8 @@ pub fn prepare(
     prepare_with_drafts(case, loads, memory_limit, (cancel, report), &|_| ())
 }
 
-/// Solves what [`prepare`] solves. `drafted` is called with a layer in three dimensions on the meshes so far, before the next mesh is solved
-/// on.
+/// Solves like [`prepare`]. `drafted` is called with the solution so far of a layer in three dimensions
+/// before each further mesh.
 pub(crate) fn prepare_with_drafts(
     case: &Case,
     loads: &[StepLoad],
@@ -184,21 +185,22 @@ pub(crate) fn prepare_with_drafts(
 }
 
 impl Prepared {
-    /// The displacement of a layer by finite elements in the step of this `index` on this `mesh`; `None` of any other layer.
+    /// The displacement of a finite-element layer in the step of this `index` on this `mesh`; `None` for any
+    /// other layer.
     pub(crate) fn displacement(&self, index: usize, mesh: usize) -> Option<Displacement<'_>> {
-        fn of<S: Dimension>(pressing: &Pressing<S>, index: usize, mesh: usize) -> Option<Probe<'_, S>> {
+        fn probe<S: Dimension>(pressing: &Pressing<S>, index: usize, mesh: usize) -> Option<Probe<'_, S>> {
             let (model, state) = pressing.levels.get(mesh)?.state(index)?;
             Some(Probe::new(model.equations(), state))
         }
         let Self::FiniteElement(run) = self else { return None };
         match run.solution.as_ref()? {
-            Solution::Plane(pressing) => of(pressing, index, mesh).map(Displacement::Plane),
-            Solution::Space(pressing) => of(pressing, index, mesh).map(Displacement::Space),
+            Solution::Plane(pressing) => probe(pressing, index, mesh).map(Displacement::Plane),
+            Solution::Space(pressing) => probe(pressing, index, mesh).map(Displacement::Space),
         }
     }
 
-    /// The layer in the step of this `index` on the coarser meshes that reached its load, coarse to fine; nothing of any other layer than
-    /// one by finite elements.
+    /// The layer in the step of this `index` on the coarser meshes that reached its load, coarse to fine;
+    /// empty for a layer without finite elements.
     pub(crate) fn coarser(&self, index: usize) -> &[FiniteElementStep] {
         match self {
             Self::FiniteElement(run) => run.coarser.get(index).map_or(&[], Vec::as_slice),
@@ -206,8 +208,9 @@ impl Prepared {
         }
     }
 
-    /// The values that `read` takes off the displacement of a layer by finite elements in the step of this `index`, on each mesh that reached
-    /// it, coarse to fine, with the size of the mesh's elements. Empty for any other layer.
+    /// The values of `read` for the displacement of a finite-element layer in the step of this `index`, on
+    /// each mesh that reached its load, coarse to fine, with the element size of the mesh. Empty for any
+    /// other layer.
     pub(crate) fn on_meshes<T>(&self, index: usize, read: &dyn Fn(&Displacement<'_>) -> T) -> Vec<(f64, T)> {
         let Self::FiniteElement(run) = self else { return Vec::new() };
         let Some(Ok(finest)) = run.steps.get(index) else { return Vec::new() };
@@ -216,7 +219,8 @@ impl Prepared {
         self.coarser(index).iter().chain([finest]).filter_map(on_mesh).collect()
     }
 
-    /// The largest force of the closed form, where its shear length was found on the way and the force does not rise to the end.
+    /// The maximum of the force of the closed form with a shear length from finite elements; `None` where the
+    /// force rises at all loads.
     pub fn force_limit(&self) -> Option<ForceLimit> {
         match self {
             Self::ClosedForm(run) => run.force_limit,
@@ -224,11 +228,11 @@ impl Prepared {
         }
     }
 
-    /// The layer in the step of this `index`, with the load it was prepared for; `None` if there is no layer or nothing deforms
-    /// it.
+    /// The layer in the step of this `index`, with the load for which it was prepared; `None` without a layer
+    /// or deformation.
     ///
     /// # Errors
-    /// A refusal of the mechanics, or a load that they did not reach.
+    /// The mechanics refuse the load, or did not reach it.
     pub fn deformation(
         &self,
         case: &Case,
@@ -252,7 +256,8 @@ impl Prepared {
     }
 }
 
-/// Thickness, material and lengths of the case's closed-form layer; `None` also where a length is yet to be found.
+/// Thickness (m), material and lengths of the case's closed-form layer; `None` also where the shear length is
+/// to be computed.
 pub(crate) fn closed_form(case: &Case) -> Option<(f64, MooneyRivlin, ClosedFormSettings)> {
     let layer = case.layer.as_ref()?;
     let material = layer.material.as_ref()?.as_mooney_rivlin()?;
@@ -263,18 +268,18 @@ pub(crate) fn closed_form(case: &Case) -> Option<(f64, MooneyRivlin, ClosedFormS
     Some((layer.thickness, material, ClosedFormSettings { contact_half_length, contact_width, shear_length }))
 }
 
-/// How far eq. (50) can be used; `None` where the case does not use it, or where it never rises: every load is refused then,
-/// with its reason.
+/// The limit of eq. (50). `None` where the case does not use it, or where the force never rises; then every
+/// load is refused with the reason.
 pub(crate) fn closed_form_limit(case: &Case) -> Option<ForceLimit> {
     let (thickness, material, settings) = closed_form(case)?;
     force_limit(thickness, material, settings).ok()
 }
 
-/// The layer in closed form, or the evenly compressed foam, under a load. `None` if the case has no such layer, or if there is no load and `prune` leaves the layer
-/// out of the run.
+/// The closed-form layer, or the evenly compressed foam, under a load. `None` if the case has no such layer,
+/// or without load if `prune` omits the layer.
 ///
 /// # Errors
-/// A refusal of the mechanics: of a force that the layer cannot carry, for instance.
+/// The mechanics refuse the load, for instance a force that the layer cannot carry.
 pub(crate) fn layer_state(
     case: &Case,
     load: StepLoad,

@@ -1,5 +1,5 @@
-//! The numbers of a finite-element layer that capacitances depend on: the gap of a pair, its area over the gap, and the distances of other
-//! bodies.
+//! The lengths in a finite-element layer on which capacitances depend: the gap of a pair, its facing area
+//! over the gap, and the distances of other bodies.
 
 use elastocap_mechanics::solid::dimension::{Dimension, Numbers};
 use elastocap_mechanics::solid::layer::{Inclusion, LayerModel};
@@ -12,27 +12,27 @@ use super::material::{Folded, Material};
 use super::rods::Rods;
 use elastocap_case::{Case, Layout};
 
-/// The least relative error of distances that is asked for: at small loads these hardly change.
+/// The smallest relative tolerance of distances: they hardly change at small loads.
 const LEAST_TOLERANCE: f64 = 1e-4;
 
-/// The bodies in the layer of a case, of which a part is solved.
+/// The bodies in the layer of a case, in its solved part.
 pub(super) struct LayerPlaces<'a, S: Dimension> {
     case: &'a Case,
     thickness: f64,
     inclusions: &'a [Inclusion<S>],
     layout: Option<Layout>,
-    /// Width of electrodes in plane strain along x3, m.
+    /// Width of the electrodes along x3 in plane strain, m.
     width: f64,
     rods: Rods,
-    /// The ends of the rods.
+    /// The ends of the rods in the solved part.
     folded: Vec<Folded>,
     /// The numbers before loading.
     at_rest: Vec<f64>,
 }
 
 impl<'a, S: Dimension> LayerPlaces<'a, S> {
-    /// The bodies of a case. The `inclusions` are those of its electrodes that lie in the part of the layer that is solved; `is_half` says whether that is
-    /// only the half at positive x1.
+    /// The bodies of a case. `inclusions` are its electrodes in the solved part of the layer; `is_half` says
+    /// whether that is only the half at positive x1.
     pub(super) fn new(case: &'a Case, thickness: f64, inclusions: &'a [Inclusion<S>], is_half: bool) -> Self {
         let rods = Rods::of(case);
         let nowhere = |_: [f64; 3]| None;
@@ -49,14 +49,14 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         places
     }
 
-    /// The means of displacements that the numbers depend on: of the lower and the upper face of each electrode along each axis, and of the
-    /// ends of the rods.
+    /// The means of displacements on which the numbers depend: of the lower and the upper face of each
+    /// electrode along each axis, and of the ends of the rods.
     pub(super) fn means(&self, model: &LayerModel<S>) -> Vec<Mean> {
         let body = model.equations().body();
         let faces = (0..self.inclusions.len()).flat_map(|k| (0..S::AXES).map(move |axis| (k, axis)));
-        let mut all: Vec<Mean> = faces.flat_map(|(k, axis)| self.face_means(body, k, axis)).collect();
+        let mut means: Vec<Mean> = faces.flat_map(|(k, axis)| self.face_means(body, k, axis)).collect();
         if self.folded.is_empty() {
-            return all;
+            return means;
         }
         let probe = Probe::new(model.equations(), model.state());
         for end in &self.folded {
@@ -68,22 +68,22 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
                     .map(|&(node, weight)| (S::AXES * node + axis, end.signs[axis] * weight))
                     .collect()
             };
-            all.extend((0..S::AXES).map(along));
+            means.extend((0..S::AXES).map(along));
         }
-        all
+        means
     }
 
-    /// The numbers, from the means in m.
+    /// The numbers, from these means in m.
     pub(super) fn numbers(&self, means: &[f64]) -> Vec<f64> {
         let (of_faces, of_ends) = means.split_at(2 * S::AXES * self.inclusions.len());
         let end = |u: &[f64]| [u[0], u[1], u.get(2).copied().unwrap_or(0.0)];
         let ends: Vec<[f64; 3]> = of_ends.chunks_exact(S::AXES).map(end).collect();
-        let mut all = self.facing(&self.moved(of_faces));
-        all.extend(self.rods.mean_stretches(&ends));
-        all
+        let mut numbers = self.facing(&self.moved(of_faces));
+        numbers.extend(self.rods.mean_stretches(&ends));
+        numbers
     }
 
-    /// The relative error to reach of each number.
+    /// The relative tolerance of each number.
     pub(super) fn tolerances(&self, numbers: &[f64]) -> Vec<f64> {
         let field = self.case.electrostatics.as_ref();
         let tolerance = |(number, rest): (&f64, &f64)| {
@@ -109,8 +109,9 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         vec![gap, area / gap]
     }
 
-    /// The ends of the electrodes where the mean displacements of their faces are these, of each along each axis at the lower and the upper
-    /// end. In space only the half with positive x3 is solved, of which the lower end is the image of the upper one.
+    /// The ends of the electrodes if the mean displacements of their faces are these, for each electrode and
+    /// axis at the lower and the upper end. In three dimensions only the half with positive x3 is solved,
+    /// whose lower end is the image of the upper one.
     fn moved(&self, means: &[f64]) -> Vec<Ends> {
         let moved_ends = |(inclusion, means): (&Inclusion<S>, &[f64])| {
             let mut ends = [[-0.5 * self.width, 0.5 * self.width]; 3];
@@ -129,8 +130,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         self.faces(body, electrode, axis).map(|face| face.into_iter().map(along).collect())
     }
 
-    /// The nodes of the lower and the upper face of an electrode across `axis`, and the part of the face at rest that belongs to each, over
-    /// its area. Nodes that several elements share are there several times.
+    /// The nodes of the lower and the upper face of an electrode across `axis`, with the share of the
+    /// undeformed face that belongs to each. Nodes of several elements are repeated.
     fn faces(&self, body: &Body<S>, electrode: usize, axis: usize) -> [Vec<(usize, f64)>; 2] {
         let (inclusion, tiny) = (&self.inclusions[electrode], 1e-9 * self.thickness);
         let of_electrode = |material: u16| usize::from(material) == electrode + 1;
@@ -181,7 +182,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
             if S::AXES == 3 {
                 return ElectrodeBox::new(&faces).across();
             }
-            // Nothing moves along x3.
+            // The displacement along x3 is zero.
             faces[2] = [-0.5, 0.5].map(|side| {
                 faces[1][0].iter().map(|&(weight, [x, y, _])| (weight, [x, y, side * self.width])).collect()
             });

@@ -1,4 +1,4 @@
-//! The layer of a case by finite elements in plane strain: the case becomes a problem.
+//! The finite elements of a layer in plane strain: builds the problem from the case, and solves it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,20 +19,20 @@ use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, Indenter, Layout, PlaneStrain, PunchContact};
 
-/// Whether the layer can be set up.
+/// Checks that the layer can be set up.
 ///
 /// # Errors
-/// Why not.
+/// The finite elements cannot be set up.
 pub(super) fn check(case: &Case, model: &PlaneStrain, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     let (problem, goals) = (problem(case, model)?, goals(loads, model.width));
     problem.mesh_sizes(deepest(&goals)).map_err(LayerSetupError::too_large)?;
     Ok(())
 }
 
-/// The meshes that a run may need, coarse to fine, and what their linear systems are for.
+/// The sizes of the meshes that a run may need, coarse to fine, and the regime of their linear systems.
 ///
 /// # Errors
-/// Why the finite elements cannot be set up.
+/// The finite elements cannot be set up.
 pub fn forecast(
     case: &Case,
     model: &PlaneStrain,
@@ -44,10 +44,10 @@ pub fn forecast(
     Ok((meshes, problem.regime()))
 }
 
-/// The path of the layer through the loads.
+/// The solution of the layer at the loads.
 ///
 /// # Errors
-/// A layer that cannot be set up or meshed. A load that is not reached has its error in the result instead.
+/// The layer cannot be set up or meshed. A load that is not reached has its error in the result instead.
 pub(super) fn solve(
     case: &Case,
     model: &PlaneStrain,
@@ -60,11 +60,11 @@ pub(super) fn solve(
     let refinement = Refinement::to(model.relative_tolerance);
     let layer_places =
         LayerPlaces::new(case, problem.thickness, &problem.inclusions, problem.position == 0.0);
-    let (means, of) =
+    let (means, numbers) =
         (|model: &LayerModel| layer_places.means(model), |means: &[f64]| layer_places.numbers(means));
     let tolerances = |numbers: &[f64]| layer_places.tolerances(numbers);
     let places = case.electrostatics.as_ref();
-    let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
+    let places = places.map(|_| Places { means: &means, of: &numbers, tolerances: &tolerances });
     let pressing = problem.press(&goals, &refinement, places.as_ref(), cancel, report)?;
     let scale = Scale { thickness: problem.thickness, width: model.width };
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
@@ -82,7 +82,7 @@ pub(super) fn solve(
     Ok(run)
 }
 
-/// The electrodes as boxes, and the curves of what is deformed.
+/// The electrodes as boxes, and the curves of the deformed electrodes and surface.
 fn bodies(
     problem: &PlaneLayer,
     places: &LayerPlaces<'_, Plane>,
@@ -92,7 +92,7 @@ fn bodies(
     let body = pressing.model_of(pressed).equations().body();
     let mesh = &body.mesh;
     let tiny = 1e-9 * problem.thickness;
-    // Reference coordinate along a line of nodes, and where they are, ascending.
+    // Reference coordinates and deformed positions of the nodes on a line, ascending.
     let line = |across: usize, at: f64, [from, to]: [f64; 2]| -> Vec<(f64, [f64; 2])> {
         let along = 1 - across;
         let on =
@@ -127,7 +127,7 @@ fn bodies(
     (boxes, DeformedCurves { electrodes, surface, half, heights })
 }
 
-/// The layer of the case; the reason if its finite elements cannot be set up.
+/// The problem of the case's layer, or the reason that it cannot be set up.
 fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupError> {
     let (layer, half_length, material) = super::finite_element::layer(case)?;
     LayerSetupError::check_length(half_length, layer.thickness)?;
@@ -171,7 +171,7 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
     Ok(problem)
 }
 
-/// The electrodes in the right half of the layer, or in the `whole` of it: what is solved.
+/// The electrodes in the solved part of the layer: its right half, or the `whole` layer.
 fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw, whole: bool) -> Vec<Inclusion> {
     let modulus = electrode_modulus(electrodes, material);
     let regions = electrodes.regions();

@@ -1,7 +1,9 @@
-//! Distances by which it is judged how well bodies in a layer are known: across each of them, and from each to the next conductor.
+//! Rods: distances across bodies in a layer, and between neighbouring conductors, whose errors estimate the
+//! error of capacitances.
 //!
-//! A rod joins two material points. What their distance is off by, relatively, is about what capacitances are off by, since both scale with
-//! the ratios of such distances. A displacement that bodies have in common changes neither.
+//! A rod joins two material points. The relative error of its length is about that of capacitances, since
+//! both scale with the ratios of such distances. A displacement that the bodies have in common changes
+//! neither.
 
 use elastocap_case::{Case, Terminal};
 use elastocap_geometry::scene::{Body, Box3, Purpose};
@@ -9,7 +11,7 @@ use elastocap_geometry::scene::{Body, Box3, Purpose};
 use super::Displacement;
 use super::material::Material;
 
-/// Where rods to a neighbour begin, over the length along which the two face each other.
+/// Positions of the rods to a neighbour, over the length on which the two face each other.
 const PLACES: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 
 /// Two material points before loading, m.
@@ -25,11 +27,11 @@ pub(crate) struct Rods {
 }
 
 impl Rods {
-    /// None where nothing but a pair lies in the layer.
+    /// The rods of a case; empty if only a pair is in the layer.
     pub(crate) fn of(case: &Case) -> Self {
         let in_layer = |body: &&Body| body.purpose == Purpose::InLayer;
         let mut out = Self::default();
-        // What a gap may lead to: what is in the layer, or in the face of the substrate.
+        // Conductors to which a gap may lead: those in the layer, and those below it.
         let boxes = |body: &Body| body.boxes().unwrap_or_default();
         let mut conductors: Vec<(&str, Vec<Box3>)> = Vec::new();
         if let Some(pair) = &case.electrodes {
@@ -37,9 +39,9 @@ impl Rods {
         }
         let is_below = |region: &Box3| region.max[1] <= 0.0;
         for body in case.bodies.iter().filter(|body| body.is_conductor()) {
-            let own = boxes(body);
-            if in_layer(&body) || own.iter().all(is_below) {
-                conductors.push((&body.name, own));
+            let regions = boxes(body);
+            if in_layer(&body) || regions.iter().all(is_below) {
+                conductors.push((&body.name, regions));
             }
         }
         let one_wire = |first: &str, second: &str| {
@@ -82,7 +84,7 @@ impl Rods {
             let [low, high] = facing(a);
             match low <= high {
                 true => PLACES.map(|t| [low + t * (high - low); 2]).to_vec(),
-                // One is beyond the other: the faces that look at each other.
+                // The two do not overlap on this axis: their facing faces.
                 false if region.max[a] < other.min[a] => vec![[region.max[a], other.min[a]]],
                 false => vec![[region.min[a], other.max[a]]],
             }
@@ -96,8 +98,8 @@ impl Rods {
         }
     }
 
-    /// Their lengths, m, in the layer of a case with this displacement, of which half is solved or the whole; none of a layer that is not by
-    /// finite elements.
+    /// The lengths of the rods, m, in the layer of a case with this displacement, of which half is solved or
+    /// the whole; empty for a layer without finite elements.
     pub(crate) fn lengths_under(
         &self,
         case: &Case,
@@ -112,7 +114,7 @@ impl Rods {
         })
     }
 
-    /// Their lengths, m, where points go to these positions: those of the gaps, then those across bodies.
+    /// The lengths of the rods, m, with these positions of material points: gaps first, then extents.
     pub(crate) fn lengths(&self, position: &dyn Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
         let length = |rod: &Rod| {
             let [from, to] = rod.map(position);
@@ -126,8 +128,8 @@ impl Rods {
         self.gaps.iter().chain(&self.extents).flatten().copied().collect()
     }
 
-    /// The means of the lengths of gaps and of what is across bodies, each over its length before loading, where [`Rods::ends`] are displaced
-    /// by `moved`, m. Nothing where there are no rods.
+    /// The mean stretch of the gaps and that of the extents, where [`Rods::ends`] are displaced by `moved`,
+    /// m. Empty without rods.
     pub(crate) fn mean_stretches(&self, moved: &[[f64; 3]]) -> Vec<f64> {
         let (of_gaps, of_extents) = moved.split_at(2 * self.gaps.len());
         let mean = |rods: &[Rod], moved: &[[f64; 3]]| {
@@ -139,12 +141,16 @@ impl Rods {
             };
             rods.iter().zip(moved.chunks_exact(2)).map(stretch).sum::<f64>() / rods.len() as f64
         };
-        let both = [(&self.gaps, of_gaps), (&self.extents, of_extents)];
-        both.into_iter().filter(|(rods, _)| !rods.is_empty()).map(|(rods, moved)| mean(rods, moved)).collect()
+        let groups = [(&self.gaps, of_gaps), (&self.extents, of_extents)];
+        groups
+            .into_iter()
+            .filter(|(rods, _)| !rods.is_empty())
+            .map(|(rods, moved)| mean(rods, moved))
+            .collect()
     }
 
-    /// The larger of the two root mean squares, of gaps and of what is across bodies, of relative errors in the order of
-    /// [`Rods::lengths`].
+    /// The larger of the two root mean squares, over gaps and over extents, of relative errors in the order
+    /// of [`Rods::lengths`].
     pub(crate) fn error(&self, relative: impl Iterator<Item = f64>) -> f64 {
         let (mut sums, count) = ([0.0; 2], [self.gaps.len(), self.extents.len()]);
         for (k, error) in relative.enumerate() {
@@ -159,7 +165,7 @@ fn distance(a: &Box3, b: &Box3) -> f64 {
     (0..3).map(|k| along(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Between two places, of which either may be infinite.
+/// The middle between two coordinates, either of which may be infinite.
 fn middle(low: f64, high: f64) -> f64 {
     match (low.is_finite(), high.is_finite()) {
         (true, true) => 0.5 * (low + high),

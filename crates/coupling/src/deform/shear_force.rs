@@ -1,13 +1,15 @@
-//! The horizontal force that a shift of the attached bodies takes, where it is known.
+//! The horizontal force that shifts the attached bodies.
 
 use elastocap_case::Pose;
 
 use super::Deformation;
 
-/// Compression U/H up to which finite elements on finer and finer meshes agree on the force of the sheared layer (docs/mechanics.md).
+/// Largest compression U/H at which finite elements converge to the force of the sheared layer under mesh
+/// refinement (docs/mechanics.md).
 const CHECKED_COMPRESSION: f64 = 0.02;
 
-/// Along x1 and x3, N. `None` under a tilt, of a foam, and of a layer by finite elements, which are not shifted.
+/// The horizontal force along x1 and x3, N. `None` under a tilt, for a foam, and for a layer by finite
+/// elements, which are not shifted.
 pub(crate) fn shear_force(state: &Deformation<'_>, pose: &Pose) -> [Option<f64>; 2] {
     match state {
         Deformation::ClosedForm(state) if pose.tilt == [0.0; 2] => state.shear_force(pose.shift),

@@ -1,8 +1,8 @@
-//! The closed form with its length L of eq. (45) from finite elements.
+//! The closed form with its shear length L, eq. (45), from finite elements.
 //!
-//! The layer is pressed by a sharp, smooth punch of the contact's half-length, and L follows from the balance of the axial
-//! force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L changes with the compression, so that each step
-//! has its own; between the compressions of the ladder it is interpolated.
+//! The layer is pressed by a sharp, smooth punch of the contact's half-length, and L follows from the balance
+//! of the axial force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L depends on the
+//! compression, and is interpolated between the compressions at which it is computed.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".
@@ -19,20 +19,20 @@ use super::error::{DeformError, ShearLengthError};
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};
 
-/// Quadrilaterals over the thickness.
+/// Number of quadrilaterals over the thickness.
 const ELEMENTS: usize = 8;
-/// Compressions at which L is found, beside those of the loads and up to the largest of them; all of these where the loads are
-/// forces.
+/// Compressions at which L is computed in addition to those of the loads, up to the largest of these; all of
+/// them if the loads are forces.
 const LADDER: [f64; 10] = [0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
-/// Points at which the force is compared with the one before to see where it begins to fall.
+/// Number of compressions at which the force is sampled to find its maximum.
 const SAMPLES: usize = 400;
 
-/// The closed form along a path of loads, with a length L of its own at each compression.
+/// The closed form at all loads, with L at each compression.
 #[derive(Debug)]
 pub struct ShearLengthRun {
     /// The layer at each load.
     pub states: Vec<Result<LayerState, DeformError>>,
-    /// The largest force, if it falls before the largest load is reached.
+    /// The maximum of the force, if it lies below the largest load.
     pub force_limit: Option<ForceLimit>,
 }
 
@@ -43,10 +43,10 @@ struct Layer {
     contact_width: f64,
 }
 
-/// The meshes that the shear length takes, and at how many compressions; `None` where the case needs none.
+/// The meshes for the shear length, and the number of compressions; `None` where the case needs none.
 ///
 /// # Errors
-/// A contact that cannot be meshed.
+/// The contact cannot be meshed.
 pub(crate) fn forecast(
     case: &Case,
     loads: &[StepLoad],
@@ -64,12 +64,12 @@ pub(crate) fn forecast(
     Ok(Some((meshes, compressions(loads).len())))
 }
 
-/// The ascending compressions at which L is found.
+/// The compressions at which L is computed, ascending.
 fn compressions(loads: &[StepLoad]) -> Vec<f64> {
     let by_force = loads.iter().any(|load| matches!(load, StepLoad::ForceN(_)));
-    // Without load any length will do: that of a small one.
+    // Without load any L serves; that of a small load is used.
     let mut out: Vec<f64> = loads.iter().map(|load| compression_of(*load).max(LADDER[0])).collect();
-    // Whether the force has its maximum before a load cannot be told from that load alone.
+    // The maximum of the force may lie below the compression of a given force.
     let largest = if by_force { f64::INFINITY } else { out.iter().copied().fold(0.0, f64::max) };
     out.extend(LADDER.into_iter().filter(|compression| *compression < largest));
     out.sort_by(f64::total_cmp);
@@ -77,23 +77,23 @@ fn compressions(loads: &[StepLoad]) -> Vec<f64> {
     out
 }
 
-/// The layer at each load. `cancel` stops the work; the loads that were not reached by then are errors.
+/// The layer at each load. `cancel` stops the work; loads that are not reached by then are errors.
 pub(super) fn solve(case: &Case, loads: &[StepLoad], cancel: &AtomicBool) -> ShearLengthRun {
-    let all =
+    let failed =
         |reason: DeformError| ShearLengthRun { states: vec![Err(reason); loads.len()], force_limit: None };
     let (Some(layer), Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. })) =
         (&case.layer, case.mechanics)
     else {
-        return all(ShearLengthError::NoClosedForm.into());
+        return failed(ShearLengthError::NoClosedForm.into());
     };
     let Some(material) = layer.material.as_ref().and_then(HyperelasticLaw::as_mooney_rivlin) else {
-        return all(ShearLengthError::Material.into());
+        return failed(ShearLengthError::Material.into());
     };
     let layer = Layer { thickness: layer.thickness, material, contact_half_length, contact_width };
     let contact = Contact::Punch(contact_half_length / layer.thickness);
     let found = match shear_lengths(contact, End::Free, &compressions(loads), ELEMENTS, Some(cancel)) {
         Ok(found) => found,
-        Err(error) => return all(error.into()),
+        Err(error) => return failed(error.into()),
     };
     let force_limit = layer.force_limit(&found);
     let states = loads.iter().map(|load| layer.state(*load, &found, force_limit)).collect();
@@ -131,7 +131,8 @@ impl Layer {
         Ok(LayerState::new(self.thickness, self.material, compression, settings)?)
     }
 
-    /// Where the force stops rising with the compression, as far as L is known; `None` if it rises all the way.
+    /// The maximum of the force over the compression, as far as L is known; `None` if the force rises
+    /// throughout.
     fn force_limit(&self, found: &ShearLengths) -> Option<ForceLimit> {
         let last = found.points.last()?.shear.compression;
         let force = |compression: f64| self.at(compression, found).map_or(f64::NAN, |state| state.force());
@@ -184,7 +185,7 @@ impl Layer {
     }
 }
 
-/// Where `f`, which has one maximum between `low` and `high`, is largest, by golden section.
+/// The maximiser of `f`, which has one maximum between `low` and `high`, by golden section.
 fn largest_between(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let share = 0.5 * (5.0_f64.sqrt() - 1.0);
     while high - low > 1e-9 {
@@ -194,7 +195,7 @@ fn largest_between(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// L over the thickness at a compression, by a parabola through the three nearest that are known.
+/// L over the thickness at a compression, by the parabola through the three nearest known values.
 fn length(compression: f64, found: &ShearLengths) -> Result<f64, ShearLengthError> {
     let known: Vec<(f64, f64)> =
         found.points.iter().filter_map(|p| Some((p.shear.compression, p.shear.from_balance?))).collect();

@@ -1,4 +1,4 @@
-//! The surface of the deformed layer and of the electrodes in it, for a viewer: that of the finite elements themselves.
+//! The surfaces of the deformed layer and electrodes for a viewer, from the finite elements.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,8 +8,7 @@ use elastocap_mechanics::solid::model::{Body, State};
 
 use super::curves::{Curve, DeformedCurves, simplified, through};
 
-/// Surfaces in the order of the corners of the triangles, anticlockwise as seen from outside, m. All of the layer, whatever part of it
-/// was solved.
+/// Surfaces of the whole layer as triangles with anticlockwise corners as seen from outside, m.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Skin {
     /// The layer, electrodes included.
@@ -18,11 +17,12 @@ pub struct Skin {
     pub electrodes: Vec<Vec<Corners>>,
 }
 
-/// How far outlines may be from the finite elements, over the thickness of the layer.
+/// Largest distance of outlines from the finite elements, over the thickness of the layer.
 const WITHIN: f64 = 2e-4;
 
-/// A layer in plane strain of this width along x3, m, and the electrodes in it of the width after that. If a `pair` lies on both sides
-/// of the plane x1 = 0, one of them may stand for both.
+/// The surfaces of a layer in plane strain; `width` is that of the layer along x3, and `electrode_width` that
+/// of the electrodes, m. If a `pair` lies on both sides of the plane x1 = 0, one solved electrode represents
+/// both.
 pub(super) fn of_plane(
     body: &Body,
     state: &State,
@@ -40,21 +40,22 @@ pub(super) fn of_plane(
         let left: Curve = layer.iter().rev().filter(|p| p[0] > 0.0).map(|p| [-p[0], p[1]]).collect();
         layer.extend(left);
     }
-    let own = curves.electrodes.iter().map(|faces| solid(&faces.concat(), electrode_width));
+    let solved = curves.electrodes.iter().map(|faces| solid(&faces.concat(), electrode_width));
     let electrodes = match (curves.half, pair) {
-        (false, _) => own.collect(),
-        (true, true) => own.flat_map(both_sides).collect(),
-        (true, false) => own.map(|half| whole(&half, [true, false])).collect(),
+        (false, _) => solved.collect(),
+        (true, true) => solved.flat_map(both_sides).collect(),
+        (true, false) => solved.map(|half| whole(&half, [true, false])).collect(),
     };
     Skin { layer: solid(&layer, width), electrodes }
 }
 
-/// A body on the right, and after its mirror image on the left.
+/// The mirror image of a body on the left, and the body.
 fn both_sides(right: Vec<Corners>) -> [Vec<Corners>; 2] {
     [right.iter().map(|triangle| mirrored(triangle, 0)).collect(), right]
 }
 
-/// The boundary of the mesh once around, deformed; of the right half without the axis, from its lower end to its upper one.
+/// The deformed boundary of the mesh, once around; for a right half, without the axis, from its lower to its
+/// upper end.
 fn boundary(body: &Body, state: &State, half: bool) -> Option<Curve> {
     let at_rest = |n: u32| body.mesh.nodes[n as usize];
     let moved = |n: u32| {
@@ -86,7 +87,8 @@ fn boundary(body: &Body, state: &State, half: bool) -> Option<Curve> {
     Some(curve)
 }
 
-/// The nine nodes of each face of a hexahedron, row after row, so that rows and columns turn anticlockwise as seen from outside.
+/// The nine nodes of each face of a hexahedron, row by row; rows and columns turn anticlockwise as seen from
+/// outside.
 const FACES: [[usize; 9]; 6] = [
     [0, 9, 18, 3, 12, 21, 6, 15, 24],
     [2, 5, 8, 11, 14, 17, 20, 23, 26],
@@ -96,8 +98,9 @@ const FACES: [[usize; 9]; 6] = [
     [18, 19, 20, 21, 22, 23, 24, 25, 26],
 ];
 
-/// A layer in space of which the quarter at positive x1 and x3 was solved. An electrode is as whole as its two mirror images make it;
-/// if a `pair` lies on both sides of the plane x1 = 0, they are two.
+/// The surfaces of a layer in three dimensions, of which the quarter at positive x1 and x3 was solved. An
+/// electrode is completed by its mirror images; if a `pair` lies on both sides of the plane x1 = 0, these are
+/// two electrodes.
 pub(super) fn of_space(body: &Body<Space>, state: &State<Space>, electrodes: usize, pair: bool) -> Skin {
     let layer = whole(&quarter(body, state, |_| true), [true; 2]);
     let inclusion = |k: usize| quarter(body, state, |material| usize::from(material) == k + 1);
@@ -109,11 +112,11 @@ pub(super) fn of_space(body: &Body<Space>, state: &State<Space>, electrodes: usi
     Skin { layer, electrodes }
 }
 
-/// The surface of the elements of some materials without what lies in the planes of symmetry.
+/// The surface of the elements of some materials, without the faces in the planes of symmetry.
 fn quarter(body: &Body<Space>, state: &State<Space>, wanted: impl Fn(u16) -> bool) -> Vec<Corners> {
     let size = body.mesh.nodes.iter().map(|x| x[0].abs().max(x[2].abs())).fold(0.0, f64::max);
     let is_wanted = |e: u32| wanted(body.material[e as usize]);
-    // Where a face lies within a larger one of a neighbour, both are inside.
+    // Two faces that a hanging side joins are both interior.
     let inside =
         body.mesh.hanging.sides.iter().filter(|side| is_wanted(side.fine.0) && is_wanted(side.coarse.0));
     let inside: HashSet<(u32, u32)> = inside.flat_map(|side| [side.fine, side.coarse]).collect();
@@ -162,8 +165,9 @@ impl Edges {
         Self { middles: faces.iter().flat_map(edges).collect() }
     }
 
-    /// The nodes on the edge from corner `a` to corner `b`, without the last: where a face is larger than its neighbour, those of the
-    /// neighbour's edges too, so that no crack is left between the two.
+    /// The nodes on the edge from corner `a` to corner `b`, without the last. On a face that is larger than
+    /// its neighbour they include the nodes of the neighbour's edges, so that no crack is left between the
+    /// two.
     fn chain(&self, a: u32, b: u32) -> Vec<u32> {
         match self.middles.get(&key(a, b)) {
             Some(&middle) if middle != a && middle != b => {
@@ -180,14 +184,14 @@ fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The triangles with their images across the planes x1 = 0 and x3 = 0, where `across` says so.
+/// The triangles with their mirror images across the planes x1 = 0 and x3 = 0, as selected by `across`.
 fn whole(triangles: &[Corners], across: [bool; 2]) -> Vec<Corners> {
-    let mut all = triangles.to_vec();
+    let mut completed = triangles.to_vec();
     for (axis, _) in [0, 2].into_iter().zip(across).filter(|(_, across)| *across) {
-        let images: Vec<Corners> = all.iter().map(|triangle| mirrored(triangle, axis)).collect();
-        all.extend(images);
+        let images: Vec<Corners> = completed.iter().map(|triangle| mirrored(triangle, axis)).collect();
+        completed.extend(images);
     }
-    all
+    completed
 }
 
 fn mirrored([a, b, c]: &Corners, axis: usize) -> Corners {

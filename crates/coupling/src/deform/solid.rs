@@ -1,4 +1,4 @@
-//! The layer of a case by finite elements in three dimensions: the case becomes a problem.
+//! The finite elements of a layer in three dimensions: builds the problem from the case, and solves it.
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,10 +20,10 @@ use super::skin;
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, SolidIndenter};
 
-/// Whether the layer can be set up.
+/// Checks that the layer can be set up.
 ///
 /// # Errors
-/// Why not.
+/// The finite elements cannot be set up.
 pub(super) fn check(case: &Case, model: &Solid, loads: &[StepLoad]) -> Result<(), LayerSetupError> {
     let problem = problem(case, model)?;
     let coarsest = problem.coarsest();
@@ -31,20 +31,21 @@ pub(super) fn check(case: &Case, model: &Solid, loads: &[StepLoad]) -> Result<()
     Ok(())
 }
 
-/// The sizes of the meshes that a run may need, coarse to fine: the first as it is, the finer ones about.
+/// The sizes of the meshes that a run may need, coarse to fine: exact for the first mesh, approximate for the
+/// finer ones.
 ///
 /// # Errors
-/// Why the finite elements cannot be set up.
+/// The finite elements cannot be set up.
 pub fn forecast(case: &Case, model: &Solid, loads: &[StepLoad]) -> Result<Vec<MeshSize>, LayerSetupError> {
     let problem = problem(case, model)?;
     problem.mesh_sizes(deepest(&goals(loads, 1.0))).map_err(LayerSetupError::too_large)
 }
 
-/// The path of the layer through the loads, within a memory of `memory_limit` bytes. `drafted` takes the path on the meshes so far, before
-/// the next mesh is solved on.
+/// The solution of the layer at the loads, with at most `memory_limit` bytes. `drafted` is called with the
+/// solution so far before each further mesh.
 ///
 /// # Errors
-/// A layer that cannot be set up or meshed. A load that is not reached has its error in the result instead.
+/// The layer cannot be set up or meshed. A load that is not reached has its error in the result instead.
 pub(super) fn solve(
     case: &Case,
     model: &Solid,
@@ -57,11 +58,11 @@ pub(super) fn solve(
     let goals = goals(loads, 1.0);
     let refinement = Refinement::in_space(model.relative_tolerance);
     let layer_places = LayerPlaces::new(case, problem.thickness, &problem.inclusions, true);
-    let (means, of) =
+    let (means, numbers) =
         (|model: &LayerModel<Space>| layer_places.means(model), |means: &[f64]| layer_places.numbers(means));
     let tolerances = |numbers: &[f64]| layer_places.tolerances(numbers);
     let places = case.electrostatics.as_ref();
-    let places = places.map(|_| Places { means: &means, of: &of, tolerances: &tolerances });
+    let places = places.map(|_| Places { means: &means, of: &numbers, tolerances: &tolerances });
     let scale = Scale { thickness: problem.thickness, width: 1.0 };
     let run = |pressing: Pressing<Space>| {
         let boxes = |pressed: &Pressed<Space>| {
@@ -91,7 +92,7 @@ pub(super) fn solve(
     Ok(run(pressing))
 }
 
-/// The electrodes in the quarter that is solved.
+/// The electrodes in the solved quarter.
 fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw) -> Vec<Inclusion<Space>> {
     let rubber = Rubber::neo_hookean(electrode_modulus(electrodes, material));
     let regions = electrodes.regions();
@@ -107,7 +108,7 @@ fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw) -> Vec<Inclus
     solved.iter().map(inclusion).collect()
 }
 
-/// The layer of the case; the reason if its finite elements cannot be set up.
+/// The problem of the case's layer, or the reason that it cannot be set up.
 fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, LayerSetupError> {
     let (layer, half_length, material) = layer(case)?;
     LayerSetupError::check_length(half_length.max(0.5 * model.width), layer.thickness)?;

@@ -1,8 +1,9 @@
-//! The scene around a layer for the solvers of other shapes than boxes: electrodes and a surface that the load has bent.
+//! The scene with a bent layer and bent electrodes as extruded outlines, for the solvers of shapes other than
+//! boxes.
 //!
-//! Finite elements of the layer in plane strain know the shape of every electrode and of the surface. The field solvers take
-//! them as outlines in the plane of x1 and x2, pulled along x3: with cubics, or as polygons, close enough to the curves that the difference
-//! does not matter for the capacitance.
+//! The plane-strain solution of the layer gives the shape of every electrode and of the surface. The field
+//! solvers take them as outlines in the plane of x1 and x2, extruded along x3: with cubics, or as polygons,
+//! close enough to the curves that the difference does not matter for the capacitance.
 
 mod surface;
 
@@ -19,33 +20,35 @@ use crate::scene::{DeformedScene, ElectrodePlace};
 use surface::{below_surface, cut, fill};
 pub(crate) use surface::{far_off, under_wall};
 
-/// Share of the tolerance that polygons may use up.
+/// Share of the tolerance that the error of polygons may take.
 const SHARE: f64 = 0.2;
 
-/// Share of the tolerance that cubics may use up. No more cubics are needed for it than sides for polygons with [`SHARE`], and cubics are exact
-/// where as many are needed as the elements have sides.
+/// Share of the tolerance that the error of cubics may take. That needs no more cubics than polygons with
+/// [`SHARE`] need sides, and cubics are exact where there are as many of them as element sides.
 const SHARE_OF_CURVES: f64 = 0.02;
 
-/// A scene around a layer for the solvers of other shapes than boxes.
+/// A scene for the solvers of shapes other than boxes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayerScene {
     pub(crate) scene: Scene,
-    /// The relative error that its flat faces, or its curves, add to a capacitance: an estimate.
+    /// An estimate of the relative error of a capacitance from the faceting or the approximation by cubics.
     pub(crate) facets: f64,
-    /// Whether outlines have curves in it.
+    /// Whether some outlines contain cubics.
     pub(crate) is_curved: bool,
-    /// The relative error of a capacitance for a surface that has not come back to its height where the finite elements end: an estimate.
+    /// An estimate of the relative error of a capacitance because the surface has not returned to its height
+    /// where the finite elements end.
     pub(crate) ends: f64,
-    /// The relative error of a capacitance for a surface that is bent, with a wall on it that is flat: an estimate.
+    /// An estimate of the relative error of a capacitance because a wall on the bent surface is taken as
+    /// flat.
     pub(crate) under_wall: f64,
 }
 
-/// How outlines follow what is bent.
+/// The representation of bent outlines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sides {
-    /// By cubics: what the solver for outlines takes as it is.
+    /// Cubics, which the solver for outlines takes.
     Curves,
-    /// By polygons.
+    /// Polygons.
     Polygons,
 }
 
@@ -55,15 +58,15 @@ impl LayerScene {
         Self { scene: deformed.scene.clone(), facets: 0.0, is_curved: false, ends: 0.0, under_wall: 0.0 }
     }
 
-    /// Its bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
-    /// Surfaces of curved bodies are those of the mesh, `meshed`, by their names.
+    /// The bodies for a viewer, clipped to the `window`; without the cover, which fills the rest of the
+    /// space. Surfaces of curved bodies are those of the mesh, `meshed`, by name.
     pub(crate) fn surfaces(&self, window: &Box3, meshed: &[SurfaceBody]) -> Vec<SurfaceBody> {
         let conductors = self.scene.conductors().map(|c| c.body);
         let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
         let shown = shown.filter(|body| body.purpose != Purpose::Cover);
         let surface = |body: &Body| {
             let of_mesh = meshed.iter().find(|m| m.name == body.name).map(|m| m.triangles.clone());
-            // Round bodies as the solver sees them, where it does not see them round.
+            // Round bodies are shown with the facets of the mesh, if there is one.
             let round = |part: &Shape| matches!(part, Shape::Cylinder { .. } | Shape::Tube { .. });
             let shown_as_meshed = of_mesh.is_some() && body.parts.iter().any(round);
             let known = || body.parts.iter().map(|part| flat_surface(part, window)).collect();
@@ -75,7 +78,8 @@ impl LayerScene {
     }
 }
 
-/// The triangles of a body, boxes cut off at the `window`; `None` for those that only a mesh knows.
+/// The triangles of a shape, with boxes and extrusions clipped to the `window`; `None` for shapes that only a
+/// mesh has.
 fn flat_surface(shape: &Shape, window: &Box3) -> Option<Vec<Corners>> {
     match shape {
         Shape::Extrusion { axis, from, to, outline, .. } => {
@@ -121,10 +125,11 @@ fn place_across(axis: usize, point: &[f64; 3]) -> [f64; 2] {
     across(axis).map(|a| point[a])
 }
 
-/// `deformed` with its pair and its layer in the shape of `curves`. Where nothing bends it, the surface is `flat` at this height, m.
+/// The scene `deformed` with its pair and its layer in the shape of `curves`. `flat` is the height of the
+/// surface at rest, m.
 ///
 /// # Errors
-/// A surface that crosses itself.
+/// The surface crosses itself.
 pub(crate) fn outlined(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
@@ -165,18 +170,18 @@ pub(crate) fn outlined(
     Ok(LayerScene { scene, facets, is_curved, ends, under_wall })
 }
 
-/// A polygon that follows a curve this far off.
+/// A polygon whose distance from its curve is `off`.
 fn polygon(outline: Curve, off: f64) -> Curved {
     Curved { outline, arcs: Vec::new(), off }
 }
 
-/// Outlines of the pair as closed chains of straight lines and cubics, in the order of its conductors.
+/// The outlines of the pair as closed chains of straight lines and cubics, in the order of its conductors.
 fn chains(curves: &DeformedCurves, within: f64) -> Vec<Vec<Piece>> {
     let along =
         |faces: &[Curve]| faces.iter().flat_map(|face| followed(face, PIECES, within)).collect::<Vec<_>>();
-    let own = curves.electrodes.iter();
+    let electrodes = curves.electrodes.iter();
     if !curves.half {
-        return own.map(|faces| along(faces)).collect();
+        return electrodes.map(|faces| along(faces)).collect();
     }
     match curves.electrodes.as_slice() {
         [right] => {
@@ -184,11 +189,11 @@ fn chains(curves: &DeformedCurves, within: f64) -> Vec<Vec<Piece>> {
             vec![outline_curves::mirrored(&right), right]
         }
         // The left face is the axis.
-        _ => own.map(|faces| both_curved_halves(along(&faces[..3]))).collect(),
+        _ => electrodes.map(|faces| both_curved_halves(along(&faces[..3]))).collect(),
     }
 }
 
-/// Outlines of the pair as polygons, in the order of its conductors.
+/// The outlines of the pair as polygons, in the order of its conductors.
 fn outlines(curves: &DeformedCurves, within: f64) -> Vec<Curve> {
     let along = |faces: &[Curve]| {
         let mut path: Curve = Vec::new();
@@ -203,9 +208,9 @@ fn outlines(curves: &DeformedCurves, within: f64) -> Vec<Curve> {
         outline.pop();
         outline
     };
-    let own = curves.electrodes.iter();
+    let electrodes = curves.electrodes.iter();
     if !curves.half {
-        return own.map(|faces| closed(faces)).collect();
+        return electrodes.map(|faces| closed(faces)).collect();
     }
     match curves.electrodes.as_slice() {
         [right] => {
@@ -213,7 +218,7 @@ fn outlines(curves: &DeformedCurves, within: f64) -> Vec<Curve> {
             vec![mirrored(&right), right]
         }
         // The left face is the axis.
-        _ => own.map(|faces| both_halves(&along(&faces[..3]))).collect(),
+        _ => electrodes.map(|faces| both_halves(&along(&faces[..3]))).collect(),
     }
 }
 
@@ -317,7 +322,7 @@ mod tests {
         assert_eq!(right, [[1.0, 1.0], [3.0, 1.0], [3.0, 1.5], [1.0, 1.5]]);
         let left = outline(&scene, "left");
         assert!(left.iter().all(|p| right.contains(&[-p[0], p[1]])) && (area(left) - 1.0).abs() < 1e-12);
-        // Beyond its end the layer goes on as high as it ends.
+        // Beyond its end the layer continues at the same height.
         assert!((area(outline(&scene, "layer")) - 20.0).abs() < 1e-12);
     }
 

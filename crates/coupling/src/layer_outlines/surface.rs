@@ -1,7 +1,7 @@
-//! The space below the surface of a layer that the load has bent.
+//! The layer below a bent surface, as extruded outlines.
 //!
-//! The surface is followed as far as the finite elements know it, or as far as walls let it. In open space it is followed to where it has
-//! come back to a level, and the layer goes on from there to infinity as a slab.
+//! The surface is followed up to the end of the finite elements, or to the walls. In open space it is
+//! followed up to where it is level again, and the layer continues from there to infinity as a slab.
 
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
@@ -12,29 +12,30 @@ use crate::failure::SurfaceCrossesItself;
 use crate::outline_curves::{Curved, both_halves as both_curved_halves, followed, under as under_curves};
 use crate::scene::DeformedScene;
 
-/// Loops of the surface larger than this share of the scene's height are not cut out but refused.
+/// The largest loop of the surface that is cut out, over the height of the scene; larger ones are refused.
 const LOOP: f64 = 0.02;
 
-/// How far beyond the last bent part of the surface the slab begins that goes on to infinity, over its height.
+/// The distance from the last bent part of the surface to the slab that extends to infinity, over the height
+/// of the layer.
 const BESIDE: f64 = 0.25;
 
 /// The parts of the layer below a surface.
 pub(super) struct Below {
-    /// The parts of the layer, side by side; of the whole layer.
+    /// The parts of the whole layer, side by side.
     pub(super) parts: Vec<Shape>,
-    /// How far they may be from the surface, over its height or that of the scene.
+    /// The largest distance of the parts from the surface, over its height or that of the scene.
     pub(super) facets: f64,
-    /// Whether outlines have curves in them.
+    /// Whether some outlines contain cubics.
     pub(super) is_curved: bool,
     /// See [`super::LayerScene::ends`].
     pub(super) ends: f64,
 }
 
-/// The layer of a scene below its surface, which lies `flat` at this height where nothing bends it, m. `None` where the scene has no
-/// medium above the layer: its upper face is a wall then, which is flat.
+/// The layer of a scene below its surface; `flat` is the height of the surface at rest, m. `None` where the
+/// scene has no medium above the layer: its upper face is then a wall, which is flat.
 ///
 /// # Errors
-/// A surface that crosses itself.
+/// The surface crosses itself.
 pub(super) fn below_surface(
     deformed: &DeformedScene,
     curves: &DeformedCurves,
@@ -48,7 +49,7 @@ pub(super) fn below_surface(
         return Ok(None);
     }
     let is_open = scene.walls[0].map(|wall| wall == Wall::Open);
-    // The heights at which the surface goes on beyond its ends, and where these are.
+    // The heights at which the surface continues beyond its ends, and the coordinates of the ends.
     let levels = if curves.half { [last[1]; 2] } else { [first[1], last[1]] };
     let reach = if curves.half { [-last[0], last[0]] } else { [first[0], last[0]] };
     let height = if is_open.contains(&true) {
@@ -77,8 +78,8 @@ pub(super) fn below_surface(
         bent.iter_mut().for_each(|p| p[0] = -p[0]);
     }
     let chain = || {
-        let own = followed(&bent, PIECES, of_curves);
-        under_curves(if curves.half { both_curved_halves(own) } else { own }, &domain, within)
+        let pieces = followed(&bent, PIECES, of_curves);
+        under_curves(if curves.half { both_curved_halves(pieces) } else { pieces }, &domain, within)
     };
     let Curved { outline, arcs, off } = is_whole.then(chain).flatten().unwrap_or_else(|| {
         let surface = simplified(&bent, within);
@@ -109,7 +110,8 @@ pub(super) fn below_surface(
     Ok(Some(Below { parts, facets, is_curved, ends }))
 }
 
-/// Puts the parts of the layer into a scene. The cover fills what they leave above the substrate, and fixed bodies stay in all of them.
+/// Replaces the layer of a scene by these parts. The cover fills the rest above the substrate, and bodies
+/// other than the slabs override both.
 pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
     scene.bodies.sort_by_key(|body| match body.purpose {
         Purpose::Cover => 0,
@@ -122,16 +124,16 @@ pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
         | Purpose::OnIndenter
         | Purpose::Fixed => 3,
     });
-    for Body { purpose, parts: own, .. } in &mut scene.bodies {
+    for Body { purpose, parts: shapes, .. } in &mut scene.bodies {
         match purpose {
             Purpose::Cover => {
-                for part in own {
+                for part in shapes {
                     if let Shape::Box(region) = part {
                         region.min[1] = 0.0;
                     }
                 }
             }
-            Purpose::Layer => *own = parts.to_vec(),
+            Purpose::Layer => *shapes = parts.to_vec(),
             Purpose::Substrate
             | Purpose::Electrode
             | Purpose::InLayer
@@ -155,12 +157,12 @@ pub(crate) fn under_wall(scene: &Scene, curves: &DeformedCurves) -> f64 {
     }
 }
 
-/// Ends a curve, which runs to the right, where all that follows is within a distance of its end's height, m; there it comes to lie at that
-/// height. Returns how far the rest reaches to the right, m.
+/// Truncates a curve, which runs to the right, where the rest of it is within a distance of the height of its
+/// end, m; the new end is placed at that height. Returns the largest x1 of the rest, m.
 fn back_to_level(curve: &mut Curve, within: f64) -> f64 {
     let level = curve.last().map_or(0.0, |p| p[1]);
     let bent = curve.iter().rposition(|p| (p[1] - level).abs() > within);
-    // Up to the end of a side of an element.
+    // Keeps whole sides of elements.
     curve.truncate(bent.map_or(0, |k| k + 1).next_multiple_of(PIECES).max(PIECES) + 1);
     if let Some(last) = curve.last_mut() {
         last[1] = level;
@@ -168,59 +170,60 @@ fn back_to_level(curve: &mut Curve, within: f64) -> f64 {
     curve.iter().map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The relative error of a capacitance for a surface that goes on beyond its end at the height `off` from where it should come back to, m,
-/// as far as there is no wall before it: see [`far_off`].
+/// The relative error of a capacitance for a surface that continues beyond its end at a height that differs
+/// by `off` from that at rest, m; zero where a wall is before the end: see [`far_off`].
 fn left_at_end(scene: &Scene, side: usize, end: f64, off: f64) -> f64 {
     let outward = if side == 0 { -1.0 } else { 1.0 };
     let wall = if side == 0 { scene.domain.min[0] } else { scene.domain.max[0] };
     if outward * wall <= outward * end {
         return 0.0;
     }
-    let bounds = scene.conductors().filter_map(|own| own.body.bounds());
+    let bounds = scene.conductors().filter_map(|conductor| conductor.body.bounds());
     bounds.reduce(|a, b| a.union(&b)).map_or(0.0, |hull| {
         let room = if side == 0 { hull.min[0] - end } else { end - hull.max[0] };
         far_off(off, room, &hull)
     })
 }
 
-/// The relative error of a capacitance for a surface that is off by some height at this distance from the conductors, whose `hull` is given,
-/// m: an estimate. Of the energy of a charge, the size of what holds it over the distance is farther away, and of that the height over the
-/// distance is where the surface is off. Charges that are opposite have less there.
+/// An estimate of the relative error of a capacitance for a surface whose height differs by `off` at this
+/// distance from the conductors, m, with their bounding box `hull`. Of the energy of a charge, a share of
+/// about the size of the conductors over the distance is farther away, and of that share, the height
+/// difference over the distance is affected. Opposite charges have less energy there.
 pub(crate) fn far_off(off: f64, distance: f64, hull: &Box3) -> f64 {
     let size = 0.5 * (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max);
     if distance > off.abs() { off.abs() / distance * (size / (size + distance)) } else { 1.0 }
 }
 
-/// The curve without the loops that it makes where finite elements press the surface into itself, which nothing hinders: as the
-/// one beside the edge of a sharp punch.
+/// The curve without loops. Finite elements allow the surface to penetrate itself, as in the crease beside
+/// the edge of a sharp punch.
 ///
 /// # Errors
-/// The place of a loop larger than `most`, m: that is no crease but a tangle.
+/// The place of a loop larger than `most`, m, which is not a mere crease.
 pub(super) fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64; 2]> {
-    let mut kept = Curve::new();
+    let mut outline = Curve::new();
     let mut rest = curve;
     while let Some((from, after)) = rest.split_first() {
-        kept.push(*from);
+        outline.push(*from);
         let Some(to) = after.first() else { break };
         let last = after.windows(2).enumerate().skip(1).rev();
         let met = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
         rest = match met {
-            // On from where the curve comes back.
+            // Continues after the crossing.
             Some((k, at)) => {
                 let far = after[..=k].iter().map(|p| (p[0] - at[0]).hypot(p[1] - at[1])).fold(0.0, f64::max);
                 if far > most {
                     return Err(at);
                 }
-                kept.push(at);
+                outline.push(at);
                 &after[k + 1..]
             }
             None => after,
         };
     }
-    Ok(kept)
+    Ok(outline)
 }
 
-/// Where two segments cross.
+/// The crossing of two segments.
 fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let turn =
         |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
@@ -230,8 +233,8 @@ fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     (!apart && s.is_finite()).then(|| [0, 1].map(|k| c[k] + s * (d[k] - c[k])))
 }
 
-/// The region below a curve that runs to the right and above the bottom of the layer, x2 = 0, within the domain; beyond its ends
-/// the curve goes on at their height.
+/// The region below a curve that runs to the right and above the bottom of the layer, x2 = 0, within the
+/// domain. Beyond its ends the curve continues at their height.
 pub(super) fn under(curve: &[[f64; 2]], domain: &Box3) -> Curve {
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else { return Curve::new() };
     let left = domain.min[0].min(first[0]);

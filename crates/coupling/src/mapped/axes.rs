@@ -1,8 +1,9 @@
-//! The grid of a map's polynomials, put together from what the parts of the map need.
+//! The axes of a map: the breaks between its polynomial pieces and their degrees, merged from the pieces that
+//! its parts need.
 
 use elastocap_electrostatics::MapAxis;
 
-/// An interval in which a part of the map is a polynomial of a degree, m.
+/// An interval of an axis, m, in which a part of the map is a polynomial of this degree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piece {
     pub(super) ends: [f64; 2],
@@ -15,14 +16,15 @@ impl Piece {
     }
 }
 
-/// The pieces of an axis that is given.
+/// The pieces of an axis.
 pub(super) fn pieces(axis: &MapAxis) -> Vec<Piece> {
-    let both = axis.breaks.windows(2).zip(&axis.degrees);
-    both.map(|(ends, &degree)| Piece::new(ends[0], ends[1], degree)).collect()
+    let intervals = axis.breaks.windows(2).zip(&axis.degrees);
+    intervals.map(|(ends, &degree)| Piece::new(ends[0], ends[1], degree)).collect()
 }
 
-/// The axis on which all of `pieces` are polynomials: it breaks where any of them ends, and has the largest of their degrees. Breaks less
-/// than `tiny` (m) apart are one. The other side of 0 is the image of this one where it is `mirrored`, and what lies below 0 is left out.
+/// The axis on which all `pieces` are polynomials: it breaks at the ends of each piece, and takes the largest
+/// degree of overlapping ones. Breaks less than `tiny` (m) apart are merged. A `mirrored` axis has its other
+/// half as a mirror image, and omits breaks below 0.
 pub(super) fn joined(pieces: &[Piece], tiny: f64, mirrored: bool) -> MapAxis {
     let mut breaks: Vec<f64> = pieces.iter().flat_map(|piece| piece.ends).collect();
     if mirrored {
@@ -30,11 +32,11 @@ pub(super) fn joined(pieces: &[Piece], tiny: f64, mirrored: bool) -> MapAxis {
         breaks.retain(|x| *x >= 0.0);
     }
     breaks.sort_by(f64::total_cmp);
-    breaks.dedup_by(|next, kept| *next - *kept < tiny);
+    breaks.dedup_by(|next, last| *next - *last < tiny);
     let degree = |ends: &[f64]| {
         let middle = 0.5 * (ends[0] + ends[1]);
-        let own = pieces.iter().filter(|piece| piece.ends[0] < middle && middle < piece.ends[1]);
-        own.map(|piece| piece.degree).fold(1, usize::max)
+        let overlapping = pieces.iter().filter(|piece| piece.ends[0] < middle && middle < piece.ends[1]);
+        overlapping.map(|piece| piece.degree).fold(1, usize::max)
     };
     let degrees = breaks.windows(2).map(degree).collect();
     MapAxis { breaks, degrees, mirrored }

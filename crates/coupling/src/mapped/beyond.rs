@@ -1,16 +1,17 @@
-//! The error that a map leaves of the bent surface of a layer in open space, where the map ends.
+//! The error of a map whose surface is level outside it, where the true surface of the layer is still bent.
 
 use elastocap_geometry::scene::{Purpose, Scene, Wall};
 
 use crate::deform::Material;
 use crate::layer_outlines::far_off;
 
-/// Places on each side at which the surface is looked at.
+/// Number of sampled places on each side.
 const PLACES: usize = 40;
 
-/// The relative error of a capacitance for a surface that is level where the map ends and in truth comes back to its height, `flat`, later:
-/// the largest of [`far_off`] for its distances from the true one, at those from the conductors, but at a thickness at least. An estimate.
-/// `image` takes points of the boxes' surface, at this height, to where the map has them. All lengths in m.
+/// An estimate of the relative error of a capacitance for a surface that is level outside the map, where the
+/// true surface returns to the height `flat` only farther away: the largest of [`far_off`] for the height
+/// difference at sampled places, with their distances from the conductors, but at least one thickness.
+/// `image` is the map of the layer, and `surface` the height of the surface before it. All lengths in m.
 pub(super) fn level_beyond(
     scene: &Scene,
     image: &dyn Fn([f64; 3]) -> [f64; 3],
@@ -20,8 +21,8 @@ pub(super) fn level_beyond(
     is_plane: bool,
 ) -> f64 {
     let thickness = material.pad[1];
-    let conductors = scene.conductors().filter(|own| own.body.purpose != Purpose::Indenter);
-    let bounds = conductors.filter_map(|own| own.body.bounds());
+    let conductors = scene.conductors().filter(|conductor| conductor.body.purpose != Purpose::Indenter);
+    let bounds = conductors.filter_map(|conductor| conductor.body.bounds());
     let Some(hull) = bounds.reduce(|a, b| a.union(&b)) else { return 0.0 };
     let mut largest: f64 = 0.0;
     // In plane strain the surface is the same all along x3.

@@ -1,62 +1,64 @@
-//! Where the surface of a layer lies on the outline of an indenter, and where it leaves it.
+//! The contact between the surface of a layer and the outline of an indenter: its ends, and the edges of the
+//! lower face of the indenter's box.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::films::Contact;
 use super::profile::Profile;
 
-/// Places per thickness of the layer at which the surface is looked at.
+/// Sampled places per thickness of the layer.
 const PER_THICKNESS: f64 = 100.0;
 
-/// How far from the flat face the surface is followed, in thicknesses of the layer or to the end of the round edge, and at how many places
-/// at most.
+/// Length over which the surface is followed beyond the flat face, in thicknesses of the layer (the end of
+/// the round edge, if that is farther), and the largest number of places.
 const FOLLOWED: f64 = 6.0;
 const MAX_PLACES: f64 = 4000.0;
 
-/// The lower face of the box that stands for a punch ends at least so far around its corner, and where the surface turns away from the
-/// outline by this angle, or is so many thicknesses from it.
+/// The lower face of a punch's box ends at least this angle around its corner, and where the surface turns
+/// away from the outline by the second angle or is this many thicknesses from it.
 const AROUND: f64 = FRAC_PI_4;
 const TURNED_AWAY: f64 = 0.7;
 const AWAY: f64 = 0.1;
 
-/// The lower face of a cylinder's box: how far it reaches beyond the contact, over the length of that, and the angle from the axis at which
-/// it ends at the latest beside a short contact.
+/// The lower face of a cylinder's box: two lower limits of its length, over that of the contact, of which
+/// only the first is capped by the largest angle from the axis, [`WIDEST`].
 const BEYOND_CONTACT: [f64; 2] = [1.5, 1.1];
 const WIDEST: f64 = 0.58;
 
 /// The surface of a layer as seen from an indenter.
 pub(super) struct Surface<'a> {
-    /// Where points of the surface go from a place along x1 in the plane of symmetry: along x1, from the middle of the indenter, and
-    /// along x2, from its lowest point, m.
+    /// The deformed position of the surface point at a place along x1, in the plane of symmetry: along x1
+    /// from the middle of the indenter, and along x2 from its lowest point, m.
     pub(super) image: &'a dyn Fn(f64) -> [f64; 2],
-    /// Undeformed, m.
+    /// The undeformed thickness of the layer, m.
     pub(super) thickness: f64,
-    /// How the two touch.
+    /// The kind of contact.
     pub(super) contact: Contact,
 }
 
-/// One side of the lower face of an indenter's box. Places are those before the layer deforms, from the middle of the indenter outwards
-/// along x1, m.
+/// One side of the lower face of an indenter's box. Places are coordinates before the layer deforms, from the
+/// middle of the indenter outwards along x1, m.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Edge {
-    /// The edge of the face.
+    /// The place of the edge of the face.
     pub(super) at: f64,
     /// The length of the outline up to it, m.
     pub(super) along: f64,
-    /// Up to where the two touch; zero if they do not.
+    /// The end of the contact; zero without contact.
     pub(super) contact: f64,
-    /// Where the outline has corners, the contact ends and the face does, ascending.
+    /// The places where the outline changes its curvature, the contact ends and the face ends, ascending.
     pub(super) marks: Vec<f64>,
 }
 
-/// The edges on the left and on the right; `None` where the surface stays on the outline as far as it is followed.
+/// The left and the right edge; `None` where the surface does not separate from the outline within the
+/// followed length.
 pub(super) fn edges(profile: &Profile, surface: &Surface<'_>, is_half: bool) -> Option<[Edge; 2]> {
     let right = edge(profile, surface, 1.0)?;
     let left = if is_half { right.clone() } else { edge(profile, surface, -1.0)? };
     Some([left, right])
 }
 
-/// The edge on one side, outwards in the direction of `sign`.
+/// The edge on one side; `sign` is the direction along x1.
 fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
     let followed = profile.flat + profile.radius.max(FOLLOWED * surface.thickness);
     let step = (surface.thickness / PER_THICKNESS).max(followed / MAX_PLACES);
@@ -81,8 +83,8 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
     };
     let end = if profile.is_cylinder {
         let gap = foot(0.0).gap.max(0.0);
-        // The map squeezes space by R angle^2 / (2 gap) under the face, and by pi / (2 angle) in the wedge beside it: no wider, no
-        // narrower.
+        // The map compresses space by R angle^2 / (2 gap) under the face, and by pi / (2 angle) in the wedge
+        // beside it. The angle balances the two.
         let narrow = gap + moved.unwrap_or(0.0);
         let balanced = (PI * narrow / profile.radius).cbrt();
         let touched = foot(contact).along / profile.radius;
@@ -93,7 +95,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let leaves = |x: f64| {
             let foot = foot(x);
             let [a, b] = [at(x - step), at(x + step)];
-            // The tangent of the outline goes up where its normal goes out.
+            // The normal rotated by a quarter turn: the tangent that points up along the outline.
             let tangent = [-foot.normal[1], foot.normal[0]];
             let along = [b[0] - a[0], b[1] - a[1]];
             let turned = (along[0] * tangent[1] - along[1] * tangent[0])
@@ -113,14 +115,15 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         .filter(|x| *x > 0.0 && *x <= end)
         .collect();
     marks.sort_by(f64::total_cmp);
-    // Of two that are almost one the outer one stays.
+    // Of two marks that nearly coincide the outer one is kept.
     let closest = 2.0 * step;
-    let kept = marks.iter().zip(marks.iter().skip(1).chain([&f64::INFINITY]));
-    let marks = kept.filter(|(x, next)| *next - *x > closest).map(|(x, _)| *x).collect();
+    let pairs = marks.iter().zip(marks.iter().skip(1).chain([&f64::INFINITY]));
+    let marks = pairs.filter(|(x, next)| *next - *x > closest).map(|(x, _)| *x).collect();
     Some(Edge { at: end, along, contact: contact.min(end), marks })
 }
 
-/// Where a condition that does not hold at `low` begins to hold on the way to `high`, m.
+/// The first coordinate between `low` and `high`, m, at which a condition holds that does not hold at `low`,
+/// by bisection.
 fn between(holds: &dyn Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
@@ -144,11 +147,11 @@ mod tests {
 
     #[test]
     fn a_flat_surface_leaves_a_punch_where_its_corner_begins() {
-        let own = edge_of(&PUNCH, CLOSED, &|x| [x, 0.0]).unwrap();
-        // 1e-4 below the corner: sqrt(2 r 1e-4).
-        assert!((own.contact - 1.0 - 0.0045).abs() < 2e-4, "{own:?}");
+        let edge = edge_of(&PUNCH, CLOSED, &|x| [x, 0.0]).unwrap();
+        // The outline is 1e-4 above its lowest point there: sqrt(2 r 1e-4).
+        assert!((edge.contact - 1.0 - 0.0045).abs() < 2e-4, "{edge:?}");
         let leaves = 1.0 + 0.1 * TURNED_AWAY.max(AROUND).tan();
-        assert!((own.at - leaves).abs() < 0.02, "{own:?}");
+        assert!((edge.at - leaves).abs() < 0.02, "{edge:?}");
     }
 
     #[test]
@@ -162,11 +165,11 @@ mod tests {
                 [1.1 + (x - on) * 0.5_f64.sqrt(), 0.4 + (x - on) * 0.5_f64.sqrt()]
             }
         };
-        let own = edge_of(&PUNCH, CLOSED, &image).unwrap();
+        let edge = edge_of(&PUNCH, CLOSED, &image).unwrap();
         let end = PUNCH.round_end() + 0.3;
-        assert!((own.contact - end).abs() < 2e-3 && (own.at - end).abs() < 1.1e-2, "{own:?}");
-        assert_eq!(own.marks.len(), 3, "{own:?}");
-        assert!((own.marks[0] - 1.0).abs() < 1e-6 && (own.marks[1] - PUNCH.round_end()).abs() < 1e-6);
+        assert!((edge.contact - end).abs() < 2e-3 && (edge.at - end).abs() < 1.1e-2, "{edge:?}");
+        assert_eq!(edge.marks.len(), 3, "{edge:?}");
+        assert!((edge.marks[0] - 1.0).abs() < 1e-6 && (edge.marks[1] - PUNCH.round_end()).abs() < 1e-6);
         assert_eq!(edge_of(&PUNCH, CLOSED, &|x| PUNCH.point(x).0), None);
     }
 

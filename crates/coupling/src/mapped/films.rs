@@ -1,7 +1,8 @@
 //! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for a tolerance.
 //!
-//! The boxes of the two would need a gap between them that is not there. Either the surface of the layer is moved away from the indenter by
-//! a film of the layer's material, or the metal of a punch or cylinder fills the contact and the narrow end of the gap beside it.
+//! The boxes of layer and indenter cannot touch under a map. So either the surface of the layer is displaced
+//! from the indenter by a film of the layer's material, or the metal of a punch or cylinder fills the contact
+//! and the narrow end of the gap beside it.
 
 use elastocap_case::Case;
 use elastocap_geometry::scene::Role;
@@ -12,10 +13,12 @@ use crate::scene::neutral::indenter_in_field;
 /// Thicknesses of films, or of gaps that metal closes, over that of the layer.
 const THICKNESSES: [f64; 7] = [3.125e-4, 6.25e-4, 1.25e-3, 2.5e-3, 5e-3, 1e-2, 2e-2];
 
-/// The first of them that a film has: a thinner one bends the space between indenter and layer so much that iterations become many.
+/// The index of the thinnest film: a thinner one distorts the space between indenter and layer so much that
+/// the solver needs many iterations.
 const THINNEST_FILM: usize = 3;
 
-/// An indenter and the layer under a film touch where they are closer than this share of the film.
+/// The gap up to which an indenter and the layer under a film count as touching, over the thickness of the
+/// film.
 const TOUCHING: f64 = 0.3;
 
 /// A film, or a gap that metal closes.
@@ -23,19 +26,19 @@ const TOUCHING: f64 = 0.3;
 pub(crate) struct Film {
     /// The thickness, m.
     pub(super) thickness: f64,
-    /// Whether metal takes its place, and closes the gap beside the contact where that is narrower.
+    /// Whether metal takes the place of the film, and closes the gap beside the contact where it is narrower.
     pub(super) is_closed: bool,
 }
 
-/// The films to try for a tolerance, one after the other: the thickest whose error is at most half the tolerance, and then thicker ones,
-/// for maps whose polynomials cross over it. Under metal all of them are closed gaps first.
+/// The films to try for a tolerance, in order: the thickest whose error is at most half the tolerance, then
+/// thicker ones for maps that fold. Under metal, closed gaps of all thicknesses are tried first.
 pub(crate) struct Films {
     relative_tolerance: f64,
     /// The thickness of the layer, m.
     layer: f64,
     index: usize,
     is_closed: bool,
-    /// Whether no map failed yet.
+    /// Whether no map has failed yet, so that a thinner film may be tried.
     may_be_thinner: bool,
 }
 
@@ -43,17 +46,18 @@ impl Films {
     /// The films under the indenter of a case.
     pub(crate) fn new(case: &Case, relative_tolerance: f64) -> Self {
         let indenter = indenter_in_field(case);
-        let is_metal = indenter.is_some_and(|own| matches!(own.role, Role::Conductor { .. }));
+        let is_metal = indenter.is_some_and(|indenter| matches!(indenter.role, Role::Conductor { .. }));
         Self::of(case.layer.as_ref().map_or(0.0, |layer| layer.thickness), is_metal, relative_tolerance)
     }
 
-    /// The first is the thickest whose error would be a quarter of the tolerance with the layer as thin as the electrodes' cover.
+    /// Starts with the thickest film whose error would be at most a quarter of the tolerance if the
+    /// electrodes were one layer thickness away from it.
     fn of(layer: f64, is_closed: bool, relative_tolerance: f64) -> Self {
         let is_thin = |film: &f64| 0.5 * film <= 0.25 * relative_tolerance;
         let index = THICKNESSES.iter().rposition(is_thin).unwrap_or(0);
-        let mut own = Self { relative_tolerance, layer, index, is_closed, may_be_thinner: true };
-        own.index = own.index.max(own.thinnest());
-        own
+        let mut films = Self { relative_tolerance, layer, index, is_closed, may_be_thinner: true };
+        films.index = films.index.max(films.thinnest());
+        films
     }
 
     fn thinnest(&self) -> usize {
@@ -66,7 +70,8 @@ impl Films {
         Some(Film { thickness: share * self.layer, is_closed: self.is_closed })
     }
 
-    /// Takes a thinner one if the `error` that it leaves is too large and there is one. Returns whether it did.
+    /// Moves on to a thinner film if the `error` of this one is too large and there is one. Returns whether
+    /// it did.
     pub(crate) fn made_thinner(&mut self, error: f64) -> bool {
         let too_thick = error > 0.5 * self.relative_tolerance;
         let thinner = self.may_be_thinner && too_thick && self.index > self.thinnest();
@@ -74,7 +79,7 @@ impl Films {
         thinner
     }
 
-    /// Takes a thicker one, since the map with this one failed.
+    /// Moves on to a thicker film after the map with this one failed.
     pub(crate) fn make_thicker(&mut self) {
         self.may_be_thinner = false;
         self.index += 1;
@@ -87,11 +92,11 @@ impl Films {
 /// How an indenter and the layer touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Contact {
-    /// Not at all, or a box lies on the layer.
+    /// No contact, or a sharp box on the layer, which needs no film.
     Apart,
     /// Through a film of this thickness, m.
     Film(f64),
-    /// Wherever the gap is narrower than this, m: metal closes it.
+    /// Metal closes the gap where it is narrower than this, m.
     Closed(f64),
 }
 
@@ -106,7 +111,7 @@ impl Contact {
         }
     }
 
-    /// Up to which gap the two touch, m.
+    /// The largest gap that counts as contact, m.
     pub(super) fn touching(self) -> f64 {
         match self {
             Self::Apart => 0.0,
@@ -115,7 +120,7 @@ impl Contact {
         }
     }
 
-    /// By how much the surface is moved away where the two touch, m; `None` if they do not.
+    /// The displacement of the surface from the indenter in a contact, m; `None` without contact.
     pub(super) fn moved(self) -> Option<f64> {
         match self {
             Self::Apart => None,
@@ -131,12 +136,12 @@ mod tests {
 
     fn tried(is_metal: bool) -> Vec<(f64, bool)> {
         let mut films = Films::of(1.0, is_metal, 1e-2);
-        let mut all = Vec::new();
+        let mut tried = Vec::new();
         while let Some(film) = films.next() {
-            all.push((film.thickness, film.is_closed));
+            tried.push((film.thickness, film.is_closed));
             films.make_thicker();
         }
-        all
+        tried
     }
 
     #[test]

@@ -1,8 +1,9 @@
-//! The bodies in the way of a map, as far as that can be known before the finite elements are solved.
+//! A forecast of the bodies and walls in the way of a map, before the finite elements are solved.
 //!
-//! A map leaves bodies alone that stand far enough above the layer, and those below it. It ends at walls, and in open space at distances from
-//! the corners of the surface, which depend on what is solved, between limits that are known: a body within the narrower ones is in the way in
-//! any case, and one beyond the wider ones is not.
+//! A map does not change bodies that are far enough above the layer, and those below it. It ends at walls,
+//! and in open space at distances from the corners of the surface that depend on the solution, between known
+//! limits: a body within the narrower limits is in the way in any case, and a body outside the wider ones is
+//! not.
 
 use elastocap_case::{Case, Mechanics, Pose};
 use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
@@ -17,16 +18,16 @@ use crate::scene::SceneError;
 use crate::scene::indenter::{IndenterForm, Rounding};
 use crate::scene::neutral::indenter_in_field;
 
-/// Limits between which a length lies, m.
+/// Lower and upper limit of a quantity.
 type Range = [f64; 2];
 
-/// Zones between which that of a map lies.
+/// The smallest and the largest possible zone of a map.
 struct Zone {
     least: Box3,
     most: Box3,
 }
 
-/// A layer that is pressed, as far as it is known before it is solved.
+/// A pressed layer before it is solved.
 struct Pressed<'a> {
     case: &'a Case,
     scene: &'a Scene,
@@ -35,15 +36,15 @@ struct Pressed<'a> {
     pad: [f64; 3],
     is_plane: bool,
     covers_all: bool,
-    /// U/H, between limits.
+    /// Limits of U/H.
     compression: Range,
 }
 
-/// Looks for bodies in the way of the map of a step, from the scene at rest. Returns the reason for which the step may turn out to fail once the layer
-/// is solved, and `None` if no body can be in the way.
+/// Looks for bodies in the way of the map of a step, from the scene at rest. Returns the reason that the step
+/// may fail once the layer is solved, or `None` if no body can be in the way.
 ///
 /// # Errors
-/// The reason for which the step will fail, whatever the finite elements say.
+/// The reason that the step will fail with any solution of the layer.
 pub(crate) fn in_the_way(
     case: &Case,
     scene: &Scene,
@@ -100,8 +101,8 @@ pub(crate) fn in_the_way(
 }
 
 impl Pressed<'_> {
-    /// Where a map ends along x1 and x3, given limits of how far from the middle it ends in open space, by axis and side: the places of
-    /// the narrower and the wider zone.
+    /// The ends of the narrower and of the wider zone along x1 and x3. `open` gives the limits of the
+    /// distance from the middle at which a map ends in open space, by axis and side.
     fn ends(&self, open: &dyn Fn(usize, usize) -> Range) -> [[[f64; 2]; 2]; 2] {
         let end = |k: usize, side: usize, which: usize| {
             let (a, outward) = (2 * k, [-1.0, 1.0][side]);
@@ -122,11 +123,11 @@ impl Pressed<'_> {
         Zone { least, most }
     }
 
-    /// The zone around a layer with a pair of electrodes alone in it.
+    /// The zone of the map of a layer that contains only a pair of electrodes.
     fn of_pair(&self) -> Zone {
         let thickness = self.pad[1];
-        let regions = self.case.electrodes.iter().flat_map(|own| own.regions());
-        let last = regions.fold([0.0_f64; 2], |last, own| [0, 1].map(|k| last[k].max(own.max[2 * k])));
+        let regions = self.case.electrodes.iter().flat_map(|pair| pair.regions());
+        let last = regions.fold([0.0_f64; 2], |last, region| [0, 1].map(|k| last[k].max(region.max[2 * k])));
         let cover = |k: usize| match (self.form.rounding, k) {
             _ if indenter_in_field(self.case).is_none() => [0.0; 2],
             (Rounding::Ball { radius }, _) | (Rounding::AlongX3 { radius, is_cylinder: true }, 0) => {
@@ -141,22 +142,22 @@ impl Pressed<'_> {
         })
     }
 
-    /// The zone around a layer with any bodies in it, or none.
+    /// The zone of the map of a layer with any bodies in it, or none.
     fn of_surface(&self) -> Zone {
         let thickness = self.pad[1];
         let high = self.compression[1];
         let lowest = if self.covers_all { 1.0 - high } else { 1.0 };
-        let pair = self.case.electrodes.as_ref().map(|own| own.regions());
+        let pair = self.case.electrodes.as_ref().map(|pair| pair.regions());
         let inside = InLayer::of(self.case, 1.0, pair.as_ref().map_or(&[][..], |regions| &regions[..]));
         self.around_layer(&|k, side| {
             let (a, corner) = (2 * k, self.corner(k, [-1.0, 1.0][side]));
-            // A map that is its own mirror image reaches as far on either side.
+            // A mirror-symmetric map reaches equally far on both sides.
             let farther = inside.reach(a, 0).max(inside.reach(a, 1));
             let is_straight = self.is_plane && k == 1;
             let followed = if is_straight || self.covers_all { [0.0; 2] } else { FOLLOWED };
             let slides = match (is_straight, self.covers_all) {
                 (true, _) => 0.0,
-                // What goes out at the end was above the substrate.
+                // Incompressible material that leaves at the end comes from above the substrate.
                 (false, true) => 2.0 * high / (1.0 - high).max(0.1) * self.pad[a],
                 (false, false) => thickness,
             };
@@ -166,7 +167,7 @@ impl Pressed<'_> {
         })
     }
 
-    /// How far from the middle the outermost corner of the surface lies.
+    /// Limits of the distance from the middle to the outermost corner of the surface.
     fn corner(&self, k: usize, outward: f64) -> Range {
         let IndenterForm { position, half_widths, rounding, .. } = self.form;
         let (half, thickness, end) = (half_widths[k], self.pad[1], self.pad[2 * k]);
@@ -178,7 +179,7 @@ impl Pressed<'_> {
         }
         let middle = if k == 0 { outward * position } else { 0.0 };
         match rounding {
-            // The material slides from under it.
+            // The material may slide out from under the punch.
             Rounding::Sharp => [middle + 0.5 * half, middle + half + 0.5 * thickness],
             Rounding::AlongX3 { .. } if k == 1 => [half; 2],
             Rounding::AlongX3 { radius, .. } => {
@@ -189,26 +190,29 @@ impl Pressed<'_> {
         }
     }
 
-    /// The zone of an indenter on or above a layer that nothing has pressed yet.
+    /// The zone of the map of an indenter on or above an unloaded layer.
     fn of_resting_indenter(&self, distance: f64) -> Result<Option<Zone>, SceneError> {
-        let tolerance = self.case.electrostatics.map_or(1e-2, |asked| asked.relative_tolerance);
+        let tolerance = self.case.electrostatics.map_or(1e-2, |settings| settings.relative_tolerance);
         let Some(film) = Films::new(self.case, tolerance).next() else { return Ok(None) };
         let thickness = self.pad[1];
         let image = |x: [f64; 3]| x;
         let under = Under { image: &image, surface: thickness, thickness, film };
         let is_half = !self.is_plane || self.form.position == 0.0;
-        let Some(own) = IndenterMap::new(self.form, thickness + distance, &under, is_half) else {
+        let Some(map) = IndenterMap::new(self.form, thickness + distance, &under, is_half) else {
             return Ok(None);
         };
-        let own = own.between_walls(&self.scene.domain).ok_or(SceneError::IndenterAtWall)?;
-        Ok(Some(Zone { least: own.zone(thickness), most: own.zone(0.0) }))
+        let map = map.between_walls(&self.scene.domain).ok_or(SceneError::IndenterAtWall)?;
+        Ok(Some(Zone { least: map.zone(thickness), most: map.zone(0.0) }))
     }
 
-    /// Whether an indenter that is pressed into the layer reaches a wall.
+    /// Checks the walls around a pressed indenter. Returns the reason that the step may fail.
+    ///
+    /// # Errors
+    /// The indenter reaches a wall in any case.
     fn of_walls(&self) -> Result<Option<SceneError>, SceneError> {
         let IndenterForm { position, half_widths: [along, across], rounding, height } = self.form;
         let (domain, thickness) = (&self.scene.domain, self.pad[1]);
-        // The least half width of the box that stands for it.
+        // The least half width of the box of the indenter.
         let least = match rounding {
             Rounding::Sharp => 0.5 * along,
             Rounding::AlongX3 { .. } => 0.5 * self.form.flat(),
@@ -236,7 +240,7 @@ impl Pressed<'_> {
         Ok((reaches(along, across[1]) || high >= top).then_some(SceneError::IndenterAtWall))
     }
 
-    /// The zone of an indenter that is pressed into the layer.
+    /// The zone of the map of an indenter that is pressed into the layer.
     fn of_indenter(&self) -> Zone {
         let IndenterForm { position, half_widths, rounding, height } = self.form;
         let (domain, thickness) = (&self.scene.domain, self.pad[1]);
@@ -249,13 +253,13 @@ impl Pressed<'_> {
         let [along, across] = [beside(0), beside(1)];
         let up = (0.5 * height).max(thickness);
         let zone = |which: usize, low: f64, high: f64| {
-            let all = Box3 {
+            let region = Box3 {
                 min: [position - along[which], low, -across[which]],
                 max: [position + along[which], high, across[which]],
             };
             Box3 {
-                min: [0, 1, 2].map(|a| all.min[a].max(domain.min[a])),
-                max: [0, 1, 2].map(|a| all.max[a].min(domain.max[a])),
+                min: [0, 1, 2].map(|a| region.min[a].max(domain.min[a])),
+                max: [0, 1, 2].map(|a| region.max[a].min(domain.max[a])),
             }
         };
         let lowest = thickness * (1.0 - self.compression[1]);

@@ -1,29 +1,31 @@
-//! The bodies in a layer that a map of its material takes along.
+//! The bodies in a layer that its map deforms along with the material.
 
 use elastocap_case::Case;
 use elastocap_geometry::scene::{Box3, Purpose};
 
 use crate::scene::in_layer::lowered;
 
-/// The bodies in the layer, as far as the map must know them. Lengths in m, before loading.
+/// The extents of the bodies in the layer, for the map. Lengths in m, before loading.
 #[derive(Debug, Clone)]
 pub(super) struct InLayer {
-    /// The height of the highest of them below the surface.
+    /// The height of the highest face of a body below the surface.
     pub(super) highest: f64,
-    /// The shortest side along x1 or x3 of those that end in the surface; infinite without any.
+    /// The shortest side along x1 or x3 of the bodies whose upper face is in the surface; infinite without
+    /// any.
     pub(super) narrowest: f64,
-    /// The faces, on each axis, of those that the layer's finite elements have as bodies of their own: there the material's strain jumps.
+    /// The faces, by axis, of the electrodes that the layer's finite elements resolve: the strain of the
+    /// material jumps there.
     pub(super) planes: [Vec<f64>; 3],
-    /// Where all of them are; `None` where nothing is.
+    /// The box around all bodies of finite extent; `None` without any.
     hull: Option<Box3>,
 }
 
 impl InLayer {
-    /// The bodies in the layer of a case, with heights times `scale`, and with a pair of electrodes at these places; nothing without a body
-    /// that moves with the layer.
+    /// The bodies in the layer of a case and the `pair` of electrodes, with heights times `scale`; empty if
+    /// no body moves with the layer.
     pub(super) fn of(case: &Case, scale: f64, pair: &[Box3]) -> Self {
-        let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
-        let regions: Vec<Box3> = own
+        let bodies = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
+        let regions: Vec<Box3> = bodies
             .flat_map(|body| body.boxes().unwrap_or_default())
             .map(|region| lowered(&region, scale))
             .collect();
@@ -33,14 +35,14 @@ impl InLayer {
             let planes = Default::default();
             return Self { highest: 0.0, narrowest: f64::INFINITY, planes, hull: None };
         };
-        let all = || regions.iter().chain(pair);
+        let all_regions = || regions.iter().chain(pair);
         let surface = (1.0 - 1e-9) * scale * thickness;
-        let in_surface = all().filter(|region| region.max[1] >= surface);
+        let in_surface = all_regions().filter(|region| region.max[1] >= surface);
         let narrowest = in_surface.map(|region| region.extent(0).min(region.extent(2)));
         let narrowest = narrowest.fold(f64::INFINITY, f64::min);
-        let tops = all().map(|region| region.max[1]).filter(|top| *top < surface);
+        let tops = all_regions().map(|region| region.max[1]).filter(|top| *top < surface);
         let planes = [0, 1, 2].map(|a| pair.iter().flat_map(|r| [r.min[a], r.max[a]]).collect());
-        let hull = all().filter(|region| (0..3).all(|a| region.extent(a).is_finite())).copied();
+        let hull = all_regions().filter(|region| (0..3).all(|a| region.extent(a).is_finite())).copied();
         Self { highest: tops.fold(0.0, f64::max), narrowest, planes, hull: hull.reduce(|a, b| a.union(&b)) }
     }
 
@@ -48,7 +50,8 @@ impl InLayer {
         self.hull.is_none()
     }
 
-    /// How far they reach from the middle along an axis, towards its lower end (0) or its upper one (1), m; minus infinity without any.
+    /// The distance to which the bodies reach from the middle along an axis, towards its lower (side 0) or
+    /// upper end (side 1), m; minus infinity without any.
     pub(super) fn reach(&self, axis: usize, side: usize) -> f64 {
         self.hull.map_or(f64::NEG_INFINITY, |hull| if side == 0 { -hull.min[axis] } else { hull.max[axis] })
     }

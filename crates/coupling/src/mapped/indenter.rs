@@ -1,11 +1,13 @@
-//! A round indenter as the image of a box above the layer.
+//! The map that turns a box above the layer into a round indenter.
 //!
-//! The box is bulged: its lower face is the part of the indenter that looks at the layer, its edges lie on the indenter, and its other
-//! faces take the rest. So bodies that are smooth stay smooth, and no angle of the space outside is bent flat. Points of the lower face lie
-//! at the feet of those of the surface below them, up to where the surface leaves the indenter. The displacement of a point of a face falls
-//! to zero over the distance to the surface of the layer, and to the ends of the map on the other sides.
+//! The lower face of the box becomes the part of the indenter that faces the layer, its edges lie on the
+//! indenter, and its other faces become the rest. So smooth bodies stay smooth, and no exterior angle is
+//! flattened. Points of the lower face lie at the feet of the surface points below them, up to where the
+//! surface separates from the indenter. The displacement of a point of a face falls to zero over the distance
+//! to the surface of the layer, and to the ends of the map on the other sides.
 //!
-//! Where the two touch, boxes fill the contact: with the metal of the indenter, or with the material of the layer ([`super::films`]).
+//! In the contact, boxes fill the space between the two, with the metal of the indenter or with the material
+//! of the layer ([`super::films`]).
 
 use elastocap_electrostatics::Rounded;
 use elastocap_geometry::scene::Box3;
@@ -20,42 +22,44 @@ use crate::scene::indenter::{IndenterForm, Rounding};
 const ALONG: usize = 10;
 const OVER_HEIGHT: usize = 12;
 
-/// Half the width of the lower face of a ball, at least and at most, over its radius. Narrower ones bend the sides of the box so much
-/// that the solver's preconditioner fails.
+/// Smallest and largest half width of the lower face of a ball, over its radius. A narrower face bends the
+/// sides of the box so much that the solver's preconditioner fails.
 const NARROWEST: f64 = 0.3;
 const WIDEST: f64 = 0.55;
 
-/// Height of the lower face of a ball, over the distance from the layer.
+/// Rise of the lower face of a ball from its lowest point to its edges, over the distance from the layer.
 const SAGITTA: f64 = 2.0;
 
-/// The lower face of a ball reaches this far beyond the contact, over the radius of that.
+/// Half width of the lower face of a ball, over the radius of the contact.
 const BEYOND_CONTACT: f64 = 1.5;
 
-/// A gap that metal closes counts from where it is this share of its greatest width: what is narrower changes nothing when it is closed.
+/// Share of its largest width above which a gap closed by metal counts towards the error: closing a narrower
+/// one changes nothing.
 const COUNTED: f64 = 0.1;
 
-/// How far below its box an indenter that is far away bends space at least, over half its width.
+/// Least depth below its box to which the map of a distant indenter reaches, over half the width of the
+/// indenter.
 const BELOW: f64 = 0.5;
 
-/// Half widths of the boxes that fill a circle of contact, over its radius: corners on the circle.
+/// Half widths of the boxes that fill a circular contact, over its radius. Their corners lie on the circle.
 const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
 
-/// The share of the circle that they leave.
+/// The share of the circle that these boxes leave unfilled.
 const UNFILLED: f64 = 0.12;
 
-/// Circles of a smaller radius, over that of the film, are not filled: boxes so thin spoil the solver's preconditioner, and so small a
-/// part of the surface matters little.
+/// Smallest radius of a circular contact that is filled, over the thickness of the film: thinner boxes spoil
+/// the solver's preconditioner, and so small a part of the surface matters little.
 const SMALLEST_FILLED: f64 = 25.0;
 
-/// The layer under an indenter, as the map of the layer has it.
+/// The layer under an indenter, deformed by the map of the layer.
 pub(super) struct Under<'a> {
-    /// Where points go, m.
+    /// The map of the layer, m.
     pub(super) image: &'a dyn Fn([f64; 3]) -> [f64; 3],
     /// The height of the surface in the coordinates of the boxes, m.
     pub(super) surface: f64,
     /// The undeformed thickness of the layer, m.
     pub(super) thickness: f64,
-    /// The film that may lie between the two.
+    /// The film between layer and indenter in a contact.
     pub(super) film: Film,
 }
 
@@ -66,31 +70,32 @@ pub(super) struct IndenterMap {
     lowest: f64,
     /// The box in the coordinates of the boxes.
     region: Box3,
-    /// Where the map ends.
+    /// The region outside which the map leaves points in place.
     ends: Box3,
-    /// How far the contact reaches to the left and to the right of the middle in these coordinates, m; zero without contact.
+    /// The distances to which the contact reaches to the left and to the right of the middle, in the
+    /// coordinates of the boxes, m; zero without contact.
     contact: [f64; 2],
     touch: Contact,
-    /// How much of the surface on one side lies under a gap that metal closes, m.
+    /// The larger of the two lengths of surface, left and right, under a gap that metal closes, m.
     closed: f64,
     surface: f64,
-    /// Where it is the same all along x3 and round.
+    /// The outline of a round indenter that is the same all along x3.
     outline: Option<Outline>,
 }
 
 /// The outline of an indenter over the layer.
 struct Outline {
     profile: Profile,
-    /// On the left and on the right.
+    /// The left and the right edge of the lower face.
     edges: [Edge; 2],
 }
 
 impl IndenterMap {
-    /// For an indenter with its lowest point at a height, m, over the layer before this is lowered; `None` where the surface does not
-    /// leave it. `is_half`: both sides are mirror images.
+    /// The map of an indenter with its lowest point at this height, m, over the layer `under` it; `None`
+    /// where the surface does not separate from the indenter. `is_half`: left and right are mirror images.
     pub(super) fn new(form: IndenterForm, lowest: f64, under: &Under<'_>, is_half: bool) -> Option<Self> {
         let gap = lowest - (under.image)([form.position, under.surface, 0.0])[1];
-        let mut own = Self {
+        let mut map = Self {
             form,
             lowest,
             region: form.bounds(under.surface),
@@ -102,27 +107,28 @@ impl IndenterMap {
             outline: None,
         };
         match (form.rounding, Profile::of(&form)) {
-            (Rounding::Ball { radius }, _) => own.lay_ball(radius, under),
-            (_, Some(profile)) => own.lay_outline(profile, under, is_half)?,
-            (Rounding::Sharp | Rounding::AlongX3 { .. }, None) => own.lay_sharp(under),
+            (Rounding::Ball { radius }, _) => map.lay_ball(radius, under),
+            (_, Some(profile)) => map.lay_outline(profile, under, is_half)?,
+            (Rounding::Sharp | Rounding::AlongX3 { .. }, None) => map.lay_sharp(under),
         }
         let reach = under.thickness;
         let [along, across] = form.half_widths;
         let beside = |bulge: f64, half: f64| half + (2.0 * bulge).max(reach);
-        let Box3 { min, max } = own.region;
+        let Box3 { min, max } = map.region;
         let left = beside(along - (form.position - min[0]), along);
         let right = beside(along - (max[0] - form.position), along);
         let z = beside(across - max[2], across);
         let up = max[1] + (form.height * 0.5).max(reach);
-        // What is far below stays as it is.
-        let bulge = (min[1] - own.surface - gap).max(0.0);
+        // Space far below the indenter stays in place.
+        let bulge = (min[1] - map.surface - gap).max(0.0);
         let down = (2.0 * bulge).max(reach).max(BELOW * along);
-        let low = if gap > 0.0 { (min[1] - down).max(own.surface) } else { own.surface };
-        own.ends = Box3 { min: [form.position - left, low, -z], max: [form.position + right, up, z] };
-        Some(own)
+        let low = if gap > 0.0 { (min[1] - down).max(map.surface) } else { map.surface };
+        map.ends = Box3 { min: [form.position - left, low, -z], max: [form.position + right, up, z] };
+        Some(map)
     }
 
-    /// Ends the map at the walls of the `domain` where it reaches beyond them; `None` where the indenter does not fit between these.
+    /// Ends the map at the walls of the `domain` that it would cross; `None` where the box of the indenter
+    /// does not fit between them.
     pub(super) fn between_walls(mut self, domain: &Box3) -> Option<Self> {
         for a in 0..3 {
             self.ends.min[a] = self.ends.min[a].max(domain.min[a]);
@@ -133,19 +139,20 @@ impl IndenterMap {
         fits.then_some(self)
     }
 
-    /// The film by which the surface is moved away, m; zero without one.
+    /// The thickness of the film by which the surface is displaced from the indenter, m; zero without one.
     pub(super) fn film(&self) -> f64 {
         self.touch.moved().unwrap_or(0.0)
     }
 
-    /// All that the map of the indenter bends, with the film in a layer whose `highest` body is so high, m.
+    /// The region that the map of the indenter changes, including the film; `highest` is the height of the
+    /// highest body in the layer, m.
     pub(super) fn zone(&self, highest: f64) -> Box3 {
         let Box3 { min: [left, low, near], max } = self.ends;
         Box3 { min: [left, if self.film() > 0.0 { highest } else { low }, near], max }
     }
 
-    /// By how much the film moves a point of the layer or above it, m: across the film under the box, and less towards the ends of the
-    /// map and down to a height `from`. The layer `under` it is the one before.
+    /// The displacement of a point by the film, m: the full thickness under the box, falling to zero at the
+    /// ends of the map and at the height `from`. `under` is the layer without the film.
     pub(super) fn lowered(&self, x: [f64; 3], from: f64, under: &Under<'_>) -> [f64; 3] {
         let film = self.film();
         if film == 0.0 {
@@ -171,21 +178,21 @@ impl IndenterMap {
         }
         let normal = match &self.outline {
             None => [0.0, -1.0],
-            Some(own) => {
+            Some(outline) => {
                 let inside = [0, 2].map(|a| x[a].clamp(self.region.min[a], self.region.max[a]));
                 let to = (under.image)([inside[0], under.surface, inside[1]]);
-                own.profile.foot([to[0] - self.form.position, to[1] - self.lowest]).normal
+                outline.profile.foot([to[0] - self.form.position, to[1] - self.lowest]).normal
             }
         };
         [normal[0], normal[1], 0.0].map(|n| share * film * n)
     }
 
-    /// A box that stands on the layer, or above it.
+    /// Places the box of a sharp indenter, on the layer or above it.
     fn lay_sharp(&mut self, under: &Under<'_>) {
         let to = |x: [f64; 3]| (under.image)(x);
         let at_rest = to([self.form.position, under.surface, 0.0])[1];
         let distance = (self.lowest - at_rest).max(0.0);
-        // The corner comes to lie at the corner.
+        // The coordinate whose image is the corner of the indenter.
         let edge = |sign: f64| {
             let wanted = self.form.position + sign * self.form.half_widths[0];
             let mut x = wanted;
@@ -224,7 +231,7 @@ impl IndenterMap {
         };
     }
 
-    /// `None` where the surface does not leave the outline.
+    /// `None` where the surface does not separate from the outline.
     fn lay_outline(&mut self, profile: Profile, under: &Under<'_>, is_half: bool) -> Option<()> {
         let Self { form, lowest, .. } = *self;
         let image = |x: f64| {
@@ -243,7 +250,7 @@ impl IndenterMap {
             min: [form.position - left.at, under.surface + room, -across],
             max: [form.position + right.at, under.surface + room + over, across],
         };
-        // Of a face that does not touch the contacts are zero.
+        // Both are zero without contact.
         self.contact = [left.contact, right.contact];
         if let Contact::Closed(width) = self.touch {
             let open = |sign: f64, end: f64| end - last_within(&|x| gap(sign * x), COUNTED * width, 0.0, end);
@@ -262,14 +269,15 @@ impl IndenterMap {
         self.region
     }
 
-    /// Where the image of the box has no edges: all of a ball, and a cylinder all around.
+    /// The sides on which the image of the box has no edges: all of them for a ball, all around the axis for
+    /// a cylinder.
     pub(super) fn rounded(&self) -> Option<Rounded> {
         let is_ball = matches!(self.form.rounding, Rounding::Ball { .. });
         let is_round = is_ball || matches!(self.form.rounding, Rounding::AlongX3 { is_cylinder: true, .. });
         is_round.then_some(Rounded { region: self.region, across: [true, true, is_ball] })
     }
 
-    /// Boxes that fill the space between the two in the contact: with metal, or with the layer's material.
+    /// The boxes that fill the contact, with metal or with the material of the layer.
     pub(super) fn filled(&self) -> Vec<Box3> {
         if self.contact == [0.0; 2] || self.is_tiny() {
             return Vec::new();
@@ -289,22 +297,23 @@ impl IndenterMap {
         shares.into_iter().map(filled).collect()
     }
 
-    /// Whether they are filled with the metal of the indenter.
+    /// Whether these boxes are of the metal of the indenter.
     pub(super) fn is_joined(&self) -> bool {
         matches!(self.touch, Contact::Closed(_))
     }
 
-    /// Whether the contact is a circle too small to be filled.
+    /// Whether the contact is a circle that is too small to be filled.
     fn is_tiny(&self) -> bool {
         matches!(self.form.rounding, Rounding::Ball { .. }) && self.contact[0] < SMALLEST_FILLED * self.film()
     }
 
-    /// The relative error of the capacitances that the film or the closed gap leaves, at most about: an estimate, where it is this distance
-    /// (m) from the electrodes. `contrast` is the permittivity of the layer over that of the medium in the gap.
+    /// An estimate, about an upper limit, of the relative error of capacitances that the film or the closed
+    /// gap leaves, at this distance (m) from the electrodes. `contrast` is the permittivity of the layer over
+    /// that of the medium in the gap.
     pub(super) fn film_error(&self, distance: f64, contrast: f64) -> f64 {
         if let Contact::Closed(width) = self.touch {
-            // On average half of the width is closed, which is as much as `contrast` times that of the layer's material, and only beside
-            // the contact.
+            // On average the metal closes half of the width. Filled with the material of the layer, that is
+            // `contrast` times as thick, and only beside the contact.
             let covered = (2.0 * self.closed / distance).min(1.0);
             return 0.5 * contrast.max(1.0) * width / distance * covered;
         }
@@ -318,27 +327,27 @@ impl IndenterMap {
         (left + 0.5) * self.film() / distance
     }
 
-    /// Where a point of the surface of the box belongs, m.
+    /// The position of a point of the surface of the box on the indenter, m.
     fn target(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
         if let Some(outline) = &self.outline {
             return self.on_outline(outline, c, under);
         }
         let Box3 { min, max } = self.region;
         let up = (c[1] - min[1]) / (max[1] - min[1]);
-        // The points of the lower face lie above those of the layer, wherever these slide.
+        // The points of the lower face lie above those of the layer, which may have slid along it.
         let foot = [c[0], min[1], c[2]];
         let to = (under.image)([c[0], under.surface, c[2]]);
         let lies_on_layer = min[1] <= self.surface;
         let height =
             if lies_on_layer { to[1] } else { self.lowest + self.low(to[0] - self.form.position, to[2]) };
         let above = [to[0], height, to[2]];
-        let (own, below) = (self.on_form(c), self.on_form(foot));
-        [0, 1, 2].map(|a| own[a] + (1.0 - up) * (above[a] - below[a]))
+        let (at, below) = (self.on_form(c), self.on_form(foot));
+        [0, 1, 2].map(|a| at[a] + (1.0 - up) * (above[a] - below[a]))
     }
 
-    /// Where a point of the surface of the box belongs, m, for an indenter with an outline. Points of the lower face belong to the feet of the
-    /// surface below, points of the sides to the rest of the outline, and points of the upper face to the straight line between the sides, or,
-    /// for a cylinder, to the mirror image of the lower face.
+    /// The position of a point of the surface of the box, m, on an indenter with an outline. The lower face
+    /// maps to the feet of the surface below it, the sides to the rest of the outline, and the upper face to
+    /// the straight line between the sides, or, for a cylinder, to the mirror image of the lower face.
     fn on_outline(&self, outline: &Outline, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
         let Outline { profile, .. } = outline;
         let Box3 { min, max } = self.region;
@@ -346,7 +355,7 @@ impl IndenterMap {
         let share = [0, 1].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
         let feet = |x: f64| {
             let to = (under.image)([x, under.surface, c[2]]);
-            // The film is between them already.
+            // The surface already includes the displacement by the film.
             let film = self.touch.moved().map(|_| 0.0);
             let facing = profile.facing([to[0] - middle[0], to[1] - middle[1]], film);
             (facing.along.abs(), facing.along, to[2])
@@ -389,8 +398,9 @@ impl IndenterMap {
         [middle[0] + at[0], middle[1] + at[1], c[2] + (1.0 - up) * (z - c[2])]
     }
 
-    /// How deep in the indenter a point of the box's lower face lies where metal fills the space below it, m; `None` elsewhere. All of that
-    /// is metal, but beside the ends along x3 the map goes on, and there it must not press flat what lies between the box and the layer.
+    /// The depth inside the indenter of a point of the box's lower face where metal fills the space below it,
+    /// m; `None` elsewhere. That space is all metal, but the map continues beyond its ends along x3, and
+    /// there it must not flatten the space between box and layer.
     fn inside(&self, x: f64) -> Option<f64> {
         let side = usize::from(x > self.form.position);
         let share = (x - self.form.position).abs() / self.contact[side];
@@ -399,7 +409,8 @@ impl IndenterMap {
         (share < 1.0).then_some(width + (room - width) * (1.0 - share.powi(8)))
     }
 
-    /// The point of a ball or a box that a point of the surface of the map's box stands for, if the layer does not slide.
+    /// The point of a ball or a sharp indenter for a point of the surface of the box, without sliding of the
+    /// layer.
     fn on_form(&self, c: [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
         let half = 0.5 * (max[0] - min[0]);
@@ -409,7 +420,7 @@ impl IndenterMap {
         match self.form.rounding {
             Rounding::Sharp | Rounding::AlongX3 { .. } => {
                 let [along, _] = self.form.half_widths;
-                // The middle of the box may be off that of the indenter by what the layer slides.
+                // Sliding of the layer may shift the middle of the box from that of the indenter.
                 let share = (c[0] - min[0]) / (max[0] - min[0]);
                 [middle - along + share * 2.0 * along, self.lowest + up * self.form.height, c[2]]
             }
@@ -428,7 +439,8 @@ impl IndenterMap {
         }
     }
 
-    /// The displacement that the indenter adds to that of the layer, m, given that of the faces of its box, [`Self::on_face`].
+    /// The displacement that the indenter adds to that of the layer, m; `on_face` is that of the faces of its
+    /// box, [`Self::on_face`].
     pub(super) fn displacement(&self, x: [f64; 3], on_face: &dyn Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
         let mut share = 1.0;
@@ -445,8 +457,8 @@ impl IndenterMap {
         if share == 0.0 || (x[1] <= self.surface && min[1] > self.surface) {
             return [0.0; 3];
         }
-        let own = self.of_box([0, 1, 2].map(|a| x[a].clamp(min[a], max[a])), on_face);
-        own.map(|u| share * u)
+        let in_box = self.of_box([0, 1, 2].map(|a| x[a].clamp(min[a], max[a])), on_face);
+        in_box.map(|u| share * u)
     }
 
     /// The displacement that the indenter adds at a point of the faces of its box, m.
@@ -461,7 +473,7 @@ impl IndenterMap {
         if (0..3).any(|a| c[a] == min[a] || c[a] == max[a]) {
             return on_face(c);
         }
-        // Coons's blend: of faces, less edges, with corners.
+        // Coons's blend: faces, minus edges, plus corners.
         let share = [0, 1, 2].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
         let mut out = [0.0; 3];
         for axes in 1..8_usize {
@@ -476,14 +488,14 @@ impl IndenterMap {
                     at[a] = if upper { max[a] } else { min[a] };
                     weight *= if upper { share[a] } else { 1.0 - share[a] };
                 }
-                let own = on_face(at);
-                (0..3).for_each(|a| out[a] += weight * own[a]);
+                let displacement = on_face(at);
+                (0..3).for_each(|a| out[a] += weight * displacement[a]);
             }
         }
         out
     }
 
-    /// Where the map of the indenter is polynomial, along each axis.
+    /// The intervals of each axis in which the map of the indenter is polynomial.
     pub(super) fn pieces(&self) -> [Vec<Piece>; 3] {
         let Box3 { min, max } = self.region;
         let (first, last) = (self.ends.min, self.ends.max);
@@ -524,7 +536,8 @@ impl IndenterMap {
     }
 }
 
-/// The farthest place from the middle up to which the gap stays within a width, m; at least `least`, if it does so there.
+/// The largest sampled distance from the middle up to which the gap does not exceed a width, m; 0 where it
+/// does so already at `least`.
 pub(super) fn last_within(gap: &dyn Fn(f64) -> f64, width: f64, least: f64, most: f64) -> f64 {
     const PLACES: usize = 400;
     let place = |k: usize| least + (most - least) * k as f64 / PLACES as f64;

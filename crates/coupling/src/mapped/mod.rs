@@ -1,8 +1,10 @@
-//! Scenes of boxes and maps that carry these to where the load puts layer, electrodes and indenter.
+//! Scenes of axis-aligned boxes, and the maps that deform them into the loaded layer, electrodes and
+//! indenter.
 //!
-//! A map has two parts. That of the layer takes the surface, and electrodes in the layer, to where the finite elements put them:
-//! [`pair_frame`] for a pair alone, [`surface`] for any bodies in the layer and for none. The other, [`indenter`], makes a
-//! round indenter of a box above the surface. Any map that takes faces of bodies to their places gives the same capacitances.
+//! A map has two parts. The map of the layer moves its surface, and electrodes in the layer, to their
+//! positions in the finite-element solution: [`pair_frame`] for a pair of electrodes alone, [`surface`] for
+//! any bodies in the layer or for none. The map of the indenter, [`indenter`], turns a box above the surface
+//! into a round indenter. All maps that agree on the faces of the bodies give the same capacitances.
 
 mod axes;
 mod beyond;
@@ -50,26 +52,27 @@ pub(crate) struct BentScene {
     /// The boxes before the map.
     pub(crate) scene: Scene,
     pub(crate) map: Arc<SceneMap>,
-    /// How far faces of electrodes and the surface lie from where the finite elements put them, over the distances that matter: an
-    /// estimate of the relative error of capacitances.
+    /// The distance of the mapped electrode faces and surface from their finite-element positions, over the
+    /// gap or height that it distorts: an estimate of the relative error of capacitances.
     pub(crate) deviation: f64,
-    /// The part of it that the film between indenter and layer leaves.
+    /// The part of `deviation` that is due to the film between indenter and layer.
     pub(crate) film_error: f64,
-    /// The relative error of capacitances for a surface that is level where the map ends: an estimate.
+    /// The estimated relative error of capacitances because the surface is taken as level outside the map.
     pub(crate) beyond: f64,
 }
 
-/// The name of what fills the film between indenter and layer where the two touch.
+/// The name of the body that fills the film between indenter and layer in the contact.
 const FILM: &str = "layer in contact";
 
-/// Smallest volume of a blend below the surface, over that before the map, that is taken.
+/// Smallest ratio of mapped to unmapped volume below the surface for which [`Below::Blend`] is used.
 const LEAST_VOLUME: f64 = 0.15;
 
-/// Sides into which the edges of boxes are divided for a viewer.
-const SHOWN: usize = 16;
+/// Segments per edge of a box in the surfaces for a viewer.
+const SEGMENTS: usize = 16;
 
 impl BentScene {
-    /// The bent bodies for a viewer, cut off at the `window`; without the cover, which is everywhere else.
+    /// The bent bodies for a viewer, clipped to the `window`; without the cover, which fills the rest of the
+    /// space.
     pub(crate) fn surfaces(&self, window: &Box3) -> Vec<SurfaceBody> {
         let conductors = self.scene.conductors().map(|c| c.body);
         let shown = conductors.chain(self.scene.dielectrics().map(|d| d.body));
@@ -81,31 +84,34 @@ impl BentScene {
         shown.filter(|body| body.purpose != Purpose::Cover && body.name != FILM).map(surface).collect()
     }
 
-    /// How far from the origin anything lies that is a conductor or bent, m.
+    /// Largest distance (m), along an axis, of a face of a conductor or of a break of the map from the
+    /// origin.
     pub(crate) fn reach(&self) -> f64 {
-        let hulls = self.scene.conductors().filter_map(|own| own.body.bounds());
+        let hulls = self.scene.conductors().filter_map(|conductor| conductor.body.bounds());
         let faces = hulls.flat_map(|hull| hull.min.into_iter().chain(hull.max));
         let bent = self.map.axes().iter().flat_map(|axis| axis.breaks.iter().copied());
         faces.chain(bent).map(f64::abs).filter(|x| x.is_finite()).fold(0.0, f64::max)
     }
 
-    /// The faces of a box under the map, seen from outside.
+    /// The mapped faces of a box as triangles that are oriented outwards.
     fn surface(&self, region: &Box3, window: &Box3) -> Vec<Corners> {
         let places = [0, 1, 2].map(|a| {
             let ends = [region.min[a].max(window.min[a]), region.max[a].min(window.max[a])];
-            (0..=SHOWN).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SHOWN as f64).collect::<Vec<f64>>()
+            (0..=SEGMENTS)
+                .map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SEGMENTS as f64)
+                .collect::<Vec<f64>>()
         });
         let mut out = Vec::new();
         for axis in 0..3 {
-            for at in [places[axis][0], places[axis][SHOWN]] {
-                let mut own = places.clone();
-                own[axis] = vec![at];
-                let points = self.map.images(&own);
+            for at in [places[axis][0], places[axis][SEGMENTS]] {
+                let mut grid = places.clone();
+                grid[axis] = vec![at];
+                let points = self.map.images(&grid);
                 // The other two axes, in the order of the array.
-                let point = |s: usize, t: usize| points[s * (SHOWN + 1) + t];
-                // Around x1 and x3 the two follow right-handed, around x2 left-handed.
-                let outward = (at == places[axis][SHOWN]) == (axis != 1);
-                for (s, t) in (0..SHOWN).flat_map(|s| (0..SHOWN).map(move |t| (s, t))) {
+                let point = |s: usize, t: usize| points[s * (SEGMENTS + 1) + t];
+                // The order of the other two axes is right-handed about x1 and x3, and left-handed about x2.
+                let outward = (at == places[axis][SEGMENTS]) == (axis != 1);
+                for (s, t) in (0..SEGMENTS).flat_map(|s| (0..SEGMENTS).map(move |t| (s, t))) {
                     let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
                     out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
                 }
@@ -124,35 +130,35 @@ enum LayerMap<'a> {
 impl LayerMap<'_> {
     fn image(&self, x: [f64; 3]) -> [f64; 3] {
         match self {
-            // The solved quarter, and its mirror images.
+            // The frame covers one quarter; the others are its mirror images.
             Self::Pair(frame, material) => {
                 let to = frame.image([x[0].abs(), x[1], x[2].abs()], material);
                 [to[0].copysign(x[0]), to[1], to[2].copysign(x[2])]
             }
-            Self::Surface(own) => own.image(x),
+            Self::Surface(map) => map.image(x),
         }
     }
 
     fn surface(&self) -> f64 {
         match self {
             Self::Pair(frame, _) => frame.surface(),
-            Self::Surface(own) => own.surface(),
+            Self::Surface(map) => map.surface(),
         }
     }
 
-    /// Whether it is its own mirror image across x1 = 0 and across x3 = 0.
+    /// Whether the map is mirror-symmetric about x1 = 0 and about x3 = 0.
     fn mirrored(&self) -> [bool; 2] {
         match self {
             Self::Pair(..) => [true; 2],
-            Self::Surface(own) => own.mirrored(),
+            Self::Surface(map) => map.mirrored(),
         }
     }
 
-    /// All that it bends above the substrate.
+    /// The region above the substrate that the map changes.
     fn zone(&self) -> Box3 {
         match self {
             Self::Pair(frame, _) => frame.zone(),
-            Self::Surface(own) => own.zone(),
+            Self::Surface(map) => map.zone(),
         }
     }
 
@@ -160,7 +166,7 @@ impl LayerMap<'_> {
     fn highest(&self) -> f64 {
         match self {
             Self::Pair(frame, _) => frame.highest(),
-            Self::Surface(own) => own.highest(),
+            Self::Surface(map) => map.highest(),
         }
     }
 
@@ -168,25 +174,27 @@ impl LayerMap<'_> {
     fn narrowest(&self) -> f64 {
         match self {
             Self::Pair(..) => f64::INFINITY,
-            Self::Surface(own) => own.narrowest(),
+            Self::Surface(map) => map.narrowest(),
         }
     }
 }
 
-/// The result of the layer's finite elements for a step.
+/// The finite-element solution of the layer for one step.
 pub(crate) struct Found<'a> {
     pub(crate) step: &'a FiniteElementStep,
     /// The displacement of the layer.
     pub(crate) displacement: &'a Displacement<'a>,
-    /// How indenter and what is attached are moved besides; the distance of the indenter is zero from contact on.
+    /// The pose of the indenter and of attached bodies; the distance of the indenter is zero once it touches
+    /// the layer.
     pub(crate) pose: &'a Pose,
 }
 
-/// The scene of a layer by finite elements under a map, with what lies between it and a round indenter. `None` where the planes of the
-/// bodies do not ascend.
+/// The scene of a layer solved by finite elements under its map, including the space between layer and a
+/// round indenter. `None` where no valid map exists: planes of bodies coincide or cross, or the surface does
+/// not separate from the indenter.
 ///
 /// # Errors
-/// A body or a wall in the way of the map.
+/// A body or a wall lies where the map would change it.
 pub(crate) fn bent_scene(
     case: &Case,
     deformed: &DeformedScene,
@@ -203,10 +211,10 @@ pub(crate) fn bent_scene(
     let Some(material) = Material::of(case, is_half, &solved) else { return Ok(None) };
     let (pad, tiny) = (material.pad, material.tiny);
     let displacement = |x: [f64; 3]| material.displacement(x);
-    // What presses bends the surface, whether it is part of the field or not.
-    let own = indenter_in_field(case);
-    let form = IndenterForm::of(case, own.and_then(|own| own.height));
-    let in_field = form.filter(|_| own.is_some());
+    // The indenter bends the surface whether or not it is part of the field.
+    let indenter = indenter_in_field(case);
+    let form = IndenterForm::of(case, indenter.and_then(|indenter| indenter.height));
+    let in_field = form.filter(|_| indenter.is_some());
     let distance = found.pose.distance;
     let lowest = step.deformed_thickness + distance;
     let others = Others::of(case, &deformed.scene, step.deformed_thickness - layer.thickness, found.pose)?;
@@ -217,10 +225,10 @@ pub(crate) fn bent_scene(
     let rods = Rods::of(case);
     let contrast = layer.relative_permittivity.unwrap_or(1.0) / cover_permittivity(&deformed.scene);
     let is_in_layer = case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
-    // A pair among other bodies is one of them.
+    // A pair among other bodies in the layer is treated like these.
     let scale = scale_of_heights(case, step);
     let covers_all = case.mechanics.is_some_and(|mechanics| mechanics.covers_all());
-    let pair = case.electrodes.as_ref().map(|own| own.regions().map(|region| lowered(&region, scale)));
+    let pair = case.electrodes.as_ref().map(|pair| pair.regions().map(|region| lowered(&region, scale)));
     let scene = pair.map_or_else(|| deformed.scene.clone(), |regions| deformed.with_pair(regions));
     let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
         let rests = distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
@@ -239,7 +247,7 @@ pub(crate) fn bent_scene(
         };
         let scene = match part {
             LayerMap::Pair(frame, _) => frame.scene(deformed, step),
-            LayerMap::Surface(own) => Some(own.scene(&scene)),
+            LayerMap::Surface(map) => Some(map.scene(&scene)),
         };
         let Some(mut scene) = scene else { return Ok(None) };
         let Some(mut bent) = parts.join(&mut scene, is_half, layer.relative_permittivity.unwrap_or(1.0))?
@@ -257,7 +265,7 @@ pub(crate) fn bent_scene(
             if !is_half {
                 return Ok(None);
             }
-            // Under a punch the surface bends sharply at its edges, whether it is part of the field or not.
+            // The surface bends sharply at the edges of a punch, even if the punch is not part of the field.
             let has_edges = |form: &IndenterForm| form.has_flat_face() && form.half_widths[0] < pad[0];
             let followed = form.filter(|form| in_field.is_some() || has_edges(form));
             let cover = followed.map_or([0.0; 2], |form| {
@@ -278,7 +286,7 @@ pub(crate) fn bent_scene(
         Some(_) | None => {
             let Some(form) = form else { return Ok(None) };
             let mut corners = if covers_all {
-                // The layer bulges within a thickness of its ends, which the field does not have.
+                // The ends of the layer, within one thickness of which it bulges, are not part of the field.
                 let before_end = |a: usize| (pad[a] - pad[1]).max(0.5 * pad[a]);
                 [vec![-before_end(0), before_end(0)], vec![before_end(2)]]
             } else {
@@ -310,27 +318,29 @@ pub(crate) fn bent_scene(
             }
         }
     };
-    if own.is_some() {
+    if indenter.is_some() {
         let edges = edges_left_out(case);
         bent.deviation += 0.25 * edges / pad[1];
     }
     Ok(Some(bent))
 }
 
-/// The height of the highest face of a conductor in the layer, m.
+/// The height of the highest conductor face below the surface of the layer, m.
 fn highest_electrode(scene: &Scene, thickness: f64) -> f64 {
-    let bodies = scene.conductors().filter(|own| own.body.purpose != Purpose::Indenter);
-    let tops = bodies.flat_map(|own| own.body.boxes().unwrap_or_default()).map(|region| region.max[1]);
+    let conductors = scene.conductors().map(|conductor| conductor.body);
+    let bodies = conductors.filter(|body| body.purpose != Purpose::Indenter);
+    let tops = bodies.flat_map(|body| body.boxes().unwrap_or_default()).map(|region| region.max[1]);
     tops.filter(|top| *top < thickness).fold(0.0, f64::max)
 }
 
-/// The permittivity of what lies above the layer.
+/// The relative permittivity of the cover, or of the background without one.
 fn cover_permittivity(scene: &Scene) -> f64 {
     let cover = scene.dielectrics().find(|d| d.body.purpose == Purpose::Cover);
     cover.map_or(scene.background_permittivity, |d| d.relative_permittivity)
 }
 
-/// How far along x1 and x3 the surface must be followed under an indenter at this distance, with this gap below it.
+/// The half widths along x1 and x3 (m) within which the map follows the surface under an indenter at this
+/// `distance` from the layer, given the `gap` below it.
 fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
     if distance > 0.0 {
         return [0.0; 2];
@@ -348,8 +358,9 @@ fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) ->
     }
 }
 
-/// The material points along x1 and x3 at which the surface under an indenter bends sharply, given where its points go; `None` where it
-/// does not leave the indenter. `thickness` is that of the layer, m.
+/// The coordinates along x1 and x3 of the material points at which the surface under an indenter bends
+/// sharply. `top` gives the deformed position of a point of the surface, `thickness` is the thickness of the
+/// layer, m. `None` where the surface does not separate from the indenter.
 fn corners(
     form: &IndenterForm,
     lowest: f64,
@@ -368,10 +379,10 @@ fn corners(
         let contact = Contact::of(form, film, lowest - top(middle, 0.0)[1]);
         let surface = Surface { image: &image, thickness, contact };
         let [left, right] = edges(&profile, &surface, is_half)?;
-        let both = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
-        return Some([both.collect(), vec![across]]);
+        let marks = left.marks.iter().map(|x| middle - x).chain(right.marks.iter().map(|x| middle + x));
+        return Some([marks.collect(), vec![across]]);
     }
-    // The material point that comes to lie at a place.
+    // The material point whose deformed coordinate along `axis` is `place`.
     let material = |place: f64, axis: usize| {
         let mut x = place;
         for _ in 0..20 {
@@ -397,10 +408,10 @@ fn corners(
     })
 }
 
-/// The parts of a map, to be joined.
+/// The inputs from which the map of the layer and that of the indenter are combined.
 struct Parts<'a> {
     layer: &'a LayerMap<'a>,
-    /// Whether the indenter does not touch the layer, which therefore stays as it is.
+    /// Whether the indenter does not touch the layer, which is therefore undeformed.
     rests: bool,
     form: Option<IndenterForm>,
     /// The height of the indenter's lowest point, m.
@@ -409,18 +420,19 @@ struct Parts<'a> {
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],
     tiny: f64,
-    /// The permittivity of the layer over that of what is above it.
+    /// The permittivity of the layer over that of the medium above it.
     contrast: f64,
     /// The rods of the bodies in the layer: see [`Rods`].
     rods: &'a Rods,
-    /// The bodies that are not bent along with the layer.
+    /// The bodies that do not deform with the layer.
     others: &'a Others,
-    /// Heights of the boxes of the layer over those of its material before loading, where bodies lie in it.
+    /// Height of the boxes in the layer over the height of their material before loading.
     scale: f64,
 }
 
 impl Parts<'_> {
-    /// `None` where the surface does not leave the indenter.
+    /// Combines the two maps, and adapts the bodies of the scene to them. `None` where the surface does not
+    /// separate from the indenter.
     fn join(
         &self,
         scene: &mut Scene,
@@ -433,17 +445,17 @@ impl Parts<'_> {
         let indenter = match self.form {
             None => None,
             Some(form) => {
-                let Some(own) = IndenterMap::new(form, self.lowest, &under(&at_rest), is_half) else {
+                let Some(map) = IndenterMap::new(form, self.lowest, &under(&at_rest), is_half) else {
                     return Ok(None);
                 };
-                Some(own.between_walls(&scene.domain).ok_or(SceneError::IndenterAtWall)?)
+                Some(map.between_walls(&scene.domain).ok_or(SceneError::IndenterAtWall)?)
             }
         };
         let highest = layer.highest();
         let lowered = |x: [f64; 3]| {
             let mut to = layer.image(x);
-            if let Some(own) = &indenter {
-                let film = own.lowered(x, highest, &under(&at_rest));
+            if let Some(indenter) = &indenter {
+                let film = indenter.lowered(x, highest, &under(&at_rest));
                 (0..3).for_each(|a| to[a] += film[a]);
             }
             to
@@ -451,43 +463,43 @@ impl Parts<'_> {
         let remembered = Remembered::new(&lowered);
         let lowered = |x: [f64; 3]| remembered.at(x);
         let below = under(&lowered);
-        let face = |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |own| own.on_face(c, &below));
+        let face = |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |indenter| indenter.on_face(c, &below));
         let faces = Remembered::new(&face);
         let on_face = |c: [f64; 3]| faces.at(c);
         let exact = |x: [f64; 3]| {
             let to = lowered(x);
-            let more = indenter.as_ref().map_or([0.0; 3], |own| own.displacement(x, &on_face));
+            let more = indenter.as_ref().map_or([0.0; 3], |indenter| indenter.displacement(x, &on_face));
             [0, 1, 2].map(|a| to[a] - x[a] + more[a])
         };
         let of_layer = match layer {
             LayerMap::Pair(frame, _) => frame.axes(),
-            LayerMap::Surface(own) => own.axes(self.tiny),
+            LayerMap::Surface(map) => map.axes(self.tiny),
         };
-        let mut all = of_layer.each_ref().map(|axis| {
-            let mut own = if self.rests { Vec::new() } else { pieces(axis) };
+        let mut all_pieces = of_layer.each_ref().map(|axis| {
+            let mut axis_pieces = if self.rests { Vec::new() } else { pieces(axis) };
             if axis.mirrored && !self.rests {
-                own.extend(
+                axis_pieces.extend(
                     pieces(axis).into_iter().map(|p| axes::Piece::new(-p.ends[1], -p.ends[0], p.degree)),
                 );
             }
-            own
+            axis_pieces
         });
-        if let Some(own) = &indenter {
-            for (all, more) in all.iter_mut().zip(own.pieces()) {
-                all.extend(more);
+        if let Some(indenter) = &indenter {
+            for (axis_pieces, more) in all_pieces.iter_mut().zip(indenter.pieces()) {
+                axis_pieces.extend(more);
             }
-            if own.film() > 0.0 {
-                all[1].push(axes::Piece::new(highest, surface, 1));
+            if indenter.film() > 0.0 {
+                all_pieces[1].push(axes::Piece::new(highest, surface, 1));
             }
         }
         let [along, across] = layer.mirrored();
         let mirrored = [is_half && along, false, across];
-        let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all[a], self.tiny, mirrored[a]));
+        let axes: [MapAxis; 3] = [0, 1, 2].map(|a| joined(&all_pieces[a], self.tiny, mirrored[a]));
         if !self.rests {
             self.others.check(&layer.zone())?;
         }
-        if let Some(own) = &indenter {
-            self.others.check(&own.zone(highest))?;
+        if let Some(indenter) = &indenter {
+            self.others.check(&indenter.zone(highest))?;
         }
         let map = SceneMap::new(axes, exact);
         let map = match indenter.as_ref().and_then(IndenterMap::rounded) {
@@ -495,18 +507,18 @@ impl Parts<'_> {
             None => map,
         };
         let mut film_error = 0.0;
-        if let Some(own) = &indenter {
-            // Over a sheet in the surface the field falls off within about half of its width.
+        if let Some(indenter) = &indenter {
+            // The field of a sheet in the surface decays over about half the width of the sheet.
             let distance = (surface - highest).min(0.5 * layer.narrowest());
-            film_error = own.film_error(distance, self.contrast);
-            let filled: Vec<Shape> = own.filled().into_iter().map(Shape::Box).collect();
+            film_error = indenter.film_error(distance, self.contrast);
+            let filled: Vec<Shape> = indenter.filled().into_iter().map(Shape::Box).collect();
             for body in scene.bodies.iter_mut().filter(|body| body.purpose == Purpose::Indenter) {
-                body.parts = vec![Shape::Box(own.region())];
-                if own.is_joined() {
+                body.parts = vec![Shape::Box(indenter.region())];
+                if indenter.is_joined() {
                     body.parts.extend(filled.iter().cloned());
                 }
             }
-            if let Some(first) = filled.first().cloned().filter(|_| !own.is_joined()) {
+            if let Some(first) = filled.first().cloned().filter(|_| !indenter.is_joined()) {
                 let body = Body::dielectric(FILM, first, permittivity).with_purpose(Purpose::Layer);
                 scene.bodies.push(Body { parts: filled, ..body });
             }
@@ -518,12 +530,14 @@ impl Parts<'_> {
         };
         let lengths = self.rods.lengths(&position);
         let mapped = self.rods.lengths(&|x| map.image(of_box(x)));
-        let of_rods = self.rods.error(mapped.iter().zip(&lengths).map(|(own, length)| own / length - 1.0));
+        let of_rods =
+            self.rods.error(mapped.iter().zip(&lengths).map(|(mapped, exact)| mapped / exact - 1.0));
         let deviation = self.deviation(&map, &exact, surface, highest).max(of_rods) + film_error;
         Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error, beyond: 0.0 }))
     }
 
-    /// How far the polynomials leave surface and indenter, over the distance from the electrodes.
+    /// The root mean square, over the surface, of the difference between the polynomial and the exact height,
+    /// over the distance of the surface from the electrodes.
     fn deviation(
         &self,
         map: &SceneMap,

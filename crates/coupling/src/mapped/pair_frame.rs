@@ -1,12 +1,14 @@
-//! A layer with a pair of electrodes that move with it, as boxes and a map that carries these to where the finite elements of the layer
-//! put electrodes and surface.
+//! The map of a layer that contains only a pair of electrodes: boxes, and their positions in the
+//! finite-element solution.
 //!
-//! Every point of the boxes of the layer is given a material point: electrodes have the points of their own faces, the surface that of
-//! the surface. It goes where the finite elements put this. Towards walls the points slide along the layer instead: they keep their
-//! place along x1 and x3, at the height of the layer there. In open space the layer goes on at the height that its surface has, on
-//! average, where the map ends. Above the layer the displacement falls to zero up to the wall, or over [`DECAY`] thicknesses; so it does
-//! below, where points slide along the substrate. Any map with these properties gives the same scene, and the polynomials of the solver's
-//! map may differ from the finite elements between electrodes. How far they differ on faces is part of the geometric error.
+//! Every point of the boxes of the layer is assigned a material point: faces of electrodes and the surface
+//! are assigned their own material points, which move as in the finite-element solution. Towards walls the
+//! points slide along the layer instead: they keep their coordinates along x1 and x3, at the height of the
+//! layer there. In open space the layer continues outside the map at the mean height of its surface there.
+//! Above the layer the displacement falls to zero at the wall, or over [`DECAY`] thicknesses; likewise below,
+//! where points slide along the substrate. All maps with these properties give the same scene, so that the
+//! polynomials of the solver's map may differ from the finite elements between electrodes. Their difference
+//! on faces is part of the geometric error.
 
 use elastocap_case::{Electrodes, Layout};
 use elastocap_electrostatics::{MapAxis, SceneMap};
@@ -27,23 +29,26 @@ const BESIDE: usize = 6;
 
 /// The planes of the boxes that the map starts from.
 pub(super) struct Frame {
-    /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. The last of the first and the third axis
-    /// is where the map ends.
+    /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. On the first and
+    /// the third axis the last plane is the end of the map.
     planes: [Vec<[f64; 2]>; 3],
-    /// Where the map ends below and above the layer; `None` where a face of the layer is a wall.
+    /// The heights at which the map ends below and above the layer, m; `None` where a face of the layer is a
+    /// wall.
     below: Option<f64>,
     above: Option<f64>,
-    /// Whether the layer goes on beyond the map.
+    /// Whether the layer continues outside the map.
     is_open: bool,
-    /// How far points keep their material on each axis, in the frame: at least to the last plane of an electrode.
+    /// The coordinate on each axis, in the frame, up to which points keep their material point: at least the
+    /// last plane of an electrode.
     last: [f64; 3],
-    /// The electrodes of the quarter that is solved, before loading.
+    /// The electrodes of the solved quarter, before loading.
     electrodes: Vec<Box3>,
     layout: Layout,
 }
 
 impl Frame {
-    /// Around the pair, and at least as far as `cover` along x1 and x3, m; `None` where the planes do not ascend.
+    /// The frame around the pair, which covers at least `cover` along x1 and x3, m; `None` where the planes
+    /// do not ascend.
     pub(super) fn new(
         deformed: &DeformedScene,
         electrodes: &Electrodes,
@@ -59,18 +64,18 @@ impl Frame {
             let conductor = deformed.scene.conductors().nth(place.conductor)?;
             after.push(conductor.body.parts.get(place.part)?.bounds()?);
         }
-        let both: Vec<(Box3, Box3)> = before.into_iter().zip(after).collect();
+        let before_and_after: Vec<(Box3, Box3)> = before.into_iter().zip(after).collect();
         let tiny = material.tiny;
         let mut planes: [Vec<[f64; 2]>; 3] = Default::default();
         for (axis, planes) in planes.iter_mut().enumerate() {
-            // Planes of several electrodes that were one before loading stay one, at their mean.
-            let mut all: Vec<[f64; 2]> = both
+            // Planes of several electrodes that coincide before loading stay one plane, at their mean.
+            let mut pairs: Vec<[f64; 2]> = before_and_after
                 .iter()
                 .flat_map(|(b, a)| [[b.min[axis], a.min[axis]], [b.max[axis], a.max[axis]]])
                 .collect();
-            all.retain(|p| axis == 1 || p[0] > tiny);
-            all.sort_by(|p, q| p[0].total_cmp(&q[0]));
-            for group in all.chunk_by(|p, q| q[0] - p[0] < tiny) {
+            pairs.retain(|p| axis == 1 || p[0] > tiny);
+            pairs.sort_by(|p, q| p[0].total_cmp(&q[0]));
+            for group in pairs.chunk_by(|p, q| q[0] - p[0] < tiny) {
                 let mean = |k: usize| group.iter().map(|p| p[k]).sum::<f64>() / group.len() as f64;
                 planes.push([mean(0), mean(1)]);
             }
@@ -131,14 +136,14 @@ impl Frame {
         self.last[1]
     }
 
-    /// The frame's coordinate of a plane before loading.
+    /// The coordinate in the frame of a plane before loading.
     fn of_material(&self, axis: usize, y: f64) -> f64 {
         between(&self.planes[axis], y, 0, 1)
     }
 
-    /// The box in the frame of one before loading.
+    /// The image in the frame of a box before loading.
     fn of_box(&self, region: &Box3) -> Box3 {
-        // Mirror images on the other side.
+        // The frame is mirror-symmetric on each axis.
         let place = |axis: usize, y: f64| {
             if y < 0.0 { -self.of_material(axis, -y) } else { self.of_material(axis, y) }
         };
@@ -148,7 +153,7 @@ impl Frame {
         }
     }
 
-    /// The bodies as boxes of the frame.
+    /// The scene with the bodies as boxes of the frame.
     pub(super) fn scene(&self, deformed: &DeformedScene, step: &FiniteElementStep) -> Option<Scene> {
         let pair = match (self.layout, self.electrodes.as_slice()) {
             (Layout::InPlane, [right]) => {
@@ -185,7 +190,7 @@ impl Frame {
         Some(scene)
     }
 
-    /// All that the map bends above the substrate.
+    /// The region above the substrate that the map changes.
     pub(super) fn zone(&self) -> Box3 {
         let [along, surface, across] = [0, 1, 2].map(|a| self.planes[a].last().map_or(0.0, |p| p[1]));
         Box3 { min: [-along, 0.0, -across], max: [along, self.above.unwrap_or(surface), across] }
@@ -222,7 +227,7 @@ impl Frame {
         [horizontal(0), MapAxis { breaks: across, degrees, mirrored: false }, horizontal(2)]
     }
 
-    /// Where a point of the frame (in the quarter that is solved) goes.
+    /// The image of a point of the frame in the solved quarter.
     pub(super) fn image(&self, x: [f64; 3], material: &Material<'_>) -> [f64; 3] {
         let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
         let beyond = match (self.below, self.above) {
@@ -295,16 +300,17 @@ fn surface(planes: &[Vec<[f64; 2]>; 3], is_open: bool, material: &Material<'_>) 
     let end = |a: usize, from_end: usize| planes[a].iter().rev().nth(from_end).map_or(0.0, |p| p[0]);
     let top = |x1: f64, x3: f64| material.position([x1, material.pad[1], x3])[1];
     if is_open {
-        // What lies beyond the map begins at its ends.
+        // The layer outside the map begins at the ends of the map.
         let edges = PLACES.map(|s| top(end(0, 0), s * end(2, 0)) + top(s * end(0, 0), end(2, 0)));
         return edges.iter().sum::<f64>() / 10.0;
     }
-    // Above the electrodes the map then has least to stretch.
+    // With this height the map stretches the space above the electrodes least.
     let above = PLACES.iter().flat_map(|s| PLACES.map(|t| top(s * end(0, 1), t * end(2, 1))));
     above.sum::<f64>() / 25.0
 }
 
-/// Linear between planes, from coordinate `from` of these to coordinate `to`; beyond the last as between the last two.
+/// Interpolates linearly between planes, from coordinate `from` to coordinate `to`; extrapolates beyond the
+/// last plane.
 fn between(planes: &[[f64; 2]], x: f64, from: usize, to: usize) -> f64 {
     let last = planes.len().saturating_sub(2);
     let k = planes.partition_point(|p| p[from] <= x).saturating_sub(1).min(last);

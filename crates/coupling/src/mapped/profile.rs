@@ -14,7 +14,7 @@ pub(super) struct Profile {
     pub(super) radius: f64,
     /// How tall the indenter is.
     pub(super) height: f64,
-    /// Whether the edge goes on around the upper side.
+    /// Whether the rounded edge continues around the upper side.
     pub(super) is_cylinder: bool,
 }
 
@@ -23,11 +23,11 @@ pub(super) struct Profile {
 pub(super) struct Foot {
     /// The length of the outline up to it; negative on the left half.
     pub(super) along: f64,
-    /// Where it is, along x1 and x2.
+    /// The coordinates of the point along x1 and x2.
     pub(super) at: [f64; 2],
     /// The outward normal there.
     pub(super) normal: [f64; 2],
-    /// How far outside the outline lies the point that it is nearest to; negative inside.
+    /// The signed distance from the outline of the point whose foot this is; negative inside.
     pub(super) gap: f64,
 }
 
@@ -42,7 +42,7 @@ impl Profile {
         }
     }
 
-    /// The point of the outline that is nearest to a point below it or beside it.
+    /// The nearest point of the outline to a point below or beside it.
     pub(super) fn foot(&self, [x, y]: [f64; 2]) -> Foot {
         let sign = if x < 0.0 { -1.0 } else { 1.0 };
         let out = x.abs() - self.flat;
@@ -58,11 +58,12 @@ impl Profile {
         Foot { along: sign * along, at: [sign * at, height], normal: [sign * normal, up], gap }
     }
 
-    /// The point of the outline that a point below it or beside it faces.
+    /// The point of the outline that faces a point below or beside it.
     ///
-    /// Where indenter and layer touch, with a `film` between them (m), that is the foot, and where the outline is upright farther up by as
-    /// much as the two are apart: beside an indenter what lies between them is then not folded. The normal is that of the foot. Elsewhere it
-    /// lies straight above, as far as the outline reaches.
+    /// Where indenter and layer touch, with a `film` between them (m), that is the foot, moved up by the
+    /// distance of the two where the outline is vertical, so that the space beside an indenter does not fold;
+    /// the normal is that of the foot. Elsewhere it is the point of the outline vertically above, as far as
+    /// the outline extends.
     pub(super) fn facing(&self, point: [f64; 2], film: Option<f64>) -> Foot {
         let (along, gap, normal) = match film {
             Some(film) => {
@@ -82,13 +83,15 @@ impl Profile {
         Foot { along: sign * along, at: [sign * at[0], at[1]], normal, gap }
     }
 
-    /// Where the rounded edge ends and the side begins; the uppermost point of a cylinder.
+    /// The length of the outline up to the end of the rounded edge; for a cylinder, up to its uppermost
+    /// point.
     pub(super) fn round_end(&self) -> f64 {
         self.flat + self.radius * if self.is_cylinder { PI } else { FRAC_PI_2 }
     }
 
-    /// Where the side of the box that stands for the indenter ends, if it begins at a length along the outline: at the upper edge, or as
-    /// far from a cylinder's uppermost point as it begins from the lowest one.
+    /// The length of the outline up to the end of the side of the indenter's box, if the side begins at the
+    /// length `begin`: at the upper edge, or as far from a cylinder's uppermost point as it begins from the
+    /// lowest one.
     pub(super) fn side_end(&self, begin: f64) -> f64 {
         if self.is_cylinder { self.round_end() - begin } else { self.round_end() + self.height - self.radius }
     }

@@ -1,26 +1,26 @@
-//! A function of places whose values are kept: faces of the box of an indenter are blended at every node inside, and each blend asks for
-//! the same points of the faces again.
+//! Memoized functions of points. Faces of the box of an indenter are blended at every node inside it, and
+//! each blend evaluates the same points of the faces again.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-/// A function of a point (m) and the values that it gave so far.
+/// A function of a point (m) with a cache of its values.
 pub(super) struct Remembered<'a, T> {
-    of: &'a dyn Fn([f64; 3]) -> T,
+    function: &'a dyn Fn([f64; 3]) -> T,
     values: RefCell<HashMap<[u64; 3], T>>,
 }
 
 impl<'a, T: Copy> Remembered<'a, T> {
-    pub(super) fn new(of: &'a dyn Fn([f64; 3]) -> T) -> Self {
-        Self { of, values: RefCell::default() }
+    pub(super) fn new(function: &'a dyn Fn([f64; 3]) -> T) -> Self {
+        Self { function, values: RefCell::default() }
     }
 
-    /// The value at a point, which is the same whether it was asked for before or not.
+    /// The value at a point, computed on the first call.
     pub(super) fn at(&self, x: [f64; 3]) -> T {
         let key = x.map(f64::to_bits);
         let known = self.values.borrow().get(&key).copied();
         known.unwrap_or_else(|| {
-            let value = (self.of)(x);
+            let value = (self.function)(x);
             self.values.borrow_mut().insert(key, value);
             value
         })
@@ -34,17 +34,17 @@ mod tests {
 
     #[test]
     fn a_place_is_looked_at_once_and_the_two_zeros_are_two_places() {
-        let looked = Cell::new(0);
-        let of = |x: [f64; 3]| {
-            looked.set(looked.get() + 1);
+        let calls = Cell::new(0);
+        let inverse = |x: [f64; 3]| {
+            calls.set(calls.get() + 1);
             1.0 / x[0]
         };
-        let remembered = Remembered::new(&of);
+        let remembered = Remembered::new(&inverse);
         for _ in 0..2 {
             assert_eq!(remembered.at([2.0, 0.0, 0.0]), 0.5);
             assert_eq!(remembered.at([0.0; 3]), f64::INFINITY);
             assert_eq!(remembered.at([-0.0, 0.0, 0.0]), f64::NEG_INFINITY);
         }
-        assert_eq!(looked.get(), 3);
+        assert_eq!(calls.get(), 3);
     }
 }

@@ -1,4 +1,5 @@
-//! Bodies that a map must leave as they are: it ends below those that stand far enough above the layer, and refuses others.
+//! The bodies that a map must not change. A map ends below bodies that are far enough above the layer, and
+//! refuses others in its zone.
 
 use elastocap_case::{Case, Pose};
 use elastocap_geometry::scene::{Body, Box3, Purpose, Scene};
@@ -7,26 +8,26 @@ use elastocap_geometry::shapes::Shape;
 use crate::scene::SceneError;
 use crate::scene::attached::moved;
 
-/// How far above the layer before loading a body stands at least for a map to end below it, in thicknesses of the layer.
+/// Least height of a body above the undeformed layer for a map to end below it, in thicknesses of the layer.
 pub(super) const ABOVE: f64 = 0.25;
 
-/// Bodies that are not bent along with the layer.
+/// The bodies that do not deform with the layer.
 pub(super) struct Others {
-    /// The boxes around their parts, each with the body's name.
+    /// The boxes around the parts of the bodies, each with the name of the body.
     parts: Vec<(String, Box3)>,
-    /// The height from which on they stand above the layer, m.
+    /// The least height of a body that counts as above the layer, m.
     above: f64,
-    /// A length that means nothing, m.
+    /// The length below which overlaps are ignored, m.
     tiny: f64,
 }
 
 impl Others {
-    /// The bodies of a case that are not bent along, where its scene is `scene`: attached ones moved with the top of the layer, by `top` (m)
-    /// along x2, and as the pose says.
+    /// The bodies of a case that do not deform with the layer; `scene` is the scene of the case. Attached
+    /// bodies are moved as the pose says and with the top of the layer, by `top` (m) along x2.
     pub(super) fn of(case: &Case, scene: &Scene, top: f64, pose: &Pose) -> Result<Self, SceneError> {
         let thickness = case.layer.as_ref().map_or(0.0, |layer| layer.thickness);
         let stays = |body: &&Body| match body.purpose {
-            // A dielectric that the field does without is not in the scene.
+            // Dielectrics that the field omits are not in the scene.
             Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter => {
                 body.is_conductor() || scene.bodies.iter().any(|other| other.name == body.name)
             }
@@ -50,16 +51,16 @@ impl Others {
         region.max[a] > ends[0] + self.tiny && region.min[a] < ends[1] - self.tiny
     }
 
-    /// The first of them that lies in a zone.
+    /// The name of the first body that overlaps a zone.
     pub(super) fn first_in(&self, zone: &Box3) -> Option<&str> {
         let is_in = |region: &Box3| (0..3).all(|a| self.overlap(region, a, [zone.min[a], zone.max[a]]));
         self.parts.iter().find(|(_, region)| is_in(region)).map(|(name, _)| name.as_str())
     }
 
-    /// Refuses those in a zone.
+    /// Refuses bodies that overlap a zone.
     ///
     /// # Errors
-    /// The first of them.
+    /// The first body that overlaps the zone.
     pub(super) fn check(&self, zone: &Box3) -> Result<(), SceneError> {
         match self.first_in(zone) {
             Some(body) => Err(SceneError::InTheIndentersWay { body: body.to_owned() }),
@@ -67,13 +68,14 @@ impl Others {
         }
     }
 
-    /// The height of the lowest of those that stand above the layer between these ends along x1 and x3, m; infinite without any.
+    /// The lowest height of a body above the layer between these ends along x1 and x3, m; infinite without
+    /// any.
     pub(super) fn ceiling(&self, ends: &[[f64; 2]; 2]) -> f64 {
-        let own = self.parts.iter().map(|(_, region)| region).filter(|region| {
+        let above = self.parts.iter().map(|(_, region)| region).filter(|region| {
             region.min[1] >= self.above
                 && self.overlap(region, 0, ends[0])
                 && self.overlap(region, 2, ends[1])
         });
-        own.map(|region| region.min[1]).fold(f64::INFINITY, f64::min)
+        above.map(|region| region.min[1]).fold(f64::INFINITY, f64::min)
     }
 }

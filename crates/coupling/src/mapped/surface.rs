@@ -1,14 +1,19 @@
-//! A layer whose material moves, and what is in it: the points of its surface go where the finite elements put them, as far as these bend it.
+//! The map of a layer with any bodies in it, or none: points of its surface move as in the finite-element
+//! solution.
 //!
-//! With bodies in the layer, all of the material goes there, as far as they reach. Without, what the map does below the surface is free. Near
-//! the surface it then takes the displacement of the material, and below that less and less of it: times 2 t - t^2, with t the height over that
-//! of where it begins, counted from above the electrodes on the substrate. So it leaves their neighbourhood as it is, where the field is singular,
-//! and bends the field where it is smooth. Where such a map would fold, the material below the surface goes where the finite elements put it.
+//! With bodies in the layer, its whole material moves as in the solution, over the extent of the bodies.
+//! Without bodies the map below the surface is free. Near the surface it then takes the displacement of the
+//! material, and towards the substrate that displacement times 2 t - t^2, where t rises linearly from 0 above
+//! the electrodes on the substrate to 1. So it leaves the neighbourhood of the electrodes unchanged, where
+//! the field is singular, and distorts the field where it is smooth. Where such a map would fold, the
+//! material below the surface moves as in the solution, too.
 //!
-//! Under a plate over the whole top the boxes of the layer are as high as the layer under load, and it goes on so beyond the map.
+//! Under a plate over the whole top, the boxes of the layer are as high as the loaded layer, and the layer
+//! continues at this height outside the map.
 //!
-//! Beside that the displacement falls to zero in open space. Towards walls points keep their place along x1 and x3 instead, at the height
-//! of the layer there. Above the layer the displacement of the surface falls to zero.
+//! Beside the followed part of the surface the displacement falls to zero in open space. Towards walls,
+//! points keep their coordinates along x1 and x3, at the height of the layer there. Above the layer the
+//! displacement of the surface falls to zero.
 
 use elastocap_electrostatics::MapAxis;
 use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
@@ -18,49 +23,51 @@ use super::axes::{Piece, joined};
 use super::in_layer::InLayer;
 use super::room::Others;
 
-/// Where nothing else ends it, how far a displacement reaches beyond what moves, in thicknesses of the layer.
+/// Distance over which a displacement falls to zero in open space, in thicknesses of the layer.
 pub(super) const DECAY: f64 = 1.5;
 
-/// How far it reaches at least, over the displacement along x1 or x3 that it has there.
+/// Least distance over which a displacement falls to zero, over its component along x1 or x3.
 pub(super) const DECAY_OF_SLIDING: f64 = 2.5;
 
-/// Degree of the map's polynomials along the surface, there with bodies in the layer, and over the height of the layer: near the
-/// substrate, of a blend and with bodies two more there, and near the surface.
+/// Degree of the map's polynomials along the surface, without and with bodies in the layer, and over the
+/// height of the layer near the substrate and near the surface. The degree near the substrate is two higher
+/// for a blend, and with bodies.
 const ALONG: usize = 10;
 const WITH_BODIES: usize = 6;
 const OVER_LAYER: [usize; 2] = [4, 6];
 
-/// Where the two of the height meet, over the thickness.
+/// Height of the break between the two pieces over the height, over the thickness.
 const NEAR_SURFACE: f64 = 0.6;
 
-/// How far above the electrodes nothing moves, and up to which height at most, over the thickness.
+/// Height above the electrodes up to which points stay in place, and the largest height up to which they may,
+/// over the thickness.
 const AT_REST: f64 = 0.15;
 const HIGHEST_AT_REST: f64 = 0.4;
 
-/// Where the polynomials end beside the outermost corner, in thicknesses of the layer.
+/// Breaks of the polynomials beside the outermost corner, in thicknesses of the layer.
 const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 
-/// The surface is followed to where it has come back to its height within this share of the thickness, at least and at most so many
-/// thicknesses beside the outermost corner.
+/// The surface is followed up to where its displacement is within this share of the thickness, at a distance
+/// from the outermost corner between these limits, in thicknesses.
 const FLAT: f64 = 2e-3;
 pub(super) const FOLLOWED: [f64; 2] = [1.0, 5.0];
 
-/// Walls whose distances differ by less than this share of the thickness are at the same one.
+/// Distances of walls that differ by less than this share of the thickness are equal.
 const SAME: f64 = 1e-9;
 
 /// Steps of the search for the material point at a place.
 const SEARCH_STEPS: usize = 12;
 
-/// The way in which points below the surface move.
+/// The displacement of points below the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Below {
-    /// The material, but less the nearer to the substrate.
+    /// That of the material, reduced towards the substrate.
     Blend,
-    /// The material, as the finite elements have it.
+    /// That of the material.
     Material,
 }
 
-/// The layer that a [`SurfaceMap`] is made for. Lengths in m.
+/// The description of the layer for a [`SurfaceMap`]. Lengths in m.
 pub(super) struct Bent {
     pub(super) below: Below,
     /// The height of the highest electrode on the substrate.
@@ -69,13 +76,13 @@ pub(super) struct Bent {
     pub(super) thickness: f64,
     /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
     pub(super) corners: [Vec<f64>; 2],
-    /// Whether it is the same all along x3, as far as the last of these places.
+    /// Whether the displacement is independent of x3.
     pub(super) is_plane: bool,
-    /// Whether it is its own mirror image across x1 = 0.
+    /// Whether the displacement is mirror-symmetric about x1 = 0.
     pub(super) is_half: bool,
-    /// Heights of the boxes of the layer over those of its material before loading.
+    /// Height of the boxes in the layer over the height of their material before loading.
     pub(super) scale: f64,
-    /// The bodies that move with the layer in it, as boxes.
+    /// The bodies in the layer that move with it.
     pub(super) bodies: InLayer,
 }
 
@@ -84,18 +91,20 @@ pub(super) struct SurfaceMap<'a> {
     /// The displacement of a material point, m.
     displacement: &'a dyn Fn([f64; 3]) -> [f64; 3],
     bent: Bent,
-    /// Where the map ends above.
+    /// The height at which the map ends, m.
     above: f64,
-    /// Up to which height nothing moves.
+    /// The height up to which points stay in place, m.
     rest: f64,
-    /// Between which the surface is followed, along x1 and along x3, and where the map ends.
+    /// The interval along x1 and along x3 in which the surface is followed, m.
     followed: [[f64; 2]; 2],
+    /// The interval along x1 and along x3 outside which points stay in place, m.
     ends: [[f64; 2]; 2],
-    /// On which axes and sides the map ends at a wall, up to which the surface is followed.
+    /// Whether the map ends at a wall, by axis and side.
     at_wall: [[bool; 2]; 2],
-    /// Whether the map is its own mirror image across x1 = 0 and across x3 = 0: walls may be at other distances where the layer is.
+    /// Whether the map is mirror-symmetric about x1 = 0 and about x3 = 0: walls at unequal distances break
+    /// the symmetry of a symmetric layer.
     mirrored: [bool; 2],
-    /// Whether a wall lies on the layer, which bends with its surface.
+    /// Whether a wall lies on the layer and deforms with its surface.
     is_under_wall: bool,
 }
 
@@ -126,14 +135,14 @@ impl<'a> SurfaceMap<'a> {
             for side in 0..2 {
                 let outward = if side == 0 { -1.0 } else { 1.0 };
                 let corners = || bent.corners[k].iter().map(|x| if is_half { x.abs() } else { outward * x });
-                // What bends the surface beyond a wall is not in the field.
-                let own = corners().filter(|x| walls[side].is_none_or(|wall| *x < wall));
+                // Corners behind a wall are not part of the field.
+                let corners_inside = corners().filter(|x| walls[side].is_none_or(|wall| *x < wall));
                 let bodies = match mirrored[k] {
                     true => bent.bodies.reach(a, 0).max(bent.bodies.reach(a, 1)),
                     false => bent.bodies.reach(a, side),
                 };
-                let is_beyond = own.clone().count() < corners().count();
-                let corner = own.fold(bodies, f64::max);
+                let is_beyond = corners_inside.clone().count() < corners().count();
+                let corner = corners_inside.fold(bodies, f64::max);
                 let corner = if corner.is_finite() { corner } else { 0.0 };
                 let at = |beyond: f64| {
                     let mut x = [0.0, bent.thickness, 0.0];
@@ -142,7 +151,7 @@ impl<'a> SurfaceMap<'a> {
                 };
                 let [least, most] = FOLLOWED.map(|d| d * surface);
                 let is_straight = k == 1 && bent.is_plane;
-                // A surface that stays flat does not come back to the height that it had.
+                // A surface that stays flat under load does not return to its height at rest.
                 let beyond = if is_beyond {
                     f64::INFINITY
                 } else if is_straight || covers_all {
@@ -181,7 +190,7 @@ impl<'a> SurfaceMap<'a> {
         self.bent.scale * self.bent.thickness
     }
 
-    /// Whether the map is its own mirror image across x1 = 0 and across x3 = 0.
+    /// Whether the map is mirror-symmetric about x1 = 0 and about x3 = 0.
     pub(super) fn mirrored(&self) -> [bool; 2] {
         self.mirrored
     }
@@ -196,7 +205,8 @@ impl<'a> SurfaceMap<'a> {
         self.bent.bodies.narrowest
     }
 
-    /// 1 where points are followed, falling to 0 where the map ends; and whether it ends at a wall there.
+    /// The share of the displacement that the map takes at a coordinate, 1 where the surface is followed and
+    /// 0 at the end of the map, and whether the map ends at a wall on that side.
     fn share(&self, k: usize, x: f64) -> (f64, bool) {
         let side = usize::from(x > self.followed[k][1]);
         let [near, far] = [self.followed[k][side], self.ends[k][side]];
@@ -219,7 +229,7 @@ impl<'a> SurfaceMap<'a> {
         let mut material = [x[0], of_box / self.bent.scale, x[2]];
         let stays_flat = self.bent.scale != 1.0;
         if stays_flat {
-            // The ends of the layer bulge and roll, and are not in the field.
+            // The ends of the layer, which bulge, are not part of the field.
             for (k, a) in [(0, 0), (1, 2)] {
                 material[a] = x[a].clamp(self.followed[k][0], self.followed[k][1]);
             }
@@ -241,18 +251,19 @@ impl<'a> SurfaceMap<'a> {
 
     /// The displacement of a point of the layer, m.
     fn moved(&self, x: [f64; 3]) -> [f64; 3] {
-        let own = (self.displacement)(x);
+        let displacement = (self.displacement)(x);
         match self.bent.below {
-            Below::Material => own,
+            Below::Material => displacement,
             Below::Blend => {
                 let t =
                     ((x[1] - self.rest) / (NEAR_SURFACE * self.bent.thickness - self.rest)).clamp(0.0, 1.0);
-                own.map(|u| t * (2.0 - t) * u)
+                displacement.map(|u| t * (2.0 - t) * u)
             }
         }
     }
 
-    /// The height of the material of a depth above a place along x1 and x3, starting from a point of it.
+    /// The deformed height, m, at a place along x1 and x3, of the horizontal material plane through a point
+    /// from which the search starts.
     fn height_at(&self, mut material: [f64; 3], place: [f64; 2]) -> f64 {
         let mut moved = self.moved(material);
         for _ in 0..SEARCH_STEPS {
@@ -266,7 +277,7 @@ impl<'a> SurfaceMap<'a> {
         material[1] + moved[1]
     }
 
-    /// All that the map bends.
+    /// The region that the map changes.
     pub(super) fn zone(&self) -> Box3 {
         let [along, across] = self.ends;
         Box3 { min: [along[0], self.rest, across[0]], max: [along[1], self.above, across[1]] }
@@ -284,12 +295,12 @@ impl<'a> SurfaceMap<'a> {
             let (marks, degree) = if has_bodies { (&BESIDE[1..], WITH_BODIES) } else { (&BESIDE[..], ALONG) };
             for (side, outermost) in sides.into_iter().zip(outermost) {
                 let marked = |side: f64| {
-                    let all = outermost
+                    let places = outermost
                         .into_iter()
                         .flat_map(|x| marks.iter().map(move |d| x + side * d * thickness));
-                    all.filter(|x| from < *x && *x < to).collect::<Vec<f64>>()
+                    places.filter(|x| from < *x && *x < to).collect::<Vec<f64>>()
                 };
-                // What lies in the layer sees how the material bends before a corner, too.
+                // Bodies in the layer also see the bending on the inner side of a corner.
                 let mut more = if has_bodies { marked(-side) } else { Vec::new() };
                 more.retain(|x| places.iter().all(|place| (x - place).abs() > BESIDE[0] * thickness));
                 places.extend(more.into_iter().chain(marked(side)));
@@ -324,7 +335,7 @@ impl<'a> SurfaceMap<'a> {
         [joined(&along, tiny, of_along), joined(&up, tiny, false), joined(&across, tiny, of_across)]
     }
 
-    /// The bodies as boxes: the layer as high as its surface is in the coordinates of the boxes.
+    /// The scene before the map: the layer is as high as its surface in the coordinates of the boxes.
     pub(super) fn scene(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
         for body in &mut scene.bodies {

@@ -1,9 +1,11 @@
-//! The error that the model of the layer adds to a capacitance.
+//! The error of a capacitance that is due to the mechanical model of the layer.
 //!
-//! The closed form of the paper and plane strain leave out what the next better model has: plane strain knows the electrodes as stiffer
-//! inclusions, the ends of the layer and the bulging beside what presses; three dimensions know that rubber also moves along x3. What that
-//! changes is computed where it costs little, and otherwise estimated as a share of the change of the capacitance, by tables of such
-//! comparisons (`benches/model_errors.py`, docs/trust.md). Finite elements in three dimensions have no better model here: their error is zero.
+//! The closed form of the paper and plane strain each neglect effects that the next better model includes:
+//! plane strain resolves the electrodes as stiffer inclusions, the ends of the layer, and the bulging beside
+//! the indenter; in three dimensions the rubber also moves along x3. The effect on a capacitance is computed
+//! where that costs little. Otherwise it is estimated as a share of the change of the capacitance, by tables
+//! of such comparisons (`benches/model_errors.py`, docs/trust.md). Finite elements in three dimensions have
+//! no better model here: their error is zero.
 
 mod force;
 mod plane;
@@ -18,37 +20,38 @@ use crate::outcome::{Status, StepResult};
 pub(crate) use plane::{NotCompared, PlaneStrainCurve};
 use shares::Shares;
 
-/// How the error of the model is known.
+/// The source of a model error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Known {
-    /// By the better model, at loads of this run.
+enum Source {
+    /// The better model, at loads of this run.
     Computed,
-    /// By tables, from other scenes.
+    /// Tables of other scenes.
     Estimated,
 }
 
-/// The change of a capacitance from rest by plane strain, and what that is off by, F.
+/// The change of a capacitance from rest by plane strain, with its error, F.
 #[derive(Debug, Clone, Copy)]
 struct InPlane {
     change: f64,
     error: f64,
-    known: Known,
+    source: Source,
 }
 
-/// Notes in every row what the model of the layer adds to its errors, and the sum of all errors. `better` is the closed form's layer in plane
-/// strain, or why that was not solved, where it was tried. The result is what the user should know of the model.
+/// Writes the error of the model, and the sum of all errors, to every row. `better` is the plane-strain
+/// solution of a closed-form layer, or the reason that there is none, where one was tried. Returns warnings
+/// for the user.
 pub(crate) fn note_model_errors(
     case: &Case,
     better: Option<&Result<PlaneStrainCurve, NotCompared>>,
     steps: &mut [StepResult],
 ) -> Vec<String> {
-    let asked = case.electrostatics.map_or(f64::INFINITY, |asked| asked.relative_tolerance);
+    let tolerance = case.electrostatics.map_or(f64::INFINITY, |settings| settings.relative_tolerance);
     let shares = Shares::of(case);
     for step in steps.iter_mut() {
         step.row.force_error_estimate = force::force_error(case, shares, step);
     }
     let errors = errors(case, shares, better.and_then(|better| better.as_ref().ok()), steps);
-    let mut worst: Option<(f64, Known)> = None;
+    let mut worst: Option<(f64, Source)> = None;
     for (step, found) in steps.iter_mut().zip(errors) {
         let row = &mut step.row;
         let Some(value) = row.capacitance_f else { continue };
@@ -56,21 +59,22 @@ pub(crate) fn note_model_errors(
         row.model_error_estimate = Some(error).filter(|error| error.is_finite());
         row.total_error_estimate = row.total_error();
         let total = row.total_error_estimate.unwrap_or(0.0);
-        if error > 0.0 && total > asked && matches!(row.status, Status::Ok | Status::OkToDiagonal) {
+        if error > 0.0 && total > tolerance && matches!(row.status, Status::Ok | Status::OkToDiagonal) {
             row.status = Status::OkInModel;
         }
-        if let Some((_, known)) = found.filter(|_| error > 0.0 && total > asked)
+        if let Some((_, source)) = found.filter(|_| error > 0.0 && total > tolerance)
             && worst.is_none_or(|(before, _)| error > before)
         {
-            worst = Some((error, known));
+            worst = Some((error, source));
         }
     }
     note_change_totals(steps);
     let why = better.and_then(|better| better.as_ref().err());
-    worst.map(|(error, known)| warning(case, error, known, why)).into_iter().collect()
+    worst.map(|(error, source)| warning(case, error, source, why)).into_iter().collect()
 }
 
-/// Notes how far each change may be from the true one, by its bounds and by all estimated errors of both capacitances.
+/// Writes the largest distance of each change from the true one, from its bounds and all estimated errors of
+/// both capacitances.
 fn note_change_totals(steps: &mut [StepResult]) {
     let Some(first) = steps.first().map(|step| step.row.clone()) else { return };
     for row in steps.iter_mut().map(|step| &mut step.row) {
@@ -80,26 +84,26 @@ fn note_change_totals(steps: &mut [StepResult]) {
     }
 }
 
-/// Finds what the model adds to the error of the capacitance of each step, F, and how that is known; a step of which there is no better model has
-/// none.
+/// The error of the capacitance of each step that is due to the model, F, with its source; `None` for a step
+/// without a better model.
 fn errors(
     case: &Case,
     shares: Option<Shares>,
     better: Option<&PlaneStrainCurve>,
     steps: &[StepResult],
-) -> Vec<Option<(f64, Known)>> {
+) -> Vec<Option<(f64, Source)>> {
     let (Some(_), Some(shares)) = (&case.load, shares) else {
         return vec![None; steps.len()];
     };
     if let Some(foam) = Foam::of(case) {
         let of_foam = |step: &StepResult| {
             let error = foam.error_of_free_sides(case, step.load)? * step.row.capacitance_f?.abs();
-            Some((error, Known::Estimated))
+            Some((error, Source::Estimated))
         };
         return steps.iter().map(of_foam).collect();
     }
     let at_rest = steps.iter().rev().find(|step| step.load.is_zero()).map(|step| &step.row);
-    // Without a step at rest the capacitance is taken to have fallen as much as the layer is compressed, and half as much again.
+    // Without a step at rest, a relative decrease of 1.5 times the compression is assumed.
     let change = |step: &StepResult| {
         let value = step.row.capacitance_f?;
         let compression = step.row.compression.unwrap_or(0.0);
@@ -107,60 +111,65 @@ fn errors(
         Some(rest.map_or(-1.5 * compression * value, |rest| value - rest))
     };
     let is_closed_form = matches!(case.mechanics, Some(Mechanics::ClosedForm { .. }));
-    let compared =
-        |step: &StepResult, own: f64| better?.change(compared_at(case, step)?, &step.row, at_rest?, own);
-    // Beyond the loads at which the two were compared they stay as far apart as at the largest of these.
+    let compared = |step: &StepResult, change: f64| {
+        better?.change(compared_at(case, step)?, &step.row, at_rest?, change)
+    };
+    // Beyond the loads at which the two models were compared, their ratio is taken to stay that at the
+    // largest of these.
     let ratio = steps.iter().filter(|step| !step.load.is_zero()).filter_map(|step| {
-        let own = change(step)?;
-        let [plane, error] = compared(step, own)?;
-        Some((step.row.compression?, plane / own, error / own.abs()))
+        let closed_form = change(step)?;
+        let [plane, error] = compared(step, closed_form)?;
+        Some((step.row.compression?, plane / closed_form, error / closed_form.abs()))
     });
     let last = ratio
         .filter(|(_, ratio, error)| ratio.is_finite() && error.is_finite())
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    let in_plane = |step: &StepResult, own: f64| -> InPlane {
+    let in_plane = |step: &StepResult, solved: f64| -> InPlane {
         if !is_closed_form {
-            return InPlane { change: own, error: 0.0, known: Known::Estimated };
+            return InPlane { change: solved, error: 0.0, source: Source::Estimated };
         }
-        if let Some([change, error]) = compared(step, own) {
-            return InPlane { change, error, known: Known::Computed };
+        if let Some([change, error]) = compared(step, solved) {
+            return InPlane { change, error, source: Source::Computed };
         }
         match last {
-            Some((_, ratio, error)) => {
-                InPlane { change: ratio * own, error: 2.0 * error * own.abs(), known: Known::Estimated }
-            }
+            Some((_, ratio, error)) => InPlane {
+                change: ratio * solved,
+                error: 2.0 * error * solved.abs(),
+                source: Source::Estimated,
+            },
             None => {
                 let of_force = match (step.load, step.force_check) {
                     (StepLoad::ForceN(_), Some(check)) => check.relative_difference.abs(),
                     (StepLoad::ForceN(_), None) => shares.closed_form_force,
                     (StepLoad::None | StepLoad::Compression(_), _) => 0.0,
                 };
-                let change = (1.0 + shares.closed_form) * own;
-                InPlane { change, error: of_force * own.abs(), known: Known::Estimated }
+                let change = (1.0 + shares.closed_form) * solved;
+                InPlane { change, error: of_force * solved.abs(), source: Source::Estimated }
             }
         }
     };
     let error = |step: &StepResult| {
-        let own = change(step)?;
+        let solved = change(step)?;
         if step.load.is_zero() {
-            return Some((0.0, Known::Estimated));
+            return Some((0.0, Source::Estimated));
         }
-        let InPlane { change, error, known } = in_plane(step, own);
-        // In space the change is that in the plane or less of it, and under a force more of it.
+        let InPlane { change, error, source } = in_plane(step, solved);
+        // In three dimensions the change is that in plane strain or smaller, and under a force also larger.
         let more = match step.load {
             StepLoad::ForceN(_) => shares.in_plane_force,
             StepLoad::None | StepLoad::Compression(_) => 0.0,
         };
-        let away = |share: f64| (own - share * change).abs();
+        let away = |share: f64| (solved - share * change).abs();
         let stretch = shares.of_stretch * step.row.compression.unwrap_or(0.0);
         let stretched = stretch * step.row.capacitance_f?.abs();
-        Some((away(1.0 + more).max(away(1.0 - shares.in_plane)).max(stretched) + error, known))
+        Some((away(1.0 + more).max(away(1.0 - shares.in_plane)).max(stretched) + error, source))
     };
     steps.iter().map(error).collect()
 }
 
-/// Gives the compression at which the better model of a closed-form step is looked at: the same compression, or that at which a flat punch has the same force,
-/// where the force is given. `None` beyond the table of such punches.
+/// The compression at which a closed-form step is compared with the better model: that of the step, or, where
+/// its force is given, that at which a flat punch has the same force. `None` beyond the table of such
+/// punches.
 fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
     match step.load {
         load if load.is_zero() => Some(0.0),
@@ -170,7 +179,7 @@ fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
     }
 }
 
-fn warning(case: &Case, error: f64, known: Known, why: Option<&NotCompared>) -> String {
+fn warning(case: &Case, error: f64, source: Source, why: Option<&NotCompared>) -> String {
     if Foam::of(case).is_some() {
         return format!(
             "the foam is taken to get wider without resistance, and what holds it at its faces adds up to {error:.1e} to the relative error \
@@ -182,15 +191,15 @@ fn warning(case: &Case, error: f64, known: Known, why: Option<&NotCompared>) -> 
         Some(_) => "make what presses, and the pair, longer along x3, or name [mechanics.solid]",
         None => "`[mechanics.auto]` chooses a model that fits the scene",
     };
-    let (model, how) = match (case.mechanics, known) {
+    let (model, how) = match (case.mechanics, source) {
         (Some(Mechanics::PlaneStrain(_)), _) => {
             ("plane strain", "a table of such comparisons with three dimensions")
         }
-        (_, Known::Computed) => (
+        (_, Source::Computed) => (
             "the closed form",
             "the same layer in plane strain, and a table of comparisons of that with three dimensions",
         ),
-        (_, Known::Estimated) => {
+        (_, Source::Estimated) => {
             ("the closed form", "tables of comparisons with plane strain and three dimensions")
         }
     };

@@ -1,4 +1,4 @@
-//! The layer of a closed-form case in plane strain, coarsely: what the closed form is compared with.
+//! A coarse plane-strain solution of the layer of a closed-form case, with which the closed form is compared.
 
 use std::sync::atomic::AtomicBool;
 
@@ -13,17 +13,19 @@ use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan};
 use crate::scene::scene_of;
 
-/// The relative error of capacitances that is asked for.
+/// The relative tolerance of the capacitances.
 const TOLERANCE: f64 = 2e-2;
-/// The relative error of forces that is asked for; they are not needed.
+/// The relative tolerance of the forces, which are not needed.
 const FORCE_TOLERANCE: f64 = 0.2;
-/// The largest compression that is solved: deeper ones take long.
-const DEEPEST: f64 = 0.2;
-/// The number of compressions that are solved at most. Between them changes are interpolated.
-const MOST: usize = 2;
-/// A comparison whose forecast is longer than this, in seconds, is left out. Forecasts count work and do not depend on the machine.
-const AFFORDABLE: f64 = 3.0;
-/// The layer goes so many thicknesses beyond its electrodes at least.
+/// The largest compression that is solved: larger ones take long.
+const MAX_COMPRESSION: f64 = 0.2;
+/// The largest number of compressions that are solved. The change of the capacitance is interpolated between
+/// them.
+const MAX_COMPRESSIONS: usize = 2;
+/// A comparison with a longer forecast, in seconds, is skipped. Forecasts count work and do not depend on the
+/// machine.
+const MAX_SECONDS: f64 = 3.0;
+/// The least distance of the ends of the layer from the electrodes, in thicknesses of the layer.
 const BEYOND: f64 = 1.2;
 
 /// Capacitances in plane strain over the compression.
@@ -31,44 +33,46 @@ const BEYOND: f64 = 1.2;
 pub(crate) struct PlaneStrainCurve {
     /// U/H, capacitance in F and its error in F, ascending from rest.
     states: Vec<[f64; 3]>,
-    /// Whether these are capacitances of parallel plates: that of stacked plates changes in proportion to them.
+    /// Whether these are parallel-plate capacitances; the capacitance of stacked plates changes in proportion
+    /// to them.
     of_plates: bool,
 }
 
 /// The reason why the closed form is not compared with plane strain.
 #[derive(Debug, Clone, thiserror::Error)]
 pub(crate) enum NotCompared {
-    /// Nothing that the rubber stretches lies in the layer, so that there is nothing to compare.
+    /// No body in the layer moves with the rubber.
     #[error("nothing in the layer moves with the rubber")]
     Needless,
     /// The indenter is part of the field.
     #[error("the indenter is part of the field")]
     Indenter,
-    /// Bodies ride on the top of the layer, or on the indenter.
+    /// Bodies are attached to the top of the layer or to the indenter.
     #[error("bodies ride on the layer or on the indenter")]
     Riders,
-    /// Some bodies are no boxes.
+    /// Some bodies are not boxes.
     #[error("some bodies are no boxes")]
     Shapes,
     /// The layer is a foam, or has no electrostatics.
     #[error("finite elements do not know this layer")]
     Layer,
     /// No load is small enough.
-    #[error("no load is below U/H = {DEEPEST}")]
+    #[error("no load is below U/H = {MAX_COMPRESSION}")]
     Loads,
-    /// The comparison would take so many seconds.
+    /// The forecast of the comparison, in seconds, is too long.
     #[error("that would take about {0:.0} s")]
     Cost(f64),
-    /// Plane strain has no result at one of the loads.
+    /// The plane-strain model failed at one of the loads.
     #[error("plane strain failed: {0}")]
     Failed(Box<StepFailure>),
 }
 
 impl PlaneStrainCurve {
-    /// Solves the layer of a closed-form case under a smooth plate as long as the contact, at the compressions of its steps. `run` solves a case.
+    /// Solves the layer of a closed-form case at the compressions of its steps, under a smooth plate as long
+    /// as the contact. `run` solves a case.
     ///
     /// # Errors
-    /// The reason why the two are not compared.
+    /// The reason that the two models are not compared.
     pub(crate) fn of(
         case: &Case,
         steps: &[StepResult],
@@ -76,40 +80,46 @@ impl PlaneStrainCurve {
         run: &dyn Fn(&Case, &Plan, &Options) -> Outcome,
     ) -> Result<Self, NotCompared> {
         let mut compressions: Vec<f64> = steps.iter().filter_map(|step| compared_at(case, step)).collect();
-        compressions.retain(|compression| *compression > 0.0 && *compression <= DEEPEST);
+        compressions.retain(|compression| *compression > 0.0 && *compression <= MAX_COMPRESSION);
         compressions.sort_by(f64::total_cmp);
         compressions.dedup();
-        let own = plane_strain(case, thinned(&compressions))?;
+        let plane_case = plane_strain(case, thinned(&compressions))?;
         let options = Options { prune: true, fields: false, scene: false, model_error: false };
-        let mut plan = Plan::new(&own, &options);
+        let mut plan = Plan::new(&plane_case, &options);
         let of_plates = case.electrodes.as_ref().is_some_and(|pair| pair.layout == Layout::Stacked);
         if !of_plates {
-            plan.forecast(&own, &options);
+            plan.forecast(&plane_case, &options);
         }
         if let Some(failure) = plan.steps.iter().find_map(|step| step.failure.clone()) {
             return Err(NotCompared::Failed(Box::new(failure)));
         }
         let of_fields = if of_plates { 0.0 } else { plan.seconds };
         let seconds = of_fields + plan.layer.as_ref().map_or(0.0, |layer| layer.seconds);
-        if seconds > AFFORDABLE {
+        if seconds > MAX_SECONDS {
             return Err(NotCompared::Cost(seconds));
         }
         let states: Result<Vec<[f64; 3]>, StepFailure> = if of_plates {
-            plates(&own, &plan, cancel)
+            plates(&plane_case, &plan, cancel)
         } else {
-            run(&own, &plan, &options).steps.iter().filter_map(state).collect()
+            run(&plane_case, &plan, &options).steps.iter().filter_map(state).collect()
         };
         Ok(Self { states: states.map_err(|failure| NotCompared::Failed(Box::new(failure)))?, of_plates })
     }
 
-    /// Gives by how much the capacitance of a step has changed from that at rest by this model, and what that is off by, F; `own` is what it
-    /// changed by in its own model. `None` beyond the compressions that were solved.
-    pub(super) fn change(&self, compression: f64, step: &Row, rest: &Row, own: f64) -> Option<[f64; 2]> {
+    /// The change of the capacitance of a step from rest by plane strain, and its error, F; `closed_form` is
+    /// the change by the closed form. `None` beyond the compressions that were solved.
+    pub(super) fn change(
+        &self,
+        compression: f64,
+        step: &Row,
+        rest: &Row,
+        closed_form: f64,
+    ) -> Option<[f64; 2]> {
         let [change, error] = self.change_at(compression)?;
         if !self.of_plates {
             return Some([change, error]);
         }
-        let scale = own / (step.parallel_plate_f? - rest.parallel_plate_f?);
+        let scale = closed_form / (step.parallel_plate_f? - rest.parallel_plate_f?);
         Some([scale * change, (scale * error).abs()])
     }
 
@@ -121,12 +131,13 @@ impl PlaneStrainCurve {
             length => (compression - before[0]) / length,
         };
         let [value, error] = [1, 2].map(|k| before[k] + share * (next[k] - before[k]));
-        let [_, at_rest, its_error] = *self.states.first()?;
-        Some([value - at_rest, error + its_error])
+        let [_, at_rest, error_at_rest] = *self.states.first()?;
+        Some([value - at_rest, error + error_at_rest])
     }
 }
 
-/// Reads compression, capacitance and error off a step, or why it failed; a step that was stopped has nothing.
+/// Compression, capacitance (F) and its error (F) of a step, or its failure; `None` for a step that was
+/// interrupted.
 fn state(step: &StepResult) -> Option<Result<[f64; 3], StepFailure>> {
     if let Status::Failed(failure) = &step.row.status {
         return Some(Err((**failure).clone()));
@@ -136,7 +147,7 @@ fn state(step: &StepResult) -> Option<Result<[f64; 3], StepFailure>> {
     Some(Ok([row.compression?, value, row.error_in_model()? * value.abs()]))
 }
 
-/// Finds the parallel-plate capacitances of a pair in its layer.
+/// Compression, parallel-plate capacitance (F) and its error (F) of a stacked pair at each step.
 fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Result<Vec<[f64; 3]>, StepFailure> {
     let layer = prepare(case, &plan.loads(), plan.layer_memory_limit, cancel, &|_| ());
     let mut states = Vec::new();
@@ -151,18 +162,21 @@ fn plates(case: &Case, plan: &Plan, cancel: &AtomicBool) -> Result<Vec<[f64; 3]>
     Ok(states)
 }
 
-/// Picks at most [`MOST`] of ascending compressions, the last among them.
-fn thinned(all: &[f64]) -> Vec<f64> {
-    let count = all.len();
+/// At most [`MAX_COMPRESSIONS`] of ascending compressions, including the last.
+fn thinned(compressions: &[f64]) -> Vec<f64> {
+    let count = compressions.len();
     (0..count)
-        .filter(|k| count <= MOST || (k + 1) * MOST / count > k * MOST / count)
-        .map(|k| all[k])
+        .filter(|k| {
+            count <= MAX_COMPRESSIONS || (k + 1) * MAX_COMPRESSIONS / count > k * MAX_COMPRESSIONS / count
+        })
+        .map(|k| compressions[k])
         .collect()
 }
 
-/// Makes the case with its layer in plane strain under a plate as long as the contact, at rest and at these compressions.
+/// The case with its layer in plane strain under a plate as long as the contact, at rest and at these
+/// compressions.
 fn plane_strain(case: &Case, compressions: Vec<f64>) -> Result<Case, NotCompared> {
-    // What lies on the faces goes where the top goes.
+    // Bodies on the faces of the layer move the same in both models.
     if !Shares::of(case).is_some_and(|shares| shares.closed_form > 0.0) {
         return Err(NotCompared::Needless);
     }
@@ -177,27 +191,27 @@ fn plane_strain(case: &Case, compressions: Vec<f64>) -> Result<Case, NotCompared
     if let Some((_, reason)) = refused.into_iter().find(|(is_so, _)| *is_so) {
         return Err(reason);
     }
-    let mut own = case.clone();
-    let (Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }), Some(layer), Some(asked)) =
-        (case.mechanics, &mut own.layer, &mut own.electrostatics)
+    let mut plane_case = case.clone();
+    let (Some(Mechanics::ClosedForm { contact_half_length, contact_width, .. }), Some(layer), Some(settings)) =
+        (case.mechanics, &mut plane_case.layer, &mut plane_case.electrostatics)
     else {
         return Err(NotCompared::Layer);
     };
     let in_layer = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
     let boxes = in_layer.flat_map(|body| body.boxes().unwrap_or_default());
-    let regions = boxes.chain(case.electrodes.iter().flat_map(|own| own.regions()));
+    let regions = boxes.chain(case.electrodes.iter().flat_map(|pair| pair.regions()));
     let reach = regions.map(|region| region.max[0].max(-region.min[0])).fold(0.0, f64::max);
     layer.half_length = Some(contact_half_length.max(reach + BEYOND * layer.thickness));
-    asked.relative_tolerance = asked.relative_tolerance.max(TOLERANCE);
-    asked.change_tolerance = None;
-    own.mechanics = Some(Mechanics::PlaneStrain(PlaneStrain {
+    settings.relative_tolerance = settings.relative_tolerance.max(TOLERANCE);
+    settings.change_tolerance = None;
+    plane_case.mechanics = Some(Mechanics::PlaneStrain(PlaneStrain {
         indenter: Indenter::WholeTop,
         end: LayerEnd::FreeOnSubstrate,
         width: contact_width,
         relative_tolerance: FORCE_TOLERANCE,
     }));
-    own.load = Some(Load::Compression([vec![0.0], compressions].concat()));
-    own.poses = Vec::new();
-    own.measured_points = None;
-    Ok(own)
+    plane_case.load = Some(Load::Compression([vec![0.0], compressions].concat()));
+    plane_case.poses = Vec::new();
+    plane_case.measured_points = None;
+    Ok(plane_case)
 }

@@ -1,27 +1,32 @@
-//! Errors of models as shares of the change of a capacitance. They are upper estimates of what `benches/model_errors.py` finds.
+//! Errors of the mechanical models as shares of the change of a capacitance: upper estimates of the results
+//! of `benches/model_errors.py`.
 
 use elastocap_case::{Case, Indenter, Layer, Mechanics, Stiffness};
 use elastocap_geometry::scene::Purpose;
 
-/// A pair follows the rubber up to this ratio of its shear modulus to that of the layer.
+/// Largest ratio of the shear modulus of a pair to that of the layer at which the pair follows the rubber.
 const SOFT: f64 = 2.0;
-/// The closed form is off by these shares of its own change (second) at these ratios of the pair's shear modulus to that of the layer (first).
+/// Errors of the closed form as shares of its change (second) at ratios of the pair's shear modulus to that
+/// of the layer (first).
 const OF_CLOSED_FORM: [[f64; 2]; 3] = [[1.0, 0.15], [11.0, 1.5], [1000.0, 3.0]];
-/// It is off by this share more under a given force for which no table has that of the contact.
+/// Additional error of the closed form, as a share, under a given force for which no table has the contact.
 const OF_FORCE: f64 = 0.5;
 
-/// Plane strain is off by these shares of its change with a soft pair: under something as long along x3 as it is wide, and at most.
+/// Errors of plane strain with a soft pair as shares of its change: under a contact as long along x3 as it is
+/// wide, and the largest.
 const OF_SOFT: [f64; 2] = [1.5, 2.0];
-/// These are the same shares with a stiff pair.
+/// The same shares with a stiff pair.
 const OF_STIFF: [f64; 2] = [1.2, 1.0];
-/// These are the same shares with bodies on the faces of a layer that a punch bends.
+/// The same shares with bodies on the faces of a layer that a punch bends.
 const OF_SURFACE: [f64; 2] = [0.5, 0.5];
-/// Bodies that stretch with the rubber gain capacitance where that moves along x3, which it does not in the plane: at most this share for each
-/// unit of stretch. Of 246 drawn cases (`benches/total_errors.py --seed 2`), two combs whose own changes nearly cancel gain 0.5.
+/// Largest gain of capacitance per unit of stretch by bodies that stretch along x3 with the rubber, which
+/// plane strain neglects. Among 246 random cases (`benches/total_errors.py --seed 2`), two combs whose
+/// changes nearly cancel gain 0.5.
 const OF_STRETCH: f64 = 0.75;
-/// A pair that is stiffer than the layer makes the force of a punch larger by at most this share.
+/// Largest share by which a pair that is stiffer than the layer increases the force of a punch.
 const OF_FORCE_BY_PAIR: f64 = 0.25;
-/// Forces in plane strain are larger than in space by this share under what is two thicknesses wide and as long along x3; it grows as the root of the width.
+/// Share by which forces in plane strain exceed those in three dimensions under a contact that is two
+/// thicknesses wide and as long along x3. It grows as the square root of the width.
 const OF_FORCE_IN_PLANE: f64 = 0.78;
 
 /// The bodies that move with the rubber of a layer.
@@ -29,7 +34,8 @@ const OF_FORCE_IN_PLANE: f64 = 0.78;
 enum Contents {
     /// All bodies lie on the faces of the layer, or beside it.
     Nothing,
-    /// The bodies stretch with the rubber. Where that moves along x3 too, the capacitance may rise where it falls in the plane.
+    /// The bodies stretch with the rubber. Motion along x3 may raise a capacitance that falls in plane
+    /// strain.
     Soft,
     /// The pair is stiffer than the rubber, by this ratio of shear moduli.
     Stiff(f64),
@@ -37,11 +43,13 @@ enum Contents {
 
 impl Contents {
     fn of(case: &Case, layer: &Layer) -> Self {
-        let own = layer.material.as_ref().map(|material| material.shear_modulus());
-        match (&case.electrodes, own) {
-            (Some(pair), Some(own)) => match pair.stiffness {
+        let layer_modulus = layer.material.as_ref().map(|material| material.shear_modulus());
+        match (&case.electrodes, layer_modulus) {
+            (Some(pair), Some(layer_modulus)) => match pair.stiffness {
                 Stiffness::Rigid => Self::Stiff(f64::INFINITY),
-                Stiffness::ShearModulus(modulus) if modulus > SOFT * own => Self::Stiff(modulus / own),
+                Stiffness::ShearModulus(modulus) if modulus > SOFT * layer_modulus => {
+                    Self::Stiff(modulus / layer_modulus)
+                }
                 Stiffness::ShearModulus(_) => Self::Soft,
             },
             (Some(_) | None, _) if case.bodies.iter().any(|body| body.purpose == Purpose::InLayer) => {
@@ -52,25 +60,28 @@ impl Contents {
     }
 }
 
-/// The shares by which the model of a case is off.
+/// The errors of the model of a case as shares.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shares {
-    /// The closed form against plane strain, of the change that it has itself; zero of other models.
+    /// The error of the closed form against plane strain, over the change by the closed form; zero for other
+    /// models.
     pub(super) closed_form: f64,
-    /// A further share of the closed form where the load is a force and no table has that of the contact.
+    /// The additional error of the closed form where the load is a force and no table has the contact.
     pub(super) closed_form_force: f64,
-    /// Plane strain against three dimensions: by so much its changes are too large, at a compression.
+    /// The share by which changes in plane strain exceed those in three dimensions at a given compression.
     pub(super) in_plane: f64,
-    /// By so much its changes are too small besides where the load is a force, since its layer is too stiff.
+    /// The share by which changes in plane strain are too small under a given force, since its layer is too
+    /// stiff.
     pub(super) in_plane_force: f64,
-    /// The capacitance may be larger by this share for each unit of compression, however small its change in the plane is.
+    /// The share by which the capacitance may be larger per unit of compression, independent of its change in
+    /// plane strain.
     pub(super) of_stretch: f64,
-    /// The force is larger by so much for a pair that the rubber alone does not have.
+    /// The share by which a stiff pair increases the force of the rubber alone.
     pub(super) of_force_by_pair: f64,
 }
 
 impl Shares {
-    /// Finds the shares of a case with the closed form or plane strain; other cases have none.
+    /// The shares of a case with the closed form or plane strain; `None` for other cases.
     pub(super) fn of(case: &Case) -> Option<Self> {
         let layer = case.layer.as_ref()?;
         let contents = Contents::of(case, layer);
@@ -83,7 +94,7 @@ impl Shares {
             Mechanics::Solid(_) => return None,
         };
         let (closed_form, in_plane) = match contents {
-            // Where the top goes is all that counts.
+            // Only the displacement of the top matters.
             Contents::Nothing if is_flat => (0.0, 0.0),
             Contents::Nothing => (0.0, at(OF_SURFACE)),
             Contents::Soft => (OF_CLOSED_FORM[0][1], at(OF_SOFT)),
@@ -94,7 +105,8 @@ impl Shares {
             closed_form_force: if is_closed_form { OF_FORCE } else { 0.0 },
             in_plane,
             in_plane_force: of_force_in_plane(case, layer)?,
-            // The rubber takes the nearest way: half of it along x3 under what is as long as it is wide.
+            // The rubber moves to the nearest side: half of it along x3 under a contact that is as long as it
+            // is wide.
             of_stretch: if contents == Contents::Soft {
                 OF_STRETCH * (0.5 / slenderness).min(1.0)
             } else {
@@ -105,7 +117,7 @@ impl Shares {
     }
 }
 
-/// Gives the half-width along x1 and the length along x3 of what presses; `None` in three dimensions.
+/// The half width along x1 and the length along x3 of the contact, m; `None` in three dimensions.
 fn contact(case: &Case, layer: &Layer) -> Option<(f64, f64)> {
     Some(match case.mechanics? {
         Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
@@ -123,9 +135,10 @@ fn contact(case: &Case, layer: &Layer) -> Option<(f64, f64)> {
     })
 }
 
-/// Gives the share by which a force in plane strain is larger than in space. Incompressible rubber flows to the nearest side, and a wide layer resists
-/// with the third power of the way: what is shorter along x3 than along x1 loses more than in proportion. Compared with plates and punches of 1 to
-/// 8 thicknesses in three dimensions: `benches/forces_in_space.py`.
+/// The share by which a force in plane strain exceeds that in three dimensions. Incompressible rubber flows
+/// to the nearest side, and the resistance of a wide layer grows with the third power of the distance: a
+/// contact that is shorter along x3 than along x1 loses more than in proportion. Fitted to plates and punches
+/// of 1 to 8 thicknesses in three dimensions: `benches/forces_in_space.py`.
 fn of_force_in_plane(case: &Case, layer: &Layer) -> Option<f64> {
     let (half_width, depth) = contact(case, layer)?;
     let [wide, long] =
@@ -135,9 +148,9 @@ fn of_force_in_plane(case: &Case, layer: &Layer) -> Option<f64> {
     Some(OF_FORCE_IN_PLANE * (0.5 * wide).sqrt() * ratio.powf(power))
 }
 
-/// Gives the length along x3 of what presses, over its width along x1 or the thickness of the layer, whichever is larger. Rubber under it moves to
-/// the nearest side: along x3 only near the ends of what is long. A stiff pair counts as what presses if it is shorter. `None` in three
-/// dimensions.
+/// The length of the contact along x3, over its width along x1 or the thickness of the layer, whichever is
+/// larger. Rubber under the contact flows to the nearest side, and under a long contact along x3 only near
+/// its ends. A stiff pair counts as the contact if it is shorter. `None` in three dimensions.
 fn slenderness(case: &Case, layer: &Layer, contents: Contents) -> Option<f64> {
     let (half_width, depth) = contact(case, layer)?;
     let pair = case.electrodes.as_ref().filter(|_| matches!(contents, Contents::Stiff(_)));
@@ -145,7 +158,8 @@ fn slenderness(case: &Case, layer: &Layer, contents: Contents) -> Option<f64> {
     Some(depth / layer.thickness.max(2.0 * half_width))
 }
 
-/// Gives the share by which the closed form is off against plane strain, for electrodes that are stiffer than the layer by this ratio.
+/// The error of the closed form against plane strain, as a share of the change, for electrodes stiffer than
+/// the layer by this ratio.
 fn of_closed_form(stiffness: f64) -> f64 {
     let [.., [_, stiffest]] = OF_CLOSED_FORM;
     let within = |piece: &[[f64; 2]]| match piece {

@@ -1,5 +1,5 @@
-//! A forecast of what the box solver takes for the steps of a plan. A load may leave a scene without a mirror plane that it has at rest, so
-//! that the steps are counted as they are.
+//! A forecast of unknowns, memory and time of the box solver for the steps of a plan. A load may remove
+//! mirror planes that the scene has at rest, so that steps are grouped by their symmetries.
 
 use elastocap_case::{Case, Indenter, Mechanics};
 use elastocap_electrostatics::{Effort, Forecast, SolveError, forecast, symmetries};
@@ -13,11 +13,12 @@ use crate::route::Route;
 use crate::scene::neutral::indenter_in_field;
 use crate::settings::FieldSettings;
 
-/// Steps that are looked at, at most, and these times the bodies of the scene: of more, as many that lie evenly among them.
+/// Largest number of steps that are examined, and largest product of that number and the number of bodies. Of
+/// more steps, this many are examined at equal distances.
 const MAX_STEPS: usize = 64;
 const MAX_BODIES: usize = 12_800;
 
-/// How many times as much boxes take under a map as without one: at most what was observed.
+/// The cost of boxes under a map over their cost without one: the largest values observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct MapFactors {
     unknowns: usize,
@@ -30,9 +31,10 @@ impl MapFactors {
     const NONE: Self = Self { unknowns: 1, memory: 1, seconds: 1.0 };
     /// The factors for tilted bodies, which need a tensor at every point of the elements.
     const TILTED: Self = Self { unknowns: 1, memory: 1, seconds: 3.0 };
-    /// The factors for a bent layer and bent electrodes, which need such a tensor, and for which the map itself has to be found.
+    /// The factors for a bent layer and bent electrodes, which need such a tensor, and whose map has to be
+    /// computed first.
     const BENT: Self = Self { unknowns: 1, memory: 2, seconds: 20.0 };
-    /// The factors for the narrow space under an indenter, which needs all that, and finer grids and more iterations besides.
+    /// The factors for the narrow space under an indenter, which also needs finer grids and more iterations.
     const UNDER_INDENTER: Self = Self { unknowns: 2, memory: 8, seconds: 30.0 };
 
     fn of(case: &Case, step: &PlannedStep) -> Self {
@@ -44,13 +46,13 @@ impl MapFactors {
         }
     }
 
-    fn times(self, own: Forecast) -> Forecast {
+    fn times(self, forecast: Forecast) -> Forecast {
         Forecast {
-            unknowns: self.unknowns * own.unknowns,
-            memory_bytes: own.memory_bytes.saturating_mul(self.memory),
-            seconds: self.seconds * own.seconds,
-            unmirrored: (self.unknowns * own.unmirrored.0, self.seconds * own.unmirrored.1),
-            ..own
+            unknowns: self.unknowns * forecast.unknowns,
+            memory_bytes: forecast.memory_bytes.saturating_mul(self.memory),
+            seconds: self.seconds * forecast.seconds,
+            unmirrored: (self.unknowns * forecast.unmirrored.0, self.seconds * forecast.unmirrored.1),
+            ..forecast
         }
     }
 }
@@ -59,7 +61,7 @@ impl MapFactors {
 struct Group {
     symmetries: ([bool; 3], bool),
     map: MapFactors,
-    /// Planes that the load takes away, which is known although its scene is not.
+    /// The mirror planes that the load removes, known although the deformed scene is not.
     lost: [bool; 3],
     steps: usize,
     /// The scene of the last step: loads usually ascend, and the layer thins.
@@ -67,8 +69,8 @@ struct Group {
 }
 
 impl Plan {
-    /// The unknowns, memory and time of the box solver for one step of those that it solves: on average, and at most where it is about memory
-    /// and unknowns; `None` without such a step.
+    /// The forecast of the box solver for one of its steps: the mean time, and the largest memory and number
+    /// of unknowns; `None` without such a step.
     ///
     /// # Errors
     /// See [`forecast`].
@@ -79,13 +81,13 @@ impl Plan {
         settings: &FieldSettings,
     ) -> Result<Option<Forecast>, SolveError> {
         let by_boxes = |step: &&PlannedStep| step.route.is_some_and(is_by_boxes);
-        let all: Vec<&PlannedStep> = self.solvable_steps().filter(by_boxes).collect();
+        let steps: Vec<&PlannedStep> = self.solvable_steps().filter(by_boxes).collect();
         let most = (MAX_BODIES / case.bodies.len().max(1)).clamp(2, MAX_STEPS);
-        let stride = all.len().div_ceil(most).max(1);
+        let stride = steps.len().div_ceil(most).max(1);
         let mut groups: Vec<Group> = Vec::new();
-        // From the last one, so that the last step of each group is the one that is kept.
-        for step in all.iter().rev().step_by(stride) {
-            // A step whose scene is refused is known to fail, and not among them.
+        // In reverse, so that each group keeps the scene of its last step.
+        for step in steps.iter().rev().step_by(stride) {
+            // A step whose scene is refused fails without a solve.
             let Ok(scene) = scene_at(case, step.load, &step.pose, options.prune) else { continue };
             let symmetries = symmetries(&scene, &settings.boxes())?;
             let lost = if step.load.is_zero() { [false; 3] } else { lost_under_load(case, &scene, step) };
@@ -101,14 +103,14 @@ impl Plan {
         let (mut seconds, mut unmirrored, mut memory, mut is_rough) = (0.0, 0.0, 0, false);
         let mut effort = Effort::default();
         for group in &groups {
-            let own = forecast(&group.scene, &settings.boxes(), &mut effort)?;
-            let own = group.map.times(without(own, group.lost));
-            seconds += own.seconds * group.steps as f64;
-            unmirrored += own.unmirrored.1 * group.steps as f64;
-            memory = own.memory_bytes.max(memory);
-            is_rough |= own.is_rough;
-            if largest.as_ref().is_none_or(|most| most.unknowns < own.unknowns) {
-                largest = Some(own);
+            let at_rest = forecast(&group.scene, &settings.boxes(), &mut effort)?;
+            let under_load = group.map.times(without(at_rest, group.lost));
+            seconds += under_load.seconds * group.steps as f64;
+            unmirrored += under_load.unmirrored.1 * group.steps as f64;
+            memory = under_load.memory_bytes.max(memory);
+            is_rough |= under_load.is_rough;
+            if largest.as_ref().is_none_or(|most| most.unknowns < under_load.unknowns) {
+                largest = Some(under_load);
             }
         }
         let steps = groups.iter().map(|group| group.steps).sum::<usize>() as f64;
@@ -122,9 +124,9 @@ impl Plan {
     }
 }
 
-/// The axes along which a load makes the two halves of a layer different, by finite elements, of which only the scene at rest is known:
-/// the top moves and the bottom does not, an indenter may stand beside the middle, and a map bends both sides of the middle alike and no
-/// other ones.
+/// The axes whose mirror planes a load removes in a layer by finite elements, of which only the scene at rest
+/// is known: the top moves and the bottom does not, an indenter may stand beside the middle, and a map keeps
+/// mirror planes only if they pass through the origin.
 fn lost_under_load(case: &Case, scene: &Scene, step: &PlannedStep) -> [bool; 3] {
     let off_the_middle = match step.route {
         Some(Route::MAPPED_BOXES) => planes(scene).map(|plane| plane.is_some_and(|plane| plane.at != 0.0)),
@@ -144,18 +146,19 @@ fn lost_under_load(case: &Case, scene: &Scene, step: &PlannedStep) -> [bool; 3] 
     [0, 1, 2].map(|a| by_mechanics[a] || off_the_middle[a])
 }
 
-/// The forecast for a scene that has lost its mirror planes along some axes, and with x1 or x3 its half turn.
-fn without(own: Forecast, lost: [bool; 3]) -> Forecast {
-    let turn_is_lost = own.turned && (lost[0] || lost[2]);
-    let gone = (0..3).filter(|&a| lost[a] && own.mirrored[a]).count() + usize::from(turn_is_lost);
+/// The forecast for a scene without its mirror planes on the `lost` axes; without that of x1 or x3 it loses
+/// its half turn, too.
+fn without(forecast: Forecast, lost: [bool; 3]) -> Forecast {
+    let turn_is_lost = forecast.turned && (lost[0] || lost[2]);
+    let gone = (0..3).filter(|&a| lost[a] && forecast.mirrored[a]).count() + usize::from(turn_is_lost);
     let copies = 1_usize << gone;
     Forecast {
-        unknowns: own.unknowns * copies,
-        memory_bytes: own.memory_bytes.saturating_mul(copies as u64),
-        // As with the unknowns of all mirrored scenes: the axes become longer too.
-        seconds: own.seconds * (copies as f64).powf(4.0 / 3.0),
-        mirrored: [0, 1, 2].map(|a| own.mirrored[a] && !lost[a]),
-        turned: own.turned && !turn_is_lost,
-        ..own
+        unknowns: forecast.unknowns * copies,
+        memory_bytes: forecast.memory_bytes.saturating_mul(copies as u64),
+        // The exponent of other mirrored scenes: longer axes also cost more per unknown.
+        seconds: forecast.seconds * (copies as f64).powf(4.0 / 3.0),
+        mirrored: [0, 1, 2].map(|a| forecast.mirrored[a] && !lost[a]),
+        turned: forecast.turned && !turn_is_lost,
+        ..forecast
     }
 }

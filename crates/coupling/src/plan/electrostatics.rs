@@ -1,4 +1,5 @@
-//! The part of a plan about the fields: which solvers, on what part of the scene, with how much memory.
+//! The part of a plan about the field solves: the solver of each step, the part of the scene that is solved,
+//! and the memory.
 
 use elastocap_case::{Body, Case, FieldSolver, ImportedMesh, Measurement};
 use elastocap_electrostatics::{SolveError, extrusion_axis};
@@ -19,10 +20,11 @@ use crate::words::{counted, grouped, listed};
 /// The part of a plan that says which capacitance is measured.
 pub const MEASURED: &str = "measured";
 
-/// Field problems at the same time, whatever the machine.
+/// Largest number of field problems that are solved at the same time, on any machine.
 const MAX_AT_ONCE: usize = 8;
 
-/// Memory of the process besides its solves, bytes: the program itself, stacks of threads, and files while they are made.
+/// Memory of the process outside its solves, bytes: the program, stacks of threads, and files while they are
+/// written.
 pub(super) const PROGRAM: u64 = 20 << 20;
 
 /// Share of the tolerance that the facets of an imported mesh may take without a warning.
@@ -79,17 +81,17 @@ impl Plan {
     /// Warns of steps that may turn out to have no solution.
     fn warn_of_doubts(&mut self) {
         let doubt = |step: &PlannedStep| Some((step.index, step.doubt.as_ref()?.to_string()));
-        let all = self.solvable_steps().filter_map(doubt);
+        let doubts = self.solvable_steps().filter_map(doubt);
         let lines = shortfalls::lines(
-            all.map(|(step, why)| (step, format!("may fail, as the deformed layer will show: {why}"))),
+            doubts.map(|(step, why)| (step, format!("may fail, as the deformed layer will show: {why}"))),
         );
         self.warnings.extend(lines);
     }
 
     /// Notes which bodies move with the material of the layer, and that they do not stiffen it.
     fn in_the_layer(&mut self, case: &Case) {
-        let own = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
-        let names: Vec<String> = own.map(|body| format!("`{}`", body.name)).collect();
+        let bodies = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
+        let names: Vec<String> = bodies.map(|body| format!("`{}`", body.name)).collect();
         if names.is_empty() || case.load.is_none() {
             return;
         }
@@ -101,7 +103,8 @@ impl Plan {
         self.solved.push(Planned { part: "bodies", what });
     }
 
-    /// Warns of conductors above a layer that sinks away from under them: most such files meant them to ride on it.
+    /// Warns of fixed conductors that the sinking top of the layer leaves behind: in most such files they
+    /// were meant to move with it.
     fn warn_of_what_stays_behind(&mut self, case: &Case) {
         let (Some(layer), true) = (&case.layer, self.steps.iter().any(|step| !step.load.is_zero())) else {
             return;
@@ -131,9 +134,12 @@ impl Plan {
         }
     }
 
-    /// Notes what is done for the change against the first step, where it is asked for to a tolerance.
+    /// Describes the repeated solves for the change from the first step, where the case sets a tolerance for
+    /// it.
     fn change(&mut self, case: &Case) {
-        let Some(tolerance) = case.electrostatics.and_then(|asked| asked.change_tolerance) else { return };
+        let Some(tolerance) = case.electrostatics.and_then(|settings| settings.change_tolerance) else {
+            return;
+        };
         let what = format!(
             "C less that of the first load step to a relative spread of {tolerance:e}, or as none to {NO_CHANGE:e} of C: steps whose bounds \
              do not give it are solved again, as sharply as the changes found take; memory and time of that are not in the estimates"
@@ -148,28 +154,28 @@ impl Plan {
         }
     }
 
-    /// The part of the plan for `solves` steps that the box solver takes, at least at first.
+    /// Plans the `solves` steps that the box solver takes, at least at first.
     fn by_boxes(&mut self, case: &Case, options: &Options, settings: &FieldSettings, solves: usize) {
         let expected = self.forecast_boxes(case, options, settings);
         let mut memory = 0;
         let mut part = "the whole scene";
         match &expected {
-            Ok(Some(own)) => {
-                self.unknowns = own.unknowns;
-                self.is_rough = own.is_rough;
-                self.mirrored = own.mirrored;
-                self.seconds = own.seconds * solves as f64;
-                memory = own.memory_bytes;
+            Ok(Some(forecast)) => {
+                self.unknowns = forecast.unknowns;
+                self.is_rough = forecast.is_rough;
+                self.mirrored = forecast.mirrored;
+                self.seconds = forecast.seconds * solves as f64;
+                memory = forecast.memory_bytes;
                 part = [
                     "the whole scene",
                     "half of the scene",
                     "a quarter of the scene",
                     "an eighth of the scene",
-                ][own.mirrored.iter().filter(|m| **m).count()];
-                self.mirror_images(own, solves);
+                ][forecast.mirrored.iter().filter(|m| **m).count()];
+                self.mirror_images(forecast, solves);
             }
             Ok(None) => {}
-            // The grid that a step begins with is about the same at every load.
+            // The first grid of a step is about the same at every load.
             Err(error @ SolveError::TooLarge { .. }) => {
                 return self.fail(is_by_boxes, &StepFailure::Field(error.clone()));
             }
@@ -197,14 +203,15 @@ impl Plan {
         }
     }
 
-    /// Divides the memory among solves at the same time, of which each takes so many bytes.
+    /// Divides the memory among solves at the same time; `each` is the forecast of one of them, bytes.
     fn share_memory(&mut self, each: u64) {
         self.at_once = 1;
         if self.count(|route| !is_by_boxes(route)) == 0 {
             let room = self.memory_limit.checked_div(each).map_or(MAX_AT_ONCE, |n| n.min(64) as usize);
             let wanted = self.solvable_steps().count().clamp(1, MAX_AT_ONCE);
             if room >= wanted {
-                // Not divided by the number of threads: the memory of a solve must not depend on it.
+                // Divided by the number of solves, not of threads: the memory of a solve must not depend on
+                // the machine.
                 self.memory_shares = wanted as u64;
                 self.at_once = wanted.min(rayon::current_num_threads());
             }
@@ -212,7 +219,7 @@ impl Plan {
         self.memory_bytes = each.saturating_mul(self.at_once as u64).saturating_add(PROGRAM);
     }
 
-    /// Plans how electrodes that the load bends are solved.
+    /// Describes the solvers for electrodes that the load bends.
     fn around_bent_electrodes(&mut self, case: &Case) {
         for route in [Route::MAPPED_BOXES, Route::OUTLINES, Route::OUTLINES_ON_TETRAHEDRA] {
             let steps = self.count(|planned| planned == route);
@@ -236,10 +243,10 @@ impl Plan {
         }
     }
 
-    /// Outlines pulled along one axis.
+    /// Describes the solver for outlines that are extruded along one axis.
     fn by_outlines(&mut self, scene: &Scene, settings: &FieldSettings) {
-        let own = extrusion_axis(scene);
-        let axis = own.map_or_else(|| "an axis".to_owned(), |axis| format!("x{}", axis + 1));
+        let extruded = extrusion_axis(scene);
+        let axis = extruded.map_or_else(|| "an axis".to_owned(), |axis| format!("x{}", axis + 1));
         let what = format!(
             "outlines pulled along {axis}: potentials and fluxes of high degree on triangles times that axis, which prove an upper and a \
              lower bound, to a relative spread of {:e}",
@@ -247,7 +254,7 @@ impl Plan {
         );
         self.solved.push(Planned { part: "electrostatics", what });
         if settings.symmetry {
-            let turned = own.and_then(|axis| to_mirror_planes(scene, axis));
+            let turned = extruded.and_then(|axis| to_mirror_planes(scene, axis));
             let (turn, scene) = turned.as_ref().map_or((None, scene), |(turn, scene)| (Some(turn), scene));
             self.mirrored = mirror::planes(scene).each_ref().map(Option::is_some);
             let turn =
@@ -256,7 +263,7 @@ impl Plan {
         }
     }
 
-    /// Bodies of any shape: how many tetrahedra they take is known only when they are meshed.
+    /// Describes the solver for bodies of any shape. The number of tetrahedra is known only after meshing.
     fn on_tetrahedra(&mut self, mesh: Option<&ImportedMesh>, scene: &Scene, settings: &FieldSettings) {
         if let Some(mesh) = mesh {
             let mut what = format!(
@@ -291,7 +298,7 @@ impl Plan {
         }
     }
 
-    /// Which bodies are on one wire, and what is measured.
+    /// Describes the terminals, and the capacitance that is measured.
     fn terminals(&mut self, case: &Case) {
         for terminal in &case.terminals {
             let members: Vec<String> = terminal.conductors.iter().map(|name| format!("`{name}`")).collect();
@@ -324,12 +331,12 @@ impl Plan {
                     true => format!("the capacitance of {} against ground", quoted(i)),
                     false => format!("the mutual capacitance of {} and {}", quoted(i), quoted(j)),
                 };
-                let all: Vec<String> = case.measured_entries().into_iter().map(entry).collect();
+                let entries: Vec<String> = case.measured_entries().into_iter().map(entry).collect();
                 let curve = if case.load.is_some() { "; the curve shows the first" } else { "" };
-                format!("{}, everything else at potential zero{curve}", shortened(&all))
+                format!("{}, everything else at potential zero{curve}", shortened(&entries))
             }
             Measurement::Matrix { terminals: count, shown: [i, j] } => {
-                let all: Vec<String> = (0..count).map(quoted).collect();
+                let terminals: Vec<String> = (0..count).map(quoted).collect();
                 let curve = match (case.load.is_some(), i == j) {
                     (false, _) => String::new(),
                     (true, true) => {
@@ -339,7 +346,7 @@ impl Plan {
                         format!("; the curve shows the mutual capacitance of {} and {}", quoted(i), quoted(j))
                     }
                 };
-                format!("the whole matrix of {}{curve}", shortened(&all))
+                format!("the whole matrix of {}{curve}", shortened(&terminals))
             }
         };
         let is_chosen = case.measured.is_none() && names.len() > 1 && !case.electrodes_are_measured();

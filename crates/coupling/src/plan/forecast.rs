@@ -1,4 +1,5 @@
-//! The forecast of a plan for tetrahedra: its cost is not known before the scene is meshed, so that it is computed on request.
+//! The forecast of a plan for outlines and tetrahedra. It needs a mesh of the scene, and is computed on
+//! request.
 
 use elastocap_case::{Case, FieldSolver};
 use elastocap_electrostatics::forecast_extruded;
@@ -13,26 +14,28 @@ use crate::tetrahedra::forecast;
 use crate::words::seconds;
 use elastocap_linalg::memory::bytes_in_words;
 
-/// The cost of bent electrodes over that of straight ones, at most: as observed, up to two and a half times as many unknowns; and at least,
-/// since the first mesh that follows them has 40 to 170 thousand already.
+/// The largest observed ratio of the number of unknowns for bent electrodes to that for straight ones. The
+/// first mesh that follows bent electrodes has 40 to 170 thousand already, hence the minima below.
 const BENT: f64 = 2.5;
-/// The cost of bent electrodes over that of straight ones as outlines, at most, since the meshes of the plan follow every bend: as observed, up
-/// to six times as many unknowns.
+/// The largest observed ratio of the number of unknowns for outlines of bent electrodes to that of straight
+/// ones: the meshes in the plane follow every bend.
 const BENT_OUTLINES: f64 = 6.0;
-/// Memory of a solve of outlines beyond what is counted of it, mostly freed memory that the allocator keeps, bytes.
+/// Memory of a solve of outlines beyond the counted part, mostly freed memory that the allocator keeps,
+/// bytes.
 const OF_OUTLINES: u64 = 20 << 20;
 const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;
 const MIN_SECONDS: f64 = 0.8;
 
-/// Longer runs are warned of, s: half a day.
+/// The forecast time above which a run is warned of, s: half a day.
 const LONG: f64 = 12.0 * 3600.0;
 
 impl Plan {
-    /// Forecasts what the solver on tetrahedra takes, which [`Plan::new`] does not: a scene is meshed, and solved on a small mesh.
-    /// The plan holds the forecast of the box solver already. Electrodes that may bend count as at rest on tetrahedra, three and a
-    /// half times. A step whose scene turns out to have no mesh or no solution gets that as its failure. Memory and time beyond this
-    /// machine are added to the warnings.
+    /// Forecasts the cost of the solvers for outlines and for tetrahedra, which [`Plan::new`] does not: the
+    /// scene is meshed, and solved on a small mesh. The plan holds the forecast of the box solver already.
+    /// Electrodes that the load may bend are counted as at rest, with factors for their bending. A step whose
+    /// scene has no mesh or no solution gets the error as its failure. Memory and time beyond this machine
+    /// are added to the warnings.
     pub fn forecast(&mut self, case: &Case, options: &Options) {
         self.forecast_tetrahedra(case, options);
         self.warn_of_cost();
@@ -46,57 +49,60 @@ impl Plan {
         let solves = self.count(is_on_tetrahedra) as f64;
         // At rest the bodies are boxes for the box solver: it is the load that sends them to the tetrahedra.
         let bends = route(Bodies::of(&scene), Bending::Straight, asked(case)) == Ok(Route::BOXES);
-        let own = match forecast(&scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
-            Ok(own) => own,
+        let at_rest = match forecast(&scene, case.mesh.as_ref(), &self.solver_settings(case, options)) {
+            Ok(at_rest) => at_rest,
             // The layer bent may have a mesh where the one at rest has none.
             Err(_) if bends => return,
             Err(error) => return self.fails(index, &error.into()),
         };
-        self.is_rough |= own.is_rough;
+        self.is_rough |= at_rest.is_rough;
         if bends {
-            self.unknowns = ((BENT * own.unknowns as f64) as usize).max(MIN_UNKNOWNS);
-            self.memory_bytes = ((BENT * own.memory_bytes as f64) as u64).max(MIN_BYTES);
-            self.seconds += (BENT * own.seconds).max(MIN_SECONDS) * solves;
+            self.unknowns = ((BENT * at_rest.unknowns as f64) as usize).max(MIN_UNKNOWNS);
+            self.memory_bytes = ((BENT * at_rest.memory_bytes as f64) as u64).max(MIN_BYTES);
+            self.seconds += (BENT * at_rest.seconds).max(MIN_SECONDS) * solves;
             return;
         }
-        self.unknowns = own.unknowns;
-        self.memory_bytes = own.memory_bytes;
-        self.seconds = own.seconds * solves;
-        self.mirrored = own.mirrored;
+        self.unknowns = at_rest.unknowns;
+        self.memory_bytes = at_rest.memory_bytes;
+        self.seconds = at_rest.seconds * solves;
+        self.mirrored = at_rest.mirrored;
     }
 
-    /// Forecasts the cost of the solver for outlines: its first meshes are solved. Bent electrodes count as at rest.
+    /// Forecasts the cost of the solver for outlines by solving its first meshes. Bent electrodes are counted
+    /// as at rest, with factors for their bending.
     fn forecast_outlines(&mut self, case: &Case, options: &Options) {
         let is_extruded = |route: Route| route.solver() == FieldSolver::Extruded;
         let Some((_, scene)) = self.first_scene(case, options, is_extruded) else { return };
         let solves = self.count(is_extruded) as f64;
-        // What it fails on goes to tetrahedra, which is not known before.
-        let Ok(own) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else { return };
-        self.is_rough |= own.is_rough;
+        // Scenes on which it fails go to tetrahedra, whose cost is not known here.
+        let Ok(at_rest) = forecast_extruded(&scene, &self.solver_settings(case, options).boxes()) else {
+            return;
+        };
+        self.is_rough |= at_rest.is_rough;
         let bends = self.count(|route| route == Route::EXTRUDED) == 0;
         let [larger, longer] = if bends { [BENT_OUTLINES, BENT] } else { [1.0, 1.0] };
-        self.unknowns = self.unknowns.max((larger * own.unknowns as f64) as usize);
-        let memory = (larger * own.memory_bytes as f64) as u64;
+        self.unknowns = self.unknowns.max((larger * at_rest.unknowns as f64) as usize);
+        let memory = (larger * at_rest.memory_bytes as f64) as u64;
         self.memory_bytes = self.memory_bytes.max(memory.saturating_add(PROGRAM + OF_OUTLINES));
-        self.seconds += longer * own.seconds * solves;
-        self.mirrored = own.mirrored;
+        self.seconds += longer * at_rest.seconds * solves;
+        self.mirrored = at_rest.mirrored;
     }
 
-    /// Notes that a step will fail, and with it those that take its result over.
+    /// Marks a step as failing, and the steps that take its result over.
     fn fails(&mut self, index: usize, failure: &StepFailure) {
         for step in self.steps.iter_mut().filter(|step| step.index == index || step.same_as == Some(index)) {
             (step.route, step.failure) = (None, Some(failure.clone()));
         }
     }
 
-    /// Notes that all steps on such routes will fail.
+    /// Marks all steps on such routes as failing.
     pub(super) fn fail(&mut self, on: impl Fn(Route) -> bool, failure: &StepFailure) {
         for step in self.steps.iter_mut().filter(|step| step.route.is_some_and(&on)) {
             (step.route, step.failure) = (None, Some(failure.clone()));
         }
     }
 
-    /// Warns where the forecast is rough, and where memory or time are beyond this machine.
+    /// Warns where the forecast is rough, and where memory or time exceed the limits.
     fn warn_of_cost(&mut self) {
         if self.is_rough {
             self.warnings.push(

@@ -1,4 +1,4 @@
-//! The part of a plan about the layer: its mechanics, and what its shape means for the field.
+//! The part of a plan about the mechanics of the layer, and the consequences of its shape for the field.
 
 use elastocap_mechanics::solid::dimension::{Dimension, Plane, Space};
 use elastocap_mechanics::solid::forecast::{MeshSize, PressingRegime, memory_bytes, seconds};
@@ -29,12 +29,12 @@ pub struct LayerForecast {
     pub most_seconds: f64,
 }
 
-/// The meshes that most loads need: where they may be many, as in the plane, half of them.
+/// The meshes that most loads need: at least three, or half of them where there are many, as in plane strain.
 fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
     &meshes[..meshes.len().min(3.max(meshes.len() / 2))]
 }
 
-/// In words, what presses where no punch does.
+/// The words for a held patch in place of a punch.
 pub const HELD_PATCH: &str = "a patch of its top that is held and moved down, not a punch";
 
 fn words_of_punch(contact: PunchContact, corner_radius: f64) -> &'static str {
@@ -66,12 +66,12 @@ impl Plan {
                     }
                     Load::Force(_) => "by force: the compression is found by inverting the force formula",
                 };
-                let of = if foam::has_law(case) {
+                let model = if foam::has_law(case) {
                     "even compression of the foam"
                 } else {
                     "closed form of the layer"
                 };
-                let what = format!("{of} at {}, {by}", counted(count, "load step"));
+                let what = format!("{model} at {}, {by}", counted(count, "load step"));
                 self.solved.push(Planned { part: "mechanics", what });
                 self.force_limit = closed_form_limit(case);
                 self.warn_beyond_limit(case, load);
@@ -96,7 +96,7 @@ impl Plan {
         }
     }
 
-    /// Adds what the finite elements take from which a closed form gets its shear length.
+    /// Adds the forecast of the finite elements that determine the shear length of a closed form.
     fn shear_length(&mut self, case: &Case) {
         match shear_length::forecast(case, &self.loads()) {
             Ok(None) => {}
@@ -142,7 +142,7 @@ impl Plan {
     fn solid(&mut self, case: &Case, load: &Load, model: &Solid) {
         // Where the layer cannot be set up every step is known to fail, with the reason.
         let Ok(meshes) = deform::forecast_solid(case, model, &self.loads()) else { return };
-        // Rounded corners are coarse in space: the surface hardly slides around them.
+        // The mesh at rounded corners is coarse in three dimensions: the surface hardly slides around them.
         let regime = match model.indenter {
             SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => PressingRegime::Patch,
             SolidIndenter::WholeTop
@@ -177,7 +177,7 @@ impl Plan {
         let loads = self.distinct_steps().count();
         let memory =
             |meshes: &[MeshSize]| memory_bytes::<S>(meshes, self.steps.len(), self.layer_memory_limit);
-        // In space no mesh is begun that does not fit into the memory.
+        // In three dimensions, meshes that exceed the memory limit are not started.
         let fits = |meshes: &&[MeshSize]| S::AXES == 2 || memory(meshes) <= self.layer_memory_limit;
         let begun = (2..=meshes.len())
             .rev()
@@ -208,7 +208,8 @@ impl Plan {
         }
     }
 
-    /// Compares the closed form with a punch. Where its shear length is yet to be found, the run does so.
+    /// Warns where the force of the closed form differs from that of a punch. If its shear length is still to
+    /// be computed, the run warns instead.
     fn warn_of_force(&mut self, case: &Case) {
         let states = self.distinct_steps().filter_map(|step| layer_state(case, step.load, true).ok()?);
         let warning = force_warning(case, states, self.force_limit);
@@ -221,7 +222,7 @@ impl Plan {
         self.warnings.extend(warning);
     }
 
-    /// A wall that lies on a layer is flat, and so is the surface under it.
+    /// Warns of a wall on the layer: the field has a flat surface under it.
     fn warn_of_wall(&mut self, case: &Case, whole_top: bool) {
         let is_medium = |surroundings: &Surroundings| match &surroundings.extent {
             Extent::AroundLayer { above, .. } => matches!(above, Face::Medium { .. }),

@@ -1,4 +1,5 @@
-//! The plan of a run, made before anything is solved: what is solved, what is left out and why, and the memory and time expected.
+//! The plan of a run before anything is solved: its work, omitted work with the reasons, and the forecast of
+//! memory and time.
 
 mod boxes;
 mod electrostatics;
@@ -25,14 +26,14 @@ use steps::planned_steps;
 /// The output that a run should produce besides the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Whether what the scene does not need is left out. Without it the numbers are the same, and take longer.
+    /// Whether work that the scene does not need is omitted. The numbers do not depend on it.
     pub prune: bool,
     /// Whether the fields are wanted, as one `.vtu` per step.
     pub fields: bool,
     /// Whether `scene.glb` is wanted.
     pub scene: bool,
-    /// Whether a simple model of the layer is compared with the next better one, where that costs little. Without it what the two differ by
-    /// is estimated.
+    /// Whether a simple model of the layer is compared with the next better one where that costs little.
+    /// Otherwise their difference is estimated.
     pub model_error: bool,
 }
 
@@ -42,7 +43,7 @@ impl Default for Options {
     }
 }
 
-/// The work of a run: what is solved, in which order, and what is left out.
+/// The work of a run, in its order, and the work that is omitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// The kind of result that the case asks for.
@@ -51,7 +52,7 @@ pub struct Plan {
     pub steps: Vec<PlannedStep>,
     /// The parts that are solved and written.
     pub solved: Vec<Planned>,
-    /// The parts that are left out, and why.
+    /// The parts that are omitted, with the reasons.
     pub left_out: Vec<LeftOut>,
     /// Unknowns of the largest problem, primal plus dual; 0 if there is no field problem.
     pub unknowns: usize,
@@ -64,23 +65,23 @@ pub struct Plan {
     pub layer: Option<LayerForecast>,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],
-    /// Field problems that run at the same time, at most.
+    /// Largest number of field problems that are solved at the same time.
     pub at_once: usize,
     /// Warnings for the user before the run.
     pub warnings: Vec<String>,
-    /// Memory that the field solves may take together, bytes.
+    /// Memory limit of all field solves together, bytes.
     #[serde(skip)]
     pub memory_limit: u64,
-    /// Among how many solves it is divided.
+    /// The number of solves among which `memory_limit` is divided.
     #[serde(skip)]
     pub memory_shares: u64,
-    /// Memory that the finite elements of the layer may take, bytes.
+    /// Memory limit of the finite elements of the layer, bytes.
     #[serde(skip)]
     pub layer_memory_limit: u64,
-    /// How far the force formula of the closed form can be used, equation (50) of the paper.
+    /// The limit of the force formula of the closed form, equation (50) of the paper.
     #[serde(skip)]
     pub force_limit: Option<ForceLimit>,
-    /// Whether what the scene does not need is left out.
+    /// Whether work that the scene does not need is omitted.
     pub pruned: bool,
     /// Whether the forecast of a field is a rough one.
     #[serde(skip)]
@@ -99,12 +100,12 @@ pub enum Kind {
     Mechanics,
 }
 
-/// One thing that is done.
+/// A part of the work that is done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
     /// Mechanics, electrostatics, or files.
     pub part: &'static str,
-    /// In words.
+    /// A description of the work.
     pub what: String,
 }
 
@@ -145,25 +146,25 @@ impl Plan {
         plan
     }
 
-    /// The settings of every field solve of the case; `field` if the potential is to be kept.
+    /// The settings of every field solve of the case.
     pub fn solver_settings(&self, case: &Case, options: &Options) -> FieldSettings {
-        let asked = case.electrostatics;
+        let given = case.electrostatics;
         let usual = FieldSettings::default();
-        let absolute = asked.and_then(|e| Some(e.absolute_tolerance? / e.relative_tolerance));
+        let absolute = given.and_then(|e| Some(e.absolute_tolerance? / e.relative_tolerance));
         FieldSettings {
-            relative_tolerance: asked.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
+            relative_tolerance: given.map_or(usual.relative_tolerance, |e| e.relative_tolerance),
             least_scale: absolute.unwrap_or(usual.least_scale),
-            bounds: asked.map_or(usual.bounds, |e| e.bounds),
+            bounds: given.map_or(usual.bounds, |e| e.bounds),
             target: target(case),
             symmetry: options.prune,
-            // Without pruning the fields are computed even if nobody wants the files.
+            // Without pruning the fields are computed even if no files are requested.
             field: options.fields || !options.prune,
             loaded_at: loaded_at(case),
             foresight: None,
             target_alone: false,
             accepted: usual.accepted,
             memory_limit: self.memory_limit / self.memory_shares,
-            tetrahedra_order: asked.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
+            tetrahedra_order: given.and_then(|e| e.order).map_or(usual.tetrahedra_order, usize::from),
             cancel: None,
             shared: None,
         }

@@ -1,4 +1,4 @@
-//! The parts that a plan leaves out, and the work that this saves.
+//! The work that a plan omits, and the savings.
 
 use elastocap_case::{Case, FieldIndenter};
 use elastocap_electrostatics::Forecast;
@@ -8,24 +8,24 @@ use serde::Serialize;
 use super::{Options, Plan};
 use crate::words::{counted, grouped, listed, seconds};
 
-/// One thing that is not done.
+/// A part of the work that is omitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// In words.
+    /// A description of the omitted work.
     pub what: String,
     /// The reason.
     pub why: String,
-    /// Whose choice it is; only the plan's own are undone by `--no-prune`.
+    /// The origin of the choice; `--no-prune` undoes only those of the plan.
     pub by: Decision,
     /// The saving, a sentence.
     pub saving: String,
-    /// Unknowns that need not be solved for.
+    /// The number of unknowns that it saves.
     pub saved_unknowns: Option<usize>,
-    /// Expected seconds that it saves.
+    /// The forecast of the time that it saves, seconds.
     pub saved_seconds: Option<f64>,
 }
 
-/// Whose choice it was to leave something out.
+/// The origin of the choice to omit something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Decision {
@@ -33,7 +33,7 @@ pub enum Decision {
     Plan,
     /// The case's: it does not ask for it.
     Case,
-    /// The caller's.
+    /// The caller's, by an option.
     Caller,
 }
 
@@ -50,37 +50,38 @@ impl LeftOut {
 }
 
 impl Plan {
-    /// The mirror images that `solves` solves by the box solver do without.
-    pub(super) fn mirror_images(&mut self, own: &Forecast, solves: usize) {
-        let planes = axes(own.mirrored);
+    /// Notes the mirror images that `solves` solves of the box solver omit.
+    pub(super) fn mirror_images(&mut self, forecast: &Forecast, solves: usize) {
+        let planes = axes(forecast.mirrored);
         let images = (!planes.is_empty()).then(|| format!("mirror images along {}", listed(&planes)));
         let turned =
-            own.turned.then(|| "what a half turn about x2 brings to the place of the rest".to_owned());
+            forecast.turned.then(|| "what a half turn about x2 brings to the place of the rest".to_owned());
         let what = match (images, turned) {
             (None, None) => return,
             (Some(one), None) | (None, Some(one)) => one,
             (Some(images), Some(turned)) => format!("{images}, and {turned}"),
         };
-        let why = match (planes.is_empty(), own.turned) {
+        let why = match (planes.is_empty(), forecast.turned) {
             (false, false) => "the scene is its own mirror image",
             (false, true) => "the scene is its own mirror image, and its own image after the turn",
             (true, _) => "the scene is its own image after the turn",
         };
-        let (unknowns, unmirrored_seconds) = own.unmirrored;
-        let saved_seconds = (unmirrored_seconds - own.seconds).max(0.0) * solves as f64;
+        let (unknowns, unmirrored_seconds) = forecast.unmirrored;
+        let saved_seconds = (unmirrored_seconds - forecast.seconds).max(0.0) * solves as f64;
         let saving = format!(
             "Symmetry cuts the unknowns from {} to {} and saves about {}.",
             grouped(unknowns),
-            grouped(own.unknowns),
+            grouped(forecast.unknowns),
             seconds(saved_seconds)
         );
         let mut left = LeftOut::new(Decision::Plan, what, why, saving);
-        left.saved_unknowns = Some(unknowns.saturating_sub(own.unknowns));
+        left.saved_unknowns = Some(unknowns.saturating_sub(forecast.unknowns));
         left.saved_seconds = Some(saved_seconds);
         self.left_out.push(left);
     }
 
-    /// The mirror images that a mesh whose size is not known yet does without, of a scene that was `turned` in some way first.
+    /// Notes the mirror images that a mesh of unknown size omits; `turned` describes an earlier rotation of
+    /// the scene.
     pub(super) fn mirrored_mesh(&mut self, turned: &str) {
         let planes = axes(self.mirrored);
         let share = match planes.len() {
@@ -95,13 +96,15 @@ impl Plan {
         self.left_out.push(LeftOut::new(Decision::Plan, what, why, saving));
     }
 
-    /// Dielectrics that the field of the first step does without, because they have the permittivity of all that is around them.
+    /// Notes the dielectrics that the field of the first step omits because their surroundings have the same
+    /// permittivity.
     pub(super) fn neutral_bodies(&mut self, case: &Case, options: &Options) {
         let Some((_, scene)) = self.first_scene(case, options, |_| true) else { return };
         let named = |name: &str| scene.bodies.iter().any(|body| body.name == name);
-        let own = case.bodies.iter().filter(|body| !body.is_conductor()).map(|body| body.name.as_str());
-        let indenter = case.indenter.filter(|own| matches!(own.role, Role::Dielectric { .. }));
-        let names: Vec<String> = own
+        let dielectrics =
+            case.bodies.iter().filter(|body| !body.is_conductor()).map(|body| body.name.as_str());
+        let indenter = case.indenter.filter(|indenter| matches!(indenter.role, Role::Dielectric { .. }));
+        let names: Vec<String> = dielectrics
             .chain(indenter.map(|_| FieldIndenter::NAME))
             .filter(|name| !named(name))
             .map(|name| format!("`{name}`"))
@@ -113,7 +116,7 @@ impl Plan {
         }
     }
 
-    /// The steps whose result is that of an earlier one.
+    /// Notes the steps that take over the result of an earlier one.
     pub(super) fn repeated_steps(&mut self) {
         let repeated: Vec<_> = self.steps.iter().filter(|s| s.same_as.is_some()).map(|s| s.index).collect();
         if repeated.is_empty() {

@@ -18,20 +18,20 @@ use crate::scene::scene_of;
 /// One load step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedStep {
-    /// Position in the case.
+    /// The index of the step in the case.
     pub index: usize,
     /// The load.
     pub load: StepLoad,
-    /// How what is attached is moved besides.
+    /// The pose of attached bodies and of the indenter.
     #[serde(skip_serializing_if = "is_at_rest", serialize_with = "in_si_units")]
     pub pose: Pose,
-    /// The earlier step with the same load and the same scene, whose result is used again.
+    /// The earlier step with the same load and scene whose result is reused.
     pub same_as: Option<usize>,
-    /// How its field is solved, as far as that is known before the layer is deformed; `None` without a field.
+    /// The planned route of the field, before the layer is deformed; `None` without a field.
     pub route: Option<Route>,
-    /// Why the step cannot be solved, if that is known beforehand.
+    /// The reason that the step cannot be solved, if it is known in advance.
     pub failure: Option<StepFailure>,
-    /// Why it may turn out that the step cannot be solved, once the layer is deformed.
+    /// The reason that the step may fail once the layer is deformed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<StepFailure>,
 }
@@ -51,7 +51,7 @@ fn in_si_units<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Plan {
-    /// The steps that are solved, not taken over from another one.
+    /// The steps whose result is not taken over from an earlier one.
     pub fn distinct_steps(&self) -> impl Iterator<Item = &PlannedStep> {
         self.steps.iter().filter(|step| step.same_as.is_none())
     }
@@ -66,7 +66,7 @@ impl Plan {
         self.distinct_steps().filter(|step| step.failure.is_none())
     }
 
-    /// In how many steps the field is solved on such a route.
+    /// The number of solvable steps on such a route.
     pub(super) fn count(&self, on: impl Fn(Route) -> bool) -> usize {
         self.solvable_steps().filter_map(|step| step.route).filter(|route| on(*route)).count()
     }
@@ -79,7 +79,7 @@ impl Plan {
         on: impl Fn(Route) -> bool,
     ) -> Option<(usize, Scene)> {
         let mut steps = self.solvable_steps().filter(|step| step.route.is_some_and(&on));
-        // A step whose scene is refused is known to fail, and not among them.
+        // A step whose scene is refused is not solvable.
         steps.find_map(|step| Some((step.index, scene_at(case, step.load, &step.pose, options.prune).ok()?)))
     }
 }
@@ -102,9 +102,9 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
             Some(original) => (original.route, original.failure.clone(), original.doubt.clone()),
             None => match setup.clone().map_err(|error| StepFailure::Layer(error.into())) {
                 Err(failure) => (None, Some(failure), None),
-                Ok(()) => match way_of(case, load, &pose, options.prune) {
-                    Ok(Way { route, scene, doubt }) => {
-                        // What comes near may be none of the field's business.
+                Ok(()) => match outlook(case, load, &pose, options.prune) {
+                    Ok(Outlook { route, scene, doubt }) => {
+                        // An approaching indenter may not be part of the field.
                         let moved = |pose: &Pose| (pose.shift, pose.tilt);
                         let is_same = steps.first().is_some_and(|first| {
                             first.load == load && moved(&first.pose) == moved(&pose) && scene == first_scene
@@ -124,20 +124,23 @@ pub(super) fn planned_steps(case: &Case, options: &Options) -> Vec<PlannedStep> 
     steps
 }
 
-/// The way in which a step is solved, as far as it is known.
+/// The outlook of a step before the layer is solved.
 #[derive(Default)]
-struct Way {
-    /// If it has a field.
+struct Outlook {
+    /// The route of the field, if the step has one.
     route: Option<Route>,
     scene: Option<Scene>,
     doubt: Option<StepFailure>,
 }
 
-/// The way of a step; in the order in which a run would meet them, the failures that can be known.
-fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, StepFailure> {
+/// The outlook of a step.
+///
+/// # Errors
+/// The first failure, in the order of a run, that is known in advance.
+fn outlook(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Outlook, StepFailure> {
     if !case.has_conductors() {
         layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
-        return Ok(Way::default());
+        return Ok(Outlook::default());
     }
     let scene = scene_at(case, load, pose, prune)?;
     if let (Some(layer), StepLoad::Compression(compression)) = (&case.layer, load)
@@ -153,10 +156,10 @@ fn way_of(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Way, 
         }
         SolvedShape::Mapped | SolvedShape::Straight | SolvedShape::Outlines => None,
     };
-    Ok(Way { route: Some(route), scene: Some(scene), doubt })
+    Ok(Outlook { route: Some(route), scene: Some(scene), doubt })
 }
 
-/// The scene of a step. Finite elements are not solved for a plan: with them it is the scene at rest, which is about as large.
+/// The scene of a step. With finite elements, which a plan does not solve, it is the scene at rest.
 pub(super) fn scene_at(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Scene, StepFailure> {
     let state = layer_state(case, load, prune).map_err(|error| StepFailure::Layer(error.into()))?;
     Ok(scene_of(case, state.as_ref(), pose)?.scene)

@@ -11,11 +11,12 @@ use super::{DeformedScene, ElectrodePlace, SceneError, attached, contacts, in_la
 use crate::deform::Deformation;
 use elastocap_case::{Case, Extent, Face, Pose, Terminal};
 
-/// The scene of `case` with its layer in `state`, `None` for the layer as it is without load, and with what is attached moved as `pose`
-/// says.
+/// The scene of `case` with its layer in `state` (`None` for the unloaded layer), and with attached bodies
+/// moved as `pose` says.
 ///
-/// Its conductors are the electrodes, the fixed ones and the indenter, those of a terminal as one. Its dielectrics are the layer, the
-/// substrate, the cover, the fixed ones and the indenter, of which later ones override earlier ones. The indenter is the box around it.
+/// Its conductors are the electrodes, the conducting bodies and the indenter; those of a terminal are one
+/// conductor. Its dielectrics are the layer, the substrate, the cover, the dielectric bodies and the
+/// indenter. The indenter is represented by its bounding box.
 ///
 /// # Errors
 /// When the deformed bodies do not fit together: see [`SceneError`].
@@ -35,9 +36,10 @@ pub fn scene_of(
         }
         (pair, electrodes_are_bent) = (Some(placed.pair), placed.are_bent);
     }
-    let sinks = case.layer.as_ref().zip(state).map_or(0.0, |(own, s)| s.deformed_thickness() - own.thickness);
-    let own = in_layer::with_material(case, state)?;
-    let beside = attached::moved(own, sinks, pose)?;
+    let sinks =
+        case.layer.as_ref().zip(state).map_or(0.0, |(layer, s)| s.deformed_thickness() - layer.thickness);
+    let with_layer = in_layer::with_material(case, state)?;
+    let beside = attached::moved(with_layer, sinks, pose)?;
     let fixed = |conductors: bool| beside.iter().filter(move |body| body.is_conductor() == conductors);
     bodies.extend(fixed(true).cloned());
     let top = case.layer.as_ref().map(|layer| state.map_or(layer.thickness, Deformation::deformed_thickness));
@@ -46,7 +48,7 @@ pub fn scene_of(
     let touched = contacts::check(case, &bodies, state, lowest, (pose, tilt.as_ref()))?.map(str::to_owned);
     let indenter = top.and_then(|_| indenter::body(case, lowest));
     let (metal, indenter) = match indenter {
-        Some(own) if own.is_conductor() => (Some(own), None),
+        Some(indenter) if indenter.is_conductor() => (Some(indenter), None),
         other => (None, other),
     };
     let conductors: Vec<(&str, Box3)> =
@@ -55,22 +57,22 @@ pub fn scene_of(
     if let (Some(pair), Some(electrodes)) = (&mut pair, &case.electrodes) {
         pair.places = places_of(electrodes.names(), &case.terminals, &bodies);
     }
-    // Bodies of a terminal may be attached or not.
+    // Taken before terminals are joined, whose bodies may be attached or not.
     let mut stays: Vec<Body> = Vec::new();
     if tilt.is_some() {
         stays.extend(bodies.iter().chain(&metal).filter(|body| !attached::is_attached(body)).cloned());
     }
     let mut bodies = case.joined(bodies);
     match (metal, touched) {
-        (Some(own), Some(with)) => contacts::join(&mut bodies, &case.terminals, &with, own),
+        (Some(metal), Some(with)) => contacts::join(&mut bodies, &case.terminals, &with, metal),
         (metal, _) => bodies.extend(metal),
     }
     if let (Some(layer), Some(top)) = (&case.layer, top) {
         let compression = state.map_or(0.0, Deformation::compression);
-        let own = layer
+        let permittivity = layer
             .permittivity_at(compression)
             .ok_or(SceneError::Missing("relative_permittivity in [layer]"))?;
-        let mut slabs = vec![("layer", Purpose::Layer, [0.0, top], own)];
+        let mut slabs = vec![("layer", Purpose::Layer, [0.0, top], permittivity)];
         if let Extent::AroundLayer { below, above, .. } = &surroundings.extent {
             if let Face::Medium { relative_permittivity, thickness, .. } = *below {
                 let depth = thickness.unwrap_or(f64::INFINITY);
@@ -92,16 +94,16 @@ pub fn scene_of(
     let slabs = bodies.iter().filter(|body| !body.is_conductor());
     let dielectrics: Vec<&Body> = fixed(false).chain(&indenter).chain(slabs).collect();
     let neutral = neutral_bodies(&dielectrics, background_permittivity);
-    let kept: Vec<Body> = fixed(false)
+    let not_neutral: Vec<Body> = fixed(false)
         .enumerate()
         .filter(|(place, _)| !neutral.contains(place))
         .map(|(_, body)| body.clone())
         .collect();
-    if bodies.iter().chain(&kept).all(|body| body.boxes().is_some()) {
-        bodies.extend(kept.into_iter().filter_map(|body| cut_at_walls(body, &domain)));
+    if bodies.iter().chain(&not_neutral).all(|body| body.boxes().is_some()) {
+        bodies.extend(not_neutral.into_iter().filter_map(|body| cut_at_walls(body, &domain)));
     } else {
         // The mesher cuts bodies at the walls itself.
-        bodies.extend(kept);
+        bodies.extend(not_neutral);
     }
     bodies.extend(indenter);
     let tilt = match tilt {
@@ -116,14 +118,15 @@ pub fn scene_of(
     Ok(DeformedScene { scene, pair, electrodes_are_bent, tilt })
 }
 
-/// Where the electrodes of these names, of one part each, are once the first of `bodies`, which they are, are joined to terminals.
+/// The positions of the electrodes of these names once `bodies` are joined to terminals. Each electrode has
+/// one part, and the electrodes come first.
 fn places_of(names: [&str; 2], terminals: &[Terminal], bodies: &[Body]) -> [ElectrodePlace; 2] {
     let joined = Terminal::join(terminals, bodies.to_vec());
     let place = |name: &str, earlier: &[&str]| {
         let terminal = terminals.iter().find(|terminal| terminal.holds(name));
-        let own = terminal.map_or(name, |terminal| terminal.name.as_str());
-        let conductor = joined.iter().position(|body| body.name == own).unwrap_or(0);
-        let part = earlier.iter().filter(|other| terminal.is_some_and(|own| own.holds(other))).count();
+        let joined_name = terminal.map_or(name, |terminal| terminal.name.as_str());
+        let conductor = joined.iter().position(|body| body.name == joined_name).unwrap_or(0);
+        let part = earlier.iter().filter(|other| terminal.is_some_and(|t| t.holds(other))).count();
         ElectrodePlace { conductor, part }
     };
     [place(names[0], &[]), place(names[1], &names[..1])]

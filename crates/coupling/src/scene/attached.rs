@@ -9,22 +9,23 @@ use elastocap_geometry::shapes::Shape;
 
 use super::SceneError;
 
-/// How far a tilt is felt beside and above the bodies that are tilted, in their own lengths, unless something is in the way.
+/// Distance over which the map of a tilt decays beside and above the tilted bodies, over their length on that
+/// axis, unless another body is closer.
 const REACH: f64 = 0.5;
 
-/// How far a tilt is felt toward a body that is in its way, as a share of the distance to that body.
+/// Distance over which the map of a tilt decays towards another body, over the distance to that body.
 const SHARE: f64 = 0.9;
 
-/// Whether a body is attached to anything.
+/// Whether a body is attached to the top of the layer or to the indenter.
 pub(super) fn is_attached(body: &Body) -> bool {
     matches!(body.purpose, Purpose::OnTop | Purpose::OnIndenter)
 }
 
-/// The bodies with those that are attached moved by the top's displacement along x2 and by the shift, m; those on the indenter by its
-/// distance from the layer as well.
+/// The bodies, with attached ones moved by the displacement of the top along x2 and by the shift of the pose,
+/// m; bodies on the indenter also by its distance from the layer.
 ///
 /// # Errors
-/// A body that is moved and has no place of its own.
+/// A moved body has a shape that cannot be translated.
 pub(crate) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body>, SceneError> {
     let moved = |mut body: Body| {
         let distance = if body.purpose == Purpose::OnIndenter { pose.distance } else { 0.0 };
@@ -42,71 +43,74 @@ pub(crate) fn moved(bodies: Vec<Body>, top: f64, pose: &Pose) -> Result<Vec<Body
     bodies.into_iter().map(moved).collect()
 }
 
-/// The turn of all that is attached, about the middle of its lower side.
+/// The rotation of all attached bodies about the middle of their lower side.
 pub(super) struct Tilt {
-    /// The box around it before the turn, m.
-    own: Box3,
+    /// The box around the attached bodies before the rotation, m.
+    hull: Box3,
+    /// The angles about x3 and about x1.
     angles: [f64; 2],
 }
 
 impl Tilt {
-    /// The tilt of the attached ones among some bodies; `None` without a tilt.
+    /// The tilt of the attached bodies among `bodies`; `None` if the pose has no tilt or no body is attached.
     pub(super) fn of(bodies: &[Body], pose: &Pose) -> Option<Self> {
         if pose.tilt == [0.0; 2] {
             return None;
         }
-        let own = bodies.iter().filter(|body| is_attached(body)).filter_map(Body::bounds);
-        Some(Self { own: own.reduce(|a, b| a.union(&b))?, angles: pose.tilt })
+        let bounds = bodies.iter().filter(|body| is_attached(body)).filter_map(Body::bounds);
+        Some(Self { hull: bounds.reduce(|a, b| a.union(&b))?, angles: pose.tilt })
     }
 
-    /// Where a point of an attached body comes to lie, m.
+    /// The position of a point of an attached body after the rotation, m.
     pub(super) fn image(&self, x: [f64; 3]) -> [f64; 3] {
-        let Box3 { min, max } = self.own;
+        let Box3 { min, max } = self.hull;
         let pivot = [0.5 * (min[0] + max[0]), min[1], 0.5 * (min[2] + max[2])];
         turned(x, pivot, self.angles)
     }
 }
 
-/// The map that tilts what is attached, and bends what lies between it and the substrate along. The `others` are the bodies of the scene
-/// that are not attached, slabs aside, in a domain.
+/// The map that tilts the attached bodies and deforms the space between them and the substrate. `others` are
+/// the bodies of the scene that are not attached, without the slabs.
 ///
-/// The bodies turn about the middle of their lower side. Below them the displacement falls evenly to zero at the substrate, so that a
-/// layer that they lie on follows them; above and beside them it falls to zero over half of their lengths, or up to the next body that
-/// is not attached, the indenter of the field among them.
+/// The bodies rotate about the middle of their lower side. Below them the displacement falls linearly to zero
+/// at the substrate, so that the layer follows them; above and beside them it falls to zero over half of
+/// their lengths, or before the next body that is not attached, such as an indenter in the field.
 ///
 /// # Errors
-/// A body that is not attached beside those that are, so that the map would bend it.
+/// A body that is not attached lies so close to the attached ones that the map would deform it, or there is
+/// no layer below them.
 pub(super) fn tilted<'a>(
     tilt: &Tilt,
     others: impl Iterator<Item = &'a Body>,
     domain: &Box3,
 ) -> Result<Arc<SceneMap>, SceneError> {
-    let own = tilt.own;
+    let hull = tilt.hull;
     let mut frame = Box3 {
-        min: [0, 1, 2].map(|a| own.min[a] - REACH * own.extent(a)),
-        max: [0, 1, 2].map(|a| own.max[a] + REACH * own.extent(a)),
+        min: [0, 1, 2].map(|a| hull.min[a] - REACH * hull.extent(a)),
+        max: [0, 1, 2].map(|a| hull.max[a] + REACH * hull.extent(a)),
     };
-    // Along x2 in the lengths of the plane, of which a plate has less than any; down to the substrate.
-    let reach = REACH * own.extent(0).min(own.extent(2));
-    (frame.min[1], frame.max[1]) = (0.0, own.max[1] + reach);
+    // Along x2 the shorter length in the plane is used, since a plate is thin along x2. Below, the map ends
+    // at the substrate.
+    let reach = REACH * hull.extent(0).min(hull.extent(2));
+    (frame.min[1], frame.max[1]) = (0.0, hull.max[1] + reach);
     for a in 0..3 {
         frame.min[a] = frame.min[a].max(domain.min[a]);
         frame.max[a] = frame.max[a].min(domain.max[a]);
     }
     for body in others {
         for region in body.parts.iter().filter_map(Shape::bounds) {
-            make_room(&mut frame, &own, &region)
+            make_room(&mut frame, &hull, &region)
                 .ok_or_else(|| SceneError::InTheWay { body: body.name.clone() })?;
         }
     }
-    if frame.min[1] >= own.min[1] {
+    if frame.min[1] >= hull.min[1] {
         return Err(SceneError::Missing("layer under what is tilted"));
     }
     let axis = |a: usize| {
-        let mut breaks = vec![frame.min[a], own.min[a], own.max[a], frame.max[a]];
+        let mut breaks = vec![frame.min[a], hull.min[a], hull.max[a], frame.max[a]];
         breaks.dedup_by(|a, b| *a == *b);
         let mirrored = a != 1
-            && is_kept(a, tilt.angles)
+            && keeps_mirror(a, tilt.angles)
             && breaks.iter().zip(breaks.iter().rev()).all(|(x, y)| *x == -y);
         if mirrored {
             breaks.retain(|x| *x > 0.0);
@@ -116,11 +120,11 @@ pub(super) fn tilted<'a>(
     };
     let axes = [axis(0), axis(1), axis(2)];
     let map = SceneMap::new(axes, |x| {
-        let near = [0, 1, 2].map(|a| x[a].clamp(own.min[a], own.max[a]));
+        let near = [0, 1, 2].map(|a| x[a].clamp(hull.min[a], hull.max[a]));
         let rest: f64 = (0..3)
             .map(|a| match x[a] {
-                x if x < own.min[a] => (x - frame.min[a]) / (own.min[a] - frame.min[a]),
-                x if x > own.max[a] => (frame.max[a] - x) / (frame.max[a] - own.max[a]),
+                x if x < hull.min[a] => (x - frame.min[a]) / (hull.min[a] - frame.min[a]),
+                x if x > hull.max[a] => (frame.max[a] - x) / (frame.max[a] - hull.max[a]),
                 _ => 1.0,
             })
             .product();
@@ -130,15 +134,15 @@ pub(super) fn tilted<'a>(
     Ok(Arc::new(map))
 }
 
-/// Whether a tilt leaves a scene its mirror image across an axis.
-fn is_kept(axis: usize, [about_x3, about_x1]: [f64; 2]) -> bool {
+/// Whether a tilted scene keeps its mirror plane perpendicular to an axis.
+fn keeps_mirror(axis: usize, [about_x3, about_x1]: [f64; 2]) -> bool {
     match axis {
         0 => about_x3 == 0.0,
         _ => about_x1 == 0.0,
     }
 }
 
-/// A point turned about x3 and then about x1, right-handed.
+/// A point rotated about x3 and then about x1, right-handed.
 fn turned(x: [f64; 3], pivot: [f64; 3], [about_x3, about_x1]: [f64; 2]) -> [f64; 3] {
     let [mut a, mut b, mut c] = [0, 1, 2].map(|k| x[k] - pivot[k]);
     let (sine, cosine) = about_x3.sin_cos();
@@ -148,17 +152,17 @@ fn turned(x: [f64; 3], pivot: [f64; 3], [about_x3, about_x1]: [f64; 2]) -> [f64;
     [a + pivot[0], b + pivot[1], c + pivot[2]]
 }
 
-/// Draws the frame in until the inner of it does not hold a body that stays where it is; `None` where that stands beside the bodies that
-/// are tilted, or closer than they are wide apart.
-fn make_room(frame: &mut Box3, own: &Box3, other: &Box3) -> Option<()> {
+/// Shrinks the `frame` of the map until a body that is not attached lies outside; `None` if that body
+/// overlaps the `hull` of the tilted bodies on every axis.
+fn make_room(frame: &mut Box3, hull: &Box3, other: &Box3) -> Option<()> {
     let is_outside = (0..3).any(|a| other.max[a] <= frame.min[a] || other.min[a] >= frame.max[a]);
     if is_outside {
         return Some(());
     }
-    // The side on which there is the most room for its size.
+    // The side with the largest distance between the two.
     let rooms = (0..3).flat_map(|a| {
-        let below = (own.min[a] - other.max[a], a, false);
-        let above = (other.min[a] - own.max[a], a, true);
+        let below = (hull.min[a] - other.max[a], a, false);
+        let above = (other.min[a] - hull.max[a], a, true);
         [below, above]
     });
     let (room, a, is_above) = rooms.max_by(|x, y| x.0.total_cmp(&y.0))?;
@@ -166,8 +170,8 @@ fn make_room(frame: &mut Box3, own: &Box3, other: &Box3) -> Option<()> {
         return None;
     }
     match is_above {
-        true => frame.max[a] = own.max[a] + SHARE * room,
-        false => frame.min[a] = own.min[a] - SHARE * room,
+        true => frame.max[a] = hull.max[a] + SHARE * room,
+        false => frame.min[a] = hull.min[a] - SHARE * room,
     }
     Some(())
 }

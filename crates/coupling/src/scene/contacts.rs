@@ -1,7 +1,7 @@
-//! Conductors that touch where a step has them: bodies that load or pose bring together, and what presses.
+//! Conductors that touch in a step: bodies that the load or the pose brings together, and the indenter.
 //!
-//! The reader of cases refuses conductors that touch where the file puts them. What finite elements bend is not looked at here: maps keep
-//! apart what was apart before.
+//! The case reader refuses conductors that touch as given in the file. Bodies that finite elements bend are
+//! not checked here: maps keep separate bodies apart.
 
 use elastocap_case::{Case, Pose, Terminal};
 use elastocap_geometry::scene::{Body, Box3, Potential, Purpose, Role};
@@ -14,13 +14,13 @@ use super::neutral::indenter_in_field;
 use super::walls::outer_walls;
 use crate::deform::Deformation;
 
-/// Gaps up to this share of the layer's thickness are rounding of sums of lengths.
+/// Gaps up to this share of the layer's thickness count as rounding errors of sums of lengths.
 const ROUNDING: f64 = 1e-9;
 
-/// Refuses a step in which conductors touch. The `conductors` are those of its scene, before those of one terminal are joined and without the
-/// indenter, whose lowest point is at the height `lowest`, m.
+/// Refuses a step in which conductors touch. `conductors` are those of its scene before terminals are joined,
+/// without the indenter, whose lowest point is at the height `lowest`, m.
 ///
-/// Returns the grounded conductor that the indenter, grounded too, is one with, if the two touch.
+/// Returns the name of the grounded conductor that a grounded indenter touches.
 ///
 /// # Errors
 /// Two conductors of different terminals that touch.
@@ -46,17 +46,17 @@ pub(super) fn check<'a>(
     places.check_indenter(lowest)
 }
 
-/// Refuses a step in which conductors touch one another or a wall, of those that finite elements do not bend, before these are solved: the
-/// top of the layer sinks by the length `sinks`, m.
+/// Refuses a step, before its finite elements are solved, in which conductors that these do not bend touch
+/// one another or a wall. The top of the layer sinks by `sinks`, m.
 ///
 /// # Errors
 /// Two conductors of different terminals that touch, or one that reaches a wall.
 pub(crate) fn check_pressed(case: &Case, sinks: f64, pose: &Pose) -> Result<(), SceneError> {
     let Some(layer) = &case.layer else { return Ok(()) };
-    let own = case.bodies.iter().filter(|body| !moves_with_material(body));
-    let all = moved(own.cloned().collect(), -sinks, pose)?;
-    let known: Vec<&Body> = all.iter().filter(|body| body.is_conductor()).collect();
-    let places = Places::of(case, &known, Tilt::of(&all, pose).as_ref());
+    let unbent = case.bodies.iter().filter(|body| !moves_with_material(body));
+    let bodies = moved(unbent.cloned().collect(), -sinks, pose)?;
+    let known: Vec<&Body> = bodies.iter().filter(|body| body.is_conductor()).collect();
+    let places = Places::of(case, &known, Tilt::of(&bodies, pose).as_ref());
     places.check_apart(false)?;
     let top = layer.thickness - sinks;
     places.check_indenter(top + pose.distance)?;
@@ -74,7 +74,7 @@ pub(crate) fn check_pressed(case: &Case, sinks: f64, pose: &Pose) -> Result<(), 
     }
 }
 
-/// Adds the indenter to the conductor that it is one with.
+/// Adds the indenter to the conductor `with` that it touches.
 pub(super) fn join(scene: &mut [Body], terminals: &[Terminal], with: &str, indenter: Body) {
     let terminal = terminals.iter().find(|terminal| terminal.holds(with));
     let name = terminal.map_or(with, |terminal| terminal.name.as_str());
@@ -97,18 +97,20 @@ fn moves_with_material(body: &Body) -> bool {
     }
 }
 
-/// Under an indenter that bends the surface, no conductor in that surface may be told from one that touches the indenter.
+/// Refuses conductors in the surface of a layer that a metal indenter bends: they cannot be distinguished
+/// from conductors that touch it.
 fn check_surface(case: &Case, pose: &Pose) -> Result<(), SceneError> {
-    let bends = case.mechanics.is_some_and(|own| own.is_finite_element());
-    let is_metal = indenter_in_field(case).is_some_and(|own| !matches!(own.role, Role::Dielectric { .. }));
+    let bends = case.mechanics.is_some_and(|mechanics| mechanics.is_finite_element());
+    let indenter = indenter_in_field(case);
+    let is_metal = indenter.is_some_and(|indenter| !matches!(indenter.role, Role::Dielectric { .. }));
     let Some(layer) = case.layer.as_ref().filter(|_| bends && is_metal && pose.distance == 0.0) else {
         return Ok(());
     };
     let reaches = |region: &Box3| region.max[1] >= layer.thickness * (1.0 - ROUNDING);
-    // In the coordinates of the file, which is where the material of the surface is known.
+    // Compared in the coordinates of the file, before loading.
     let bodies = case.bodies.iter().filter(|body| body.is_conductor() && body.purpose == Purpose::InLayer);
     let bodies = bodies.map(|body| (body.name.as_str(), body.boxes().unwrap_or_default()));
-    let pair = case.electrodes.iter().flat_map(|own| own.names().into_iter().zip(own.regions()));
+    let pair = case.electrodes.iter().flat_map(|pair| pair.names().into_iter().zip(pair.regions()));
     let pair = pair.map(|(name, region)| (name, vec![region]));
     match bodies.chain(pair).find(|(_, regions)| regions.iter().any(reaches)) {
         Some((body, _)) => Err(SceneError::ShortedByIndenter { body: body.to_owned() }),
@@ -116,20 +118,20 @@ fn check_surface(case: &Case, pose: &Pose) -> Result<(), SceneError> {
     }
 }
 
-/// Whether the indenter is the box that the scene has for it at every load, with no map that makes another form of that.
+/// Whether no map changes the box of the indenter at any load.
 fn is_straight(case: &Case) -> bool {
-    let Some(mechanics) = case.mechanics.filter(|own| own.covers_all()) else { return false };
+    let Some(mechanics) = case.mechanics.filter(|mechanics| mechanics.covers_all()) else { return false };
     let is_bent =
         case.electrodes.is_some() || case.bodies.iter().any(|body| body.purpose == Purpose::InLayer);
     !(is_bent && mechanics.is_finite_element())
 }
 
-/// Conductors where a step has them.
+/// The conductors at their positions in a step.
 struct Places<'a, 'b> {
     case: &'a Case,
-    /// Each with its shapes, turned as the pose says.
+    /// Each conductor with its shapes, tilted as the pose says.
     conductors: Vec<(&'b Body, Vec<Shape>)>,
-    /// m.
+    /// The largest gap that counts as touching, m.
     rounding: f64,
 }
 
@@ -148,7 +150,7 @@ impl<'a, 'b> Places<'a, 'b> {
         Self { case, conductors: conductors.iter().map(turned).collect(), rounding: ROUNDING * thickness }
     }
 
-    /// Whether two shapes share a point. Of two of which none is a box the meshers know.
+    /// Whether two shapes touch. Pairs without a box are left to the meshers.
     fn touch(&self, one: &Shape, other: &Shape) -> bool {
         let around = |region: &Box3| Box3 {
             min: region.min.map(|x| x - self.rounding),
@@ -165,13 +167,14 @@ impl<'a, 'b> Places<'a, 'b> {
         one.iter().any(|one| other.iter().any(|other| self.touch(one, other)))
     }
 
-    /// Refuses two that have come together. `is_stretched`: those in the layer move against one another.
+    /// Refuses two conductors that have come together. `is_stretched`: bodies in the layer move relative to
+    /// one another.
     fn check_apart(&self, is_stretched: bool) -> Result<(), SceneError> {
         let terminals = &self.case.terminals;
         for (k, (body, shapes)) in self.conductors.iter().enumerate() {
             for (other, others) in &self.conductors[..k] {
                 let moves = body.purpose != other.purpose || (is_stretched && moves_with_material(body));
-                let joined = || terminals.iter().any(|all| all.holds(&body.name) && all.holds(&other.name));
+                let joined = || terminals.iter().any(|t| t.holds(&body.name) && t.holds(&other.name));
                 if moves && self.any_touch(shapes, others) && !joined() {
                     let (first, second) = (other.name.clone(), body.name.clone());
                     return Err(SceneError::BodiesMeet { first, second });
@@ -181,23 +184,23 @@ impl<'a, 'b> Places<'a, 'b> {
         Ok(())
     }
 
-    /// Refuses those that touch an indenter of metal with its lowest point at a height, m, but for one that is grounded as the indenter is,
-    /// of which it returns the name.
+    /// Refuses conductors that touch a metal indenter whose lowest point is at the height `lowest`, m. A
+    /// conductor that is grounded like the indenter may touch it; its name is returned.
     fn check_indenter(&self, lowest: f64) -> Result<Option<&'b str>, SceneError> {
-        let Some(own) = indenter_in_field(self.case) else { return Ok(None) };
-        let Role::Conductor { potential } = own.role else { return Ok(None) };
-        let Some(form) = IndenterForm::of(self.case, own.height) else { return Ok(None) };
+        let Some(indenter) = indenter_in_field(self.case) else { return Ok(None) };
+        let Role::Conductor { potential } = indenter.role else { return Ok(None) };
+        let Some(form) = IndenterForm::of(self.case, indenter.height) else { return Ok(None) };
         let shapes = form.shapes(lowest);
-        let mut one: Option<&str> = None;
+        let mut touched: Option<&str> = None;
         for (body, _) in self.conductors.iter().filter(|(_, parts)| self.any_touch(parts, &shapes)) {
             let terminal = self.case.terminals.iter().find(|terminal| terminal.holds(&body.name));
-            let is_grounded = potential == Potential::Grounded && terminal.is_some_and(|own| own.is_grounded);
-            let is_same = one.is_none_or(|one| terminal.is_some_and(|own| own.holds(one)));
+            let is_grounded = potential == Potential::Grounded && terminal.is_some_and(|t| t.is_grounded);
+            let is_same = touched.is_none_or(|touched| terminal.is_some_and(|t| t.holds(touched)));
             if !(is_grounded && is_same && is_straight(self.case)) {
                 return Err(SceneError::TouchesIndenter { body: body.name.clone() });
             }
-            one = one.or(Some(body.name.as_str()));
+            touched = touched.or(Some(body.name.as_str()));
         }
-        Ok(one)
+        Ok(touched)
     }
 }

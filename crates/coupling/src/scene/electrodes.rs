@@ -1,9 +1,9 @@
 //! The positions of the electrodes after loading.
 //!
-//! Electrodes float with the layer: see [`ElectrodePose`]. One rule is added to it. An electrode with a face on the
-//! layer's surface before loading keeps that face there, because the layer next to it stays bonded; its mid-plane then
-//! follows from its thickness. The pose alone takes its thinning at the mid-plane, so
-//! that the electrode would stick out of the surface, or leave it, by a sliver.
+//! Electrodes move with the layer: see [`ElectrodePose`], with one additional rule. An electrode with a face
+//! on the surface of the layer before loading keeps that face there, because the layer beside it stays
+//! bonded; its mid-plane then follows from its thickness. Without the rule the electrode would protrude from
+//! the surface, or sink below it, by a small length, since the pose takes its thinning at the mid-plane.
 
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use elastocap_geometry::scene::Box3;
@@ -16,7 +16,7 @@ use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 /// Lengths that differ by less than this share of the layer's thickness are the same.
 const ROUNDING: f64 = 1e-12;
 
-/// Where the electrodes are in a scene of no terminals: they are put into it first.
+/// The positions of the electrodes in a scene before terminals are joined: they are added first.
 const PLACES: [ElectrodePlace; 2] =
     [ElectrodePlace { conductor: 0, part: 0 }, ElectrodePlace { conductor: 1, part: 0 }];
 
@@ -29,7 +29,7 @@ pub(super) struct Placed {
     pub(super) are_bent: bool,
 }
 
-/// The electrodes with the layer in `state`; `None` for the layer as it is without load.
+/// The electrodes with the layer in `state`; `None` for the unloaded layer.
 ///
 /// # Errors
 /// Electrodes that do not fit into the deformed layer, or meet.
@@ -52,7 +52,7 @@ pub(super) fn electrodes(
     Ok(Placed { regions, pair, are_bent: false })
 }
 
-/// By the closed form, or at rest.
+/// Places the electrodes by the closed form, or at rest.
 fn place(
     electrodes: &Electrodes,
     layer: &Layer,
@@ -209,9 +209,9 @@ impl Plate {
         if high > top {
             return Err(SceneError::LeavesLayer { electrode: name, side: "top", by: high - top });
         }
-        // Where nothing moved the electrode the pose is kept: the middle of its rounded faces may differ in the last digit.
-        let moved = low == 0.0 || high == top;
-        let mid = if moved { 0.5 * (low + high) } else { pose.height };
+        // The pose is kept unless a face is flush: the middle of rounded faces may differ in the last digit.
+        let is_flush = low == 0.0 || high == top;
+        let mid = if is_flush { 0.5 * (low + high) } else { pose.height };
         Ok(Self { pose, mid, thickness, length: pose.length(electrodes.length), low, high })
     }
 }

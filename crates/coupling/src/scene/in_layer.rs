@@ -8,16 +8,17 @@ use elastocap_mechanics::{ElectrodeStiffness, LayerState, MechanicsError};
 use super::SceneError;
 use crate::deform::{Deformation, FiniteElementStep};
 
-/// The bodies with those in the layer where its material goes. By the closed form, points at a height come down to `g(S)`, and their distance
-/// from the middle along x1 grows by the stretch there, which for a box is taken at its mid-plane. Finite elements bend the boxes instead, by
-/// a map, and here they are only as much lower as [`scale_of_heights`] says.
+/// The bodies, with those in the layer at their deformed positions. By the closed form, a point at height S
+/// moves down to `g(S)`, and its distance from the middle along x1 grows by the stretch there, which is taken
+/// at the mid-plane of a box. With finite elements a map deforms the boxes; here only their heights are
+/// multiplied by [`scale_of_heights`].
 ///
 /// # Errors
-/// A body of another shape than boxes, or one that reaches out of the layer.
+/// A body that is not made of boxes, or that reaches out of the layer.
 pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Result<Vec<Body>, SceneError> {
     let thickness = case.layer.as_ref().map_or(f64::INFINITY, |layer| layer.thickness);
     let flush = |mut to: Box3, from: &Box3, state: &Deformation<'_>| {
-        // At the surface before loading, and there under load.
+        // Faces in the surface stay in it.
         for (x, before) in [(&mut to.min[1], from.min[1]), (&mut to.max[1], from.max[1])] {
             if before == thickness {
                 *x = state.deformed_thickness();
@@ -27,14 +28,14 @@ pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Res
     };
     let moved = |region: &Box3| match state {
         None => Ok(*region),
-        Some(own @ Deformation::ClosedForm(state)) => {
-            Ok(moved_box(region, state).map(|to| flush(to, region, own))?)
+        Some(deformation @ Deformation::ClosedForm(state)) => {
+            Ok(moved_box(region, state).map(|to| flush(to, region, deformation))?)
         }
         Some(Deformation::Foam(_)) => Err(SceneError::WithinFoam),
-        Some(own @ Deformation::FiniteElement(step)) => {
+        Some(deformation @ Deformation::FiniteElement(step)) => {
             let scale = scale_of_heights(case, step);
             let to = lowered(region, scale);
-            Ok(if scale == 1.0 { to } else { flush(to, region, own) })
+            Ok(if scale == 1.0 { to } else { flush(to, region, deformation) })
         }
     };
     let is_moved = state.is_some_and(|state| state.top_displacement() != 0.0);
@@ -50,10 +51,12 @@ pub(super) fn with_material(case: &Case, state: Option<&Deformation<'_>>) -> Res
     case.bodies.iter().cloned().map(with_material).collect()
 }
 
-/// Heights of the boxes of a layer over those of its material before loading: where its surface stays flat, they are as high as that is under
-/// load, so that the layer goes on beyond the map as it is within. Elsewhere it ends at its height before loading.
+/// Height of the boxes of a layer over that of its material before loading. Where the surface stays flat, the
+/// boxes are as high as under load, so that the layer continues outside the map as inside. Otherwise the
+/// ratio is 1.
 pub(crate) fn scale_of_heights(case: &Case, step: &FiniteElementStep) -> f64 {
-    let layer = case.layer.as_ref().filter(|_| case.mechanics.is_some_and(|own| own.covers_all()));
+    let layer =
+        case.layer.as_ref().filter(|_| case.mechanics.is_some_and(|mechanics| mechanics.covers_all()));
     layer.map_or(1.0, |layer| step.deformed_thickness / layer.thickness)
 }
 
@@ -65,7 +68,7 @@ pub(crate) fn lowered(region: &Box3, scale: f64) -> Box3 {
 }
 
 fn moved_box(region: &Box3, state: &LayerState) -> Result<Box3, MechanicsError> {
-    // Of the pose only what the layer does itself is used, whatever the stiffness.
+    // Only the parts of the pose that do not depend on the stiffness are used.
     let at = |height: f64| state.electrode_pose(height, ElectrodeStiffness::Rigid);
     let [low, high] = [region.min[1], region.max[1]];
     let stretch = at(0.5 * (low + high))?.layer_stretch;

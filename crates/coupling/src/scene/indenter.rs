@@ -6,40 +6,41 @@ use elastocap_geometry::shapes::Shape;
 
 use super::neutral::indenter_in_field;
 
-/// The form of an indenter, with its lowest point at the origin but for its position along x1. Lengths in m.
+/// The form of an indenter, relative to its lowest point; x1 is that of the layer. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct IndenterForm {
     /// The middle along x1.
     pub(crate) position: f64,
     /// Half of its width along x1 and along x3.
     pub(crate) half_widths: [f64; 2],
-    /// How tall it is.
+    /// The height.
     pub(crate) height: f64,
-    /// The way in which it is rounded.
+    /// The rounding of edges or surface.
     pub(crate) rounding: Rounding,
 }
 
 /// How an indenter differs from a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Rounding {
-    /// Not at all.
+    /// A box.
     Sharp,
-    /// The lower edges along x3 have a radius; that of a cylinder lying on the layer is half its width, and its upper edges have it too.
+    /// The lower edges along x3 are rounded. For a cylinder lying on the layer the radius is half the width,
+    /// and the upper edges are rounded, too.
     AlongX3 {
-        /// m.
+        /// The radius, m.
         radius: f64,
         /// Whether it is a cylinder.
         is_cylinder: bool,
     },
-    /// It is a ball.
+    /// A sphere.
     Ball {
-        /// m.
+        /// The radius, m.
         radius: f64,
     },
 }
 
 impl IndenterForm {
-    /// Whether its lower side is flat up to its edges, or to where these are rounded.
+    /// Whether the lower side is flat up to the edges, or to where these are rounded.
     pub(crate) fn has_flat_face(&self) -> bool {
         match self.rounding {
             Rounding::Sharp | Rounding::AlongX3 { is_cylinder: false, .. } => true,
@@ -47,7 +48,7 @@ impl IndenterForm {
         }
     }
 
-    /// The form of the indenter of a case; `None` where nothing presses, or what presses has no form.
+    /// The form of the indenter of a case; `None` without mechanics, or where the indenter has no form.
     pub(crate) fn of(case: &Case, height: Option<f64>) -> Option<Self> {
         let layer = case.layer.as_ref()?;
         let plate = |half_length: f64, width: f64| Self {
@@ -132,18 +133,18 @@ impl IndenterForm {
 
     /// The shapes that it consists of, with its lowest point at this height above the substrate, m.
     pub(super) fn shapes(&self, lowest: f64) -> Vec<Shape> {
-        let all = self.bounds(lowest);
+        let hull = self.bounds(lowest);
         let rod = |x: f64, radius: f64| Shape::Cylinder {
             axis: 2,
-            base: [x, lowest + radius, all.min[2]],
+            base: [x, lowest + radius, hull.min[2]],
             radius,
-            height: all.extent(2),
+            height: hull.extent(2),
         };
         match self.rounding {
-            Rounding::Sharp => vec![Shape::Box(all)],
+            Rounding::Sharp => vec![Shape::Box(hull)],
             Rounding::AlongX3 { radius, is_cylinder: true } => vec![rod(self.position, radius)],
             Rounding::AlongX3 { radius, is_cylinder: false } => {
-                let (flat, mut above, mut between) = (self.flat(), all, all);
+                let (flat, mut above, mut between) = (self.flat(), hull, hull);
                 above.min[1] = lowest + radius;
                 (between.min[0], between.max[0]) = (self.position - flat, self.position + flat);
                 let rods = [-flat, flat].map(|x| rod(self.position + x, radius));
@@ -171,7 +172,7 @@ impl Rounding {
     }
 }
 
-/// The radius of a block's rounded edges, which its body in the field does not have, m; zero for any other indenter.
+/// The radius of a block's rounded edges, which the field neglects, m; zero for any other indenter.
 pub(crate) fn edges_left_out(case: &Case) -> f64 {
     match case.mechanics {
         Some(Mechanics::Solid(model)) => match model.indenter {
@@ -182,15 +183,15 @@ pub(crate) fn edges_left_out(case: &Case) -> f64 {
     }
 }
 
-/// The indenter of a case as a box around it, with its lowest point at this height above the substrate, m; `None` where the field has
-/// none.
+/// The indenter of a case as its bounding box, with its lowest point at this height above the substrate, m;
+/// `None` if it is not part of the field.
 pub(super) fn body(case: &Case, lowest: f64) -> Option<Body> {
-    let own = indenter_in_field(case)?;
-    let form = IndenterForm::of(case, own.height)?;
+    let indenter = indenter_in_field(case)?;
+    let form = IndenterForm::of(case, indenter.height)?;
     Some(Body {
         name: FieldIndenter::NAME.to_owned(),
         parts: vec![Shape::Box(form.bounds(lowest))],
-        role: own.role,
+        role: indenter.role,
         purpose: Purpose::Indenter,
     })
 }

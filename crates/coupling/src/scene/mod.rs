@@ -32,7 +32,7 @@ pub struct DeformedScene {
 }
 
 impl DeformedScene {
-    /// The scene with boxes in place of the pair, in its order.
+    /// The scene with these boxes in place of the electrodes of the pair.
     pub fn with_pair(&self, regions: [Box3; 2]) -> Scene {
         let mut scene = self.scene.clone();
         for (place, region) in self.pair.iter().flat_map(|pair| pair.places).zip(regions) {
@@ -44,17 +44,17 @@ impl DeformedScene {
     }
 }
 
-/// Where an electrode is among the bodies of a scene.
+/// The position of an electrode among the bodies of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ElectrodePlace {
     /// The index of the conductor that it belongs to.
     pub conductor: usize,
-    /// Which of its parts it is: a conductor on one wire with others has those as parts too.
+    /// The index among the parts of that conductor, which include other conductors on the same wire.
     pub part: usize,
 }
 
 impl ElectrodePlace {
-    /// The shape of the electrode in a scene, to be changed.
+    /// The shape of the electrode in a scene.
     pub(crate) fn in_scene(self, scene: &mut Scene) -> Option<&mut Shape> {
         scene.conductor_mut(self.conductor)?.parts.get_mut(self.part)
     }
@@ -63,19 +63,21 @@ impl ElectrodePlace {
 /// Dimensions of the electrodes after loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedPair {
-    /// Where the two are among the bodies of the scene.
+    /// The positions of the electrodes among the bodies of the scene.
     pub places: [ElectrodePlace; 2],
-    /// Between the facing surfaces, m.
+    /// The distance between the facing surfaces, m.
     pub gap: f64,
-    /// Above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    /// The height above the substrate of the mid-plane of an in-plane pair, or of the middle of the gap of a
+    /// stacked one, m.
     pub height: f64,
-    /// Along x2, m; the mean of the two plates of a stacked pair, which thin each by the stretch at its own height.
+    /// The thickness along x2, m: for a stacked pair the mean of the two plates, which are thinned by the
+    /// stretch at their heights.
     pub thickness: f64,
     /// The parallel-plate formula, F: the facing area times permittivity over the gap, no fringing.
     pub parallel_plate: f64,
 }
 
-/// Why a load step has no scene.
+/// The reason that a load step has no scene.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -99,14 +101,14 @@ pub enum SceneError {
         by * 1e6
     )]
     LeavesLayer {
-        /// Its name.
+        /// The name of the electrode.
         electrode: &'static str,
         /// "top" or "bottom".
         side: &'static str,
-        /// How far, m.
+        /// The protrusion, m.
         by: f64,
     },
-    /// Something moves with the material of an evenly compressed foam; the case reader refuses such a file.
+    /// A body moves with the material of an evenly compressed foam; the case reader refuses such a file.
     #[error("where conductors within an evenly compressed foam go is not known; put them on its faces")]
     WithinFoam,
     /// A wall that moves with the layer reaches a body that stays in place.
@@ -115,7 +117,7 @@ pub enum SceneError {
          the medium {side} the layer thicker"
     )]
     ReachesWall {
-        /// Its name.
+        /// The name of the conductor.
         conductor: String,
         /// "below" or "above".
         side: &'static str,
@@ -125,7 +127,7 @@ pub enum SceneError {
         "`{body}` stands beside what is tilted, with no room for the tilt to fall off; move it away, or attach it too"
     )]
     InTheWay {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A body lies where the indenter is, or where the space between it and the layer is bent.
@@ -134,7 +136,7 @@ pub enum SceneError {
          bend it along; move it away, write `attached = \"layer\"` where it lies in the layer, or `role = \"absent\"` in [indenter]"
     )]
     InTheIndentersWay {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A body that moves with the material of the layer is of another shape than boxes.
@@ -143,7 +145,7 @@ pub enum SceneError {
          on a face of the layer"
     )]
     NoBoxInLayer {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// Two conductors of different terminals touch under this load, or in this pose.
@@ -152,9 +154,9 @@ pub enum SceneError {
          join them in one [[terminal]]"
     )]
     BodiesMeet {
-        /// One of them.
+        /// The name of one conductor.
         first: String,
-        /// The other.
+        /// The name of the other conductor.
         second: String,
     },
     /// A conductor touches an indenter of metal that is part of the field.
@@ -164,7 +166,7 @@ pub enum SceneError {
          of `{body}`"
     )]
     TouchesIndenter {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// A conductor in the surface of a layer that an indenter of metal, part of the field, bends.
@@ -173,7 +175,7 @@ pub enum SceneError {
          conductor: move it below the surface, or write `role = \"absent\"` or a permittivity in [indenter]"
     )]
     ShortedByIndenter {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// The indenter reaches a wall.

@@ -1,7 +1,8 @@
-//! Dielectrics that leave the field as it is without them, because they have the permittivity of all that they lie in.
+//! Neutral dielectrics, which do not change the field because their surroundings have the same permittivity.
 //!
-//! Without them a scene of boxes stays one whatever their shape, and scenes that differ in them alone are the same: the change of the
-//! capacitance from one to the other is zero, which no two solves could show.
+//! Without neutral bodies of other shapes, a scene of boxes stays one for the box solver. Scenes that differ
+//! only in neutral bodies are equal, so that the change of the capacitance between them is exactly zero,
+//! which two solves could not show.
 
 use elastocap_case::{Case, Extent, Face, FieldIndenter};
 use elastocap_geometry::scene::{Body, Box3, Purpose, Role};
@@ -14,39 +15,40 @@ fn permittivity(body: &Body) -> Option<f64> {
     }
 }
 
-/// The indenter of a case as the field meets it; `None` without one, and where what surrounds it has its permittivity.
+/// The indenter of a case as part of the field; `None` without one, and where it is neutral.
 pub(crate) fn indenter_in_field(case: &Case) -> Option<FieldIndenter> {
-    let own = case.indenter?;
-    let Role::Dielectric { relative_permittivity } = own.role else { return Some(own) };
-    let is_of_it = |permittivity: f64| permittivity == relative_permittivity;
+    let indenter = case.indenter?;
+    let Role::Dielectric { relative_permittivity } = indenter.role else { return Some(indenter) };
+    let is_equal = |permittivity: f64| permittivity == relative_permittivity;
     let surroundings = case.surroundings.as_ref()?;
     let cover_is = match &surroundings.extent {
         Extent::AroundLayer { above: Face::Medium { relative_permittivity: cover, .. }, .. } => {
-            is_of_it(*cover)
+            is_equal(*cover)
         }
         _ => false,
     };
-    let is_neutral = is_of_it(surroundings.relative_permittivity)
+    let is_neutral = is_equal(surroundings.relative_permittivity)
         && cover_is
-        && case.bodies.iter().filter_map(permittivity).all(is_of_it);
-    (!is_neutral).then_some(own)
+        && case.bodies.iter().filter_map(permittivity).all(is_equal);
+    (!is_neutral).then_some(indenter)
 }
 
-/// The places of bodies that are neutral among the `dielectrics` of a scene, slabs included. What moves with the layer lies in it, wherever its
-/// boxes are before a map takes them there. Groups of a volume mesh are none: the mesh is
-/// the scene.
+/// The indices of the neutral bodies among the `dielectrics` of a scene, including slabs. Bodies that move
+/// with the layer are never neutral: their boxes are at other places before a map. Neither are groups of a
+/// volume mesh, which defines the scene.
 pub(super) fn neutral_bodies(dielectrics: &[&Body], background: f64) -> Vec<usize> {
-    let is_of_it = |body: &&&Body| permittivity(body) == Some(background) && body.purpose != Purpose::InLayer;
+    let has_background =
+        |body: &&&Body| permittivity(body) == Some(background) && body.purpose != Purpose::InLayer;
     let others: Vec<Option<Box3>> =
-        dielectrics.iter().filter(|body| !is_of_it(body)).map(|body| body.bounds()).collect();
+        dielectrics.iter().filter(|body| !has_background(body)).map(|body| body.bounds()).collect();
     let is_neutral = |(_, body): &(usize, &&Body)| {
-        let own = body.bounds();
-        let is_apart = |other: &Option<Box3>| match (&own, other) {
-            (Some(own), Some(other)) => are_apart(own, other),
-            // Only a mesh knows.
+        let bounds = body.bounds();
+        let is_apart = |other: &Option<Box3>| match (&bounds, other) {
+            (Some(bounds), Some(other)) => are_apart(bounds, other),
+            // The bounds of a group of a volume mesh are unknown.
             _ => false,
         };
-        is_of_it(body) && own.is_some() && others.iter().all(is_apart)
+        has_background(body) && bounds.is_some() && others.iter().all(is_apart)
     };
     dielectrics.iter().enumerate().filter(is_neutral).map(|(place, _)| place).collect()
 }

@@ -1,4 +1,5 @@
-//! The mesh that a solve on tetrahedra begins with: which mesher makes it, how fine it is, and what is tried where it fails.
+//! The first mesh of a solve on tetrahedra: the choice of mesher and element sizes, and the alternatives if
+//! meshing fails.
 
 use super::{FACETS, Planes};
 use crate::failure::TetrahedraError;
@@ -13,39 +14,41 @@ use elastocap_linalg::vector::{length, minus};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Share of the tolerance that flat faces may use up.
+/// Share of the tolerance that the faceting error may take.
 const SHARE: f64 = 0.2;
 
-/// Sizes of faces over the radius of curved bodies: no larger, no smaller.
+/// Smallest and largest face size, over the radius of curved bodies.
 const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
-/// From which [`flatness`] on a scene in layers is meshed in layers, which needs no small triangles for thin gaps.
+/// Least [`flatness`] at which a layered scene is meshed in layers, which needs no small triangles for thin
+/// gaps.
 pub(super) const FLAT: f64 = 12_000.0;
 
-/// From how many [`strips`] on a scene in layers is meshed in layers, whose triangles may be longer than they are wide.
+/// Least number of [`strips`] at which a layered scene is meshed in layers, whose triangles may be elongated.
 const STRIPS: f64 = 300.0;
 
-/// Growth of elements from the edges of thin conductors on.
+/// Growth of elements away from the edges of thin conductors.
 const THIN_GROWTH: f64 = 0.3;
 
-/// Largest number of points along the edges of thin conductors: the first mesh has some hundred tetrahedra for each.
+/// Largest number of points along the edges of thin conductors: the first mesh has a few hundred tetrahedra
+/// for each.
 const MAX_EDGE_POINTS: f64 = 8_000.0;
 
-/// Largest number of points along the edges of thin conductors in a mesh that is only to tell what the solve will take.
+/// Largest number of points along the edges of thin conductors in the mesh of a forecast.
 pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 
-/// How often the mesher may try a point for a mesh that is only to tell what the solve will take: a second or two for each size that is tried.
+/// Largest number of point insertions in the mesh of a forecast: a second or two for each size.
 const FORECAST_INSERTIONS: usize = 20_000;
 
-/// The most corners of outlines in a mesh that is only to tell what the solve will take.
+/// Largest number of corners of outlines in the mesh of a forecast.
 const FORECAST_CORNERS: usize = 5_000;
 
 /// The purpose of a first mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// To be solved.
+    /// A solve.
     Solve,
-    /// To say what a solve will take.
+    /// A forecast of the cost of a solve.
     Forecast,
 }
 
@@ -59,7 +62,7 @@ impl Purpose {
     }
 
     /// Largest number of corners of all outlines that are meshed.
-    fn most_corners(self) -> usize {
+    fn max_corners(self) -> usize {
         match self {
             Self::Solve => usize::MAX,
             Self::Forecast => FORECAST_CORNERS,
@@ -75,34 +78,37 @@ impl Purpose {
     }
 }
 
-/// Longer mesh edges along thin conductors than this, relative to their width, do not serve.
+/// Largest length of mesh edges along thin conductors, relative to their width.
 const MAX_THIN_EDGE: f64 = 0.1;
 
-/// Sizes of faces to try.
+/// Number of face sizes to try.
 const TRIES: usize = 4;
 
-/// With a larger angle between two faces of a tetrahedron, degrees, other sizes are tried: a single one may cost the whole lower bound.
+/// Largest angle between two faces of a tetrahedron, degrees, beyond which other sizes are tried: a single
+/// such tetrahedron may spoil the lower bound.
 const LARGEST_ANGLE: f64 = 179.9;
 
-/// Where surfaces were not met by then other sizes are tried; with more points that would take too long.
+/// Number of points beyond which no other size is tried if the surfaces cannot be recovered: that would take
+/// too long.
 const FEW_POINTS: usize = 100_000;
 
 /// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the first mesh is then
 /// two to three times the tolerance.
 pub(super) const THIN_EDGE: f64 = 4.0;
 
-/// A mesh to start from.
+/// The first mesh of a solve.
 pub(super) struct First {
     pub(super) mesh: TetMesh,
-    /// The planes that it keeps to.
+    /// The mirror planes above which the scene is meshed.
     pub(super) planes: Planes,
-    /// Size of faces over the radius on curved bodies.
+    /// Face size over the radius on curved bodies.
     pub(super) size: f64,
     /// See [`ball_gap`].
     pub(super) gap: f64,
 }
 
-/// Makes it, with faces smaller by a factor. One for a forecast that takes too much work is given up, as if the caller had asked to stop.
+/// Makes the first mesh, with face sizes multiplied by `smaller`. A mesh for a forecast that takes too much
+/// work is abandoned with [`MeshError::Cancelled`].
 pub(super) fn first(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
@@ -110,7 +116,7 @@ pub(super) fn first(
     smaller: f64,
     purpose: Purpose,
 ) -> Result<First, TetrahedraError> {
-    // Between balls that are close together, faces must be small compared with the gap too.
+    // Between close balls, faces must also be small compared with the gap.
     let gap = ball_gap(scene)?;
     let size = (SHARE * settings.relative_tolerance / FACETS)
         .sqrt()
@@ -128,20 +134,20 @@ pub(super) fn first(
     Ok(First { mesh, planes, size, gap })
 }
 
-/// How fine a first mesh is, and who may stop the mesher.
+/// The fineness of a first mesh, and the flag that stops the mesher.
 #[derive(Debug, Clone, Copy)]
 struct Fineness<'a> {
-    /// The size of faces over the radius, on curved bodies.
+    /// The face size over the radius on curved bodies.
     size: f64,
-    /// The relative tolerance of the solve that the mesh is for.
+    /// The relative tolerance of the solve.
     tolerance: f64,
     purpose: Purpose,
-    /// Set from outside to stop.
+    /// Stops the mesher when set.
     cancel: Option<&'a Arc<AtomicBool>>,
 }
 
-/// A mesh of the part above the planes, and which of them it keeps to.
-/// The whole is meshed where the part cannot be.
+/// A mesh of the part above the planes, and these planes. If that part cannot be meshed, the whole scene is
+/// meshed, without planes.
 fn mesh_of(
     scene: &Scene,
     fineness: Fineness<'_>,
@@ -164,14 +170,14 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
         match mesh_unless(scene, &sizing, cancel) {
             Ok(found) if found.refined => return Ok(found.mesh),
             Err(MeshError::Cancelled) => return Err(MeshError::Cancelled.into()),
-            // The ways below may do.
+            // The other meshers may succeed.
             Ok(_) | Err(_) => {}
         }
     }
     let corners = |shape: &Shape| match shape {
         Shape::Extrusion { outline, .. } => outline.len(),
         Shape::Cylinder { .. } | Shape::Tube { .. } => (std::f64::consts::TAU / size) as usize,
-        // The planes of boxes cut one another's faces.
+        // The planes of boxes cut the faces of other boxes.
         Shape::Box(_) => 16,
         Shape::Sphere { .. }
         | Shape::Shell { .. }
@@ -179,18 +185,18 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
         | Shape::Surface(_)
         | Shape::Physical(_) => 4,
     };
-    if scene.shapes().map(corners).sum::<usize>() > fineness.purpose.most_corners() {
+    if scene.shapes().map(corners).sum::<usize>() > fineness.purpose.max_corners() {
         return Err(MeshError::Cancelled.into());
     }
     if flatness(scene) > FLAT || strips(scene) > STRIPS {
-        // A polygon with an even number of sides is its own mirror image as the circle is.
+        // An even number of sides preserves the mirror symmetry of the circle.
         let circle = ((std::f64::consts::TAU / size).ceil() as usize).next_multiple_of(2);
         let sizing = LayeredSizing { circle, reach, ..LayeredSizing::default() };
         if let Some(found) = layered(scene, &sizing) {
             return Ok(found?);
         }
     }
-    // Where rounding leaves a flat tetrahedron behind, another size may not.
+    // Another size may avoid a flat tetrahedron that is due to rounding.
     let most_insertions = fineness.purpose.most_insertions();
     let mut sizing = Sizing { facet: size, far: 2.0 * reach, most_insertions, ..Sizing::default() };
     let mut flattest: Option<(f64, TetMesh)> = None;
@@ -219,7 +225,7 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
                 | MeshError::Tangled { .. }
                 | MeshError::Unreachable { points: ..FEW_POINTS, .. },
             ) => {}
-            // Corners of round bodies lie outside them: coarse ones may cross where the bodies do not.
+            // Corners of facets lie outside round bodies: coarse facets may cross where the bodies do not.
             Err(MeshError::Crossing { .. } | MeshError::Near { .. }) => {
                 sizing.facet *= 0.5;
                 tries = tries.min(1);
@@ -233,12 +239,13 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
             return Ok(mesh);
         }
         sizing.facet *= 0.9;
-        // Faces of bodies that are not round have no size.
+        // Bodies that are not round do not depend on the face size.
         sizing.growth *= 0.95;
     }
 }
 
-/// How to mesh a scene with thin conductors; `None` if it has none, or if their edges are too long to be divided finely.
+/// The sizing for a scene with thin conductors; `None` without any, or if their edges are too long for fine
+/// elements.
 fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizing> {
     let sizing = |thin_edge: f64| Sizing {
         facet: fineness.size,
@@ -255,8 +262,8 @@ fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizin
     (finest <= coarsest).then(|| sizing(with(fineness.purpose.edge_points()).clamp(finest, coarsest)))
 }
 
-/// Distance at which open space begins, over the size of the scene. The loss of the bounds beyond falls with its square (measured on
-/// spheres and pads). Infinite dielectrics need more, since rays leave them.
+/// Distance at which open space begins, over the size of the scene. The loss of the bounds outside falls with
+/// its square (measured on spheres and pads). Infinite dielectrics need a larger distance.
 fn reach(scene: &Scene, tolerance: f64) -> f64 {
     let endless = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
     let layers = scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(endless));
@@ -279,21 +286,22 @@ pub(super) fn flatness(scene: &Scene) -> f64 {
     axes.fold(0.0, f64::max)
 }
 
-/// Approximate number of squares that would cover the sides of extrusions that have ends: many where an outline follows a curve.
+/// Approximate number of squares that would cover the sides of finite extrusions: large where an outline
+/// follows a curve.
 fn strips(scene: &Scene) -> f64 {
-    let of = |shape: &Shape| {
+    let squares = |shape: &Shape| {
         let Shape::Extrusion { from, to, outline, .. } = shape else { return 0.0 };
         let next = outline.iter().cycle().skip(1);
         let sides = outline.iter().zip(next).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1]));
         sides.map(|side| (to - from) / side).filter(|ratio| *ratio > 1.0 && ratio.is_finite()).sum()
     };
-    scene.shapes().map(of).sum()
+    scene.shapes().map(squares).sum()
 }
 
-/// The gap between two balls or capsules, or one and the hollow around it, m, and the smaller radius, m. `None` for other shapes: their
-/// gaps are those of their facets.
+/// The gap between two balls or capsules, or between one and the shell around it, m, and the smaller radius,
+/// m. `None` for other shapes, whose gaps are those of their facets.
 fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
-    /// The ends of the segment in its middle, radius, and whether the inside is what is hollow.
+    /// The ends of the axis segment, the radius, and whether the shape is a shell.
     fn round(shape: &Shape) -> Option<([[f64; 3]; 2], f64, bool)> {
         match shape {
             Shape::Sphere { center, radius } => Some(([*center; 2], *radius, false)),
@@ -309,13 +317,13 @@ fn gap_between(one: &Shape, other: &Shape) -> Option<(f64, f64)> {
     }
     let ((c, r, r_hollow), (d, s, s_hollow)) = (round(one)?, round(other)?);
     let apart = distance_of_segments(c, d);
-    // In a hollow the end that is farther from its middle counts.
+    // Inside a shell, the end that is farther from its center counts.
     let farther = || c.iter().flat_map(|p| d.map(|q| length(minus(*p, q)))).fold(0.0, f64::max);
     match (r_hollow, s_hollow) {
         (false, false) => Some((apart - r - s, r.min(s))),
         (false, true) => Some((s - farther() - r, r)),
         (true, false) => Some((r - farther() - s, s)),
-        // A scene has one hollow at most.
+        // A scene has at most one shell.
         (true, true) => None,
     }
 }
@@ -339,10 +347,11 @@ fn area(shape: &Shape, b: &Box3, along: usize) -> f64 {
     }
 }
 
-/// The least gap between balls of different conductors, or one and the hollow around it, over the radius of the smaller; at most 1.
+/// The least gap between balls of different conductors, or between one and the shell around it, over the
+/// radius of the smaller; at most 1.
 ///
 /// # Errors
-/// Two that touch or cross, by name.
+/// Two conductors touch or cross.
 pub(super) fn ball_gap(scene: &Scene) -> Result<f64, TetrahedraError> {
     let mut least = 1.0_f64;
     let parts: Vec<(usize, &Shape)> = scene.conductor_parts().collect();

@@ -1,4 +1,5 @@
-//! A scene of bodies of any shape: meshes it, solves it and estimates the faceting error.
+//! The solver on tetrahedra for bodies of any shape: meshes a scene, solves it and estimates the faceting
+//! error.
 
 mod first_mesh;
 mod shown;
@@ -20,44 +21,44 @@ use elastocap_geometry::turn::Turn;
 use first_mesh::{FORECAST_EDGE_POINTS, First, Purpose, THIN_EDGE, first};
 use shown::surfaces_of;
 
-/// The relative error of a capacitance, over the square of the faces' size over the radius: of balls and cylinders with
-/// faces that keep their volume, from the mean distance of a face to the surface.
+/// The relative faceting error of a capacitance, over the square of the ratio of face size to radius: for
+/// balls and cylinders whose facets preserve their volume, from the mean distance of a facet to the surface.
 const FACETS: f64 = 0.05;
 
-/// A mesh with fine edges from the start has this many times the unknowns that refinement of a coarse one is expected to lead to.
+/// The ratio of the unknowns of a mesh with fine edges to those expected from refinement of a coarse mesh.
 const FINE_EDGES: f64 = 2.0;
 
-/// Meshes to try where the solver does not get through.
-const AGAIN: usize = 3;
+/// Number of meshes to try if the solver fails.
+const MESH_TRIES: usize = 3;
 
-/// Per axis a plane of symmetry, if there is one.
+/// The plane of symmetry of each axis, if there is one.
 type Planes = [Option<MirrorPlane>; 3];
 
-/// A scene solved.
+/// The solution of a scene.
 pub(crate) struct Solved {
-    /// Its mesh is of the part above the planes.
+    /// The solution and its mesh, of the part above the planes.
     pub(crate) general: MeshSolution,
-    /// By which the scene was turned, if it was: mesh and planes are those of the turned scene.
+    /// The rotation of the scene before the solve, if any: mesh and planes are those of the rotated scene.
     pub(crate) turn: Option<Turn>,
-    /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
+    /// The mirror plane of each axis, if only one half was solved.
     pub(crate) planes: Planes,
-    /// The surfaces of the bodies, whole, for a viewer.
+    /// The surfaces of the whole bodies for a viewer.
     pub(crate) surfaces: Vec<SurfaceBody>,
-    /// Estimate of the relative error that flat faces in place of curved ones add; zero where all bodies are flat-faced.
+    /// An estimate of the relative faceting error; zero where all bodies are flat-faced.
     pub(crate) facets: f64,
 }
 
-/// Meshes, unless there is a mesh, and solves.
+/// Solves a scene on its imported mesh, or on one that is made for it.
 pub(crate) fn solve_shapes(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
     settings: &FieldSettings,
 ) -> Result<Solved, Stop> {
     let mut size = 1.0;
-    let mut tries = AGAIN;
+    let mut tries = MESH_TRIES;
     loop {
         tries -= 1;
-        // Where bodies cross at shallow angles, other faces may give rounder tetrahedra.
+        // Where bodies intersect at shallow angles, other face sizes may give rounder tetrahedra.
         match solve_at(scene, imported, settings, size) {
             Err(Unsolved::Solver(_)) if tries > 0 && imported.is_none() => size *= 0.8,
             Err(Unsolved::Solver(error)) => return Err(error.into()),
@@ -67,15 +68,15 @@ pub(crate) fn solve_shapes(
     }
 }
 
-/// Why a scene was not solved.
+/// The failure of a solve.
 enum Unsolved {
-    /// The solver did not get through on this mesh.
+    /// The solver failed on this mesh.
     Solver(SolveError),
     /// Another mesh would not help.
     Stop(Stop),
 }
 
-/// With faces smaller by a factor.
+/// Solves a scene on a mesh whose face sizes are multiplied by `smaller`.
 fn solve_at(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
@@ -91,7 +92,7 @@ fn solve_at(
     if let Some(conductor) = without_surface(scene, &mesh, &planes) {
         return Err(failed(TetrahedraError::NoSurface { conductor }));
     }
-    // Before it is refined, which moves no surface but cuts its triangles.
+    // Taken before the refinement, which moves no surface but splits its triangles.
     let surfaces = surfaces_of(scene, &mesh, &planes);
     let facets = faceting_error(scene, &mesh, size, gap);
     let permittivity = scene.permittivities();
@@ -104,8 +105,8 @@ fn solve_at(
     Ok(Solved { general, turn: None, planes, surfaces, facets })
 }
 
-/// Estimate of the relative error of the capacitances for flat faces in place of curved ones: of round bodies from the size of
-/// their faces (see [`First`]), of arcs, imported surfaces and meshes from the angles at which theirs meet.
+/// An estimate of the relative faceting error of capacitances: for round bodies from the size of their faces
+/// (see [`First`]), for arcs, imported surfaces and meshes from the angles at which their faces meet.
 fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
     let round = if scene.shapes().any(is_curved) {
         FACETS * size * size + (size * size / (8.0 * gap)).powi(2)
@@ -123,10 +124,11 @@ fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
     round.max(curvature_error(mesh, faceted))
 }
 
-/// A forecast of what solving the scene will take: it is meshed, and solved on a small mesh. An estimate, which is rough where that would take long.
+/// A forecast of the cost of solving a scene: it is meshed, and solved on a small mesh. The forecast is rough
+/// where that would take long.
 ///
 /// # Errors
-/// Why the scene cannot be meshed or solved.
+/// The scene cannot be meshed or solved.
 pub(crate) fn forecast(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
@@ -135,7 +137,8 @@ pub(crate) fn forecast(
     let First { mesh, planes, .. } = match first(scene, imported, settings, 1.0, Purpose::Forecast) {
         Ok(first) => first,
         Err(TetrahedraError::Mesh(MeshError::Cancelled)) => {
-            let sides = scene.conductors().filter(|own| own.potential != Potential::Grounded).count();
+            let sides =
+                scene.conductors().filter(|conductor| conductor.potential != Potential::Grounded).count();
             return Ok(forecast_without_mesh(sides, &settings.tetrahedra()));
         }
         Err(error) => return Err(error),
@@ -153,7 +156,7 @@ pub(crate) fn forecast(
     let memory = (FINE_EDGES * found.memory_bytes as f64) as u64;
     Ok(Forecast {
         unknowns: more(found.unknowns),
-        // The solver makes no mesh that would not fit into memory.
+        // The solver makes no mesh beyond the memory limit.
         memory_bytes: memory.min(settings.memory_limit.max(found.memory_bytes)),
         seconds: FINE_EDGES * found.seconds,
         unmirrored: (more(found.unmirrored.0), FINE_EDGES * found.unmirrored.1),
@@ -161,7 +164,7 @@ pub(crate) fn forecast(
     })
 }
 
-/// The name of a conductor of which neither the mesh nor its mirror image has a face.
+/// The name of a conductor without a face in the mesh and its mirror images, if any.
 fn without_surface(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Option<String> {
     let mut meshed: Vec<bool> = vec![false; scene.conductors().count()];
     for face in &mesh.boundary {
@@ -176,7 +179,7 @@ fn without_surface(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Option<Str
     scene.conductors().nth(missing).map(|conductor| conductor.body.name.clone())
 }
 
-/// Whether a mesh has flat faces in place of its surface.
+/// Whether a mesh replaces the surface of a shape by facets.
 fn is_curved(shape: &Shape) -> bool {
     match shape {
         Shape::Sphere { .. }
@@ -221,7 +224,7 @@ mod tests {
     fn symmetry_is_used_where_it_is_wanted_and_the_whole_is_shown_either_way() {
         let base = [0.0, -0.0025, 0.0];
         let disc = Shape::Cylinder { axis: 1, base, radius: 0.5, height: 0.005 };
-        // By the mesher of layers, and by the other one.
+        // The disc is meshed in layers, the sphere by the other mesher.
         assert!(flatness(&scene(disc.clone())) > FLAT);
         for shape in [disc, Shape::Sphere { center: [0.0; 3], radius: 0.5 }] {
             let scene = scene(shape);
@@ -246,13 +249,13 @@ mod tests {
         let ball = |name: &str, x: f64, z: f64| {
             Body::conductor(name, Shape::Sphere { center: [x, 0.0, z], radius: 0.25 })
         };
-        let mut all = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
-        all.bodies =
+        let mut whole_scene = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
+        whole_scene.bodies =
             vec![ball("a", -0.5, -0.4), ball("b", 0.5, -0.4), ball("c", -0.5, 0.4), ball("d", 0.5, 0.4)];
         for wall in [Wall::Grounded, Wall::Insulated] {
-            all.walls = [[wall; 2]; 3];
+            whole_scene.walls = [[wall; 2]; 3];
             let settings = FieldSettings { relative_tolerance: 0.2, ..FieldSettings::default() };
-            let solved = solve_shapes(&all, None, &settings).unwrap();
+            let solved = solve_shapes(&whole_scene, None, &settings).unwrap();
             assert_eq!(solved.general.solution.mirrored, [true; 3]);
             let MeshSolution { mesh, potentials, .. } = &solved.general;
             let held = [1.0, 0.25, -0.5, 2.0];
@@ -277,17 +280,20 @@ mod tests {
         let disc = |name: &str, base: [f64; 3]| {
             Body::conductor(name, Shape::Cylinder { axis: 1, base, radius: 1.0, height: 0.1 })
         };
-        let mut all = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
-        (all.domain, all.walls) = (Box3::SPACE, [[Wall::Open; 2]; 3]);
-        all.bodies = vec![disc("a", middles[0]), disc("b", middles[1])];
+        let mut whole_scene = scene(Shape::Sphere { center: [0.0; 3], radius: 1.0 });
+        (whole_scene.domain, whole_scene.walls) = (Box3::SPACE, [[Wall::Open; 2]; 3]);
+        whole_scene.bodies = vec![disc("a", middles[0]), disc("b", middles[1])];
         let settings = FieldSettings { relative_tolerance: 0.2, field: true, ..FieldSettings::default() };
         let ExtrudedSolution { solution, turn, planes, field } =
-            solve_extruded(&all, &settings.boxes()).unwrap();
+            solve_extruded(&whole_scene, &settings.boxes()).unwrap();
         assert!(turn.is_some());
         let (mesh, potentials) = field.unwrap();
         let general = MeshSolution { mesh, potentials, solution };
-        let body =
-            shown(&all, &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 }, Target::Matrix);
+        let body = shown(
+            &whole_scene,
+            &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 },
+            Target::Matrix,
+        );
         let mut on = [0; 2];
         for (point, value) in body.points.iter().zip(&body.arrays[0].values) {
             for (k, volts) in [0.5, -0.5].into_iter().enumerate() {
@@ -305,18 +311,21 @@ mod tests {
     fn balls_close_to_one_another_get_smaller_faces_and_touching_ones_are_named() {
         let ball =
             |name: &str, x: f64| Body::conductor(name, Shape::Sphere { center: [x, 0.0, 0.0], radius: 0.01 });
-        let mut all = scene(Shape::Box(Box3 { min: [0.0; 3], max: [0.0; 3] }));
-        all.domain = Box3::SPACE;
-        all.walls = [[Wall::Open; 2]; 3];
-        all.bodies = vec![ball("a", 0.0), ball("b", 0.0202)];
-        assert!((ball_gap(&all).unwrap() - 0.02).abs() < 1e-12);
+        let mut whole_scene = scene(Shape::Box(Box3 { min: [0.0; 3], max: [0.0; 3] }));
+        whole_scene.domain = Box3::SPACE;
+        whole_scene.walls = [[Wall::Open; 2]; 3];
+        whole_scene.bodies = vec![ball("a", 0.0), ball("b", 0.0202)];
+        assert!((ball_gap(&whole_scene).unwrap() - 0.02).abs() < 1e-12);
         let settings = FieldSettings { relative_tolerance: 3e-2, ..FieldSettings::default() };
-        let c = solve_shapes(&all, None, &settings).unwrap();
+        let c = solve_shapes(&whole_scene, None, &settings).unwrap();
         // Image series: 4 pi eps0 a sinh(mu) sum of 1 / sinh((2n - 1) mu), cosh(mu) = 1.01.
         let (found, known) = (c.general.solution.maxwell[0][0], 2.187_945_722_9e-12);
         let slack = c.facets * known;
         assert!(found.lower - slack < known && known < found.upper + slack, "{found:?} {slack:e}");
-        all.bodies[1] = ball("b", 0.02);
-        assert_eq!(ball_gap(&all).unwrap_err().to_string(), "the conductors `a` and `b` touch or cross");
+        whole_scene.bodies[1] = ball("b", 0.02);
+        assert_eq!(
+            ball_gap(&whole_scene).unwrap_err().to_string(),
+            "the conductors `a` and `b` touch or cross"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! A solved scene for a viewer: surfaces, the mesh and the field of the whole, of which one part may have been meshed.
+//! A solved scene for a viewer: surfaces, mesh and field of the whole scene, of which only a part may have
+//! been meshed.
 
 use super::{Planes, Solved};
 use elastocap_electrostatics::{MeshSolution, Target};
@@ -11,7 +12,8 @@ use elastocap_geometry::shapes::Shape;
 use elastocap_linalg::vector::{cross, dot, length, minus};
 use std::collections::HashMap;
 
-/// Surfaces of the conductors and of the finite dielectrics. A hollow conductor around everything is drawn as a wall, which is transparent.
+/// The surfaces of the conductors and of the finite dielectrics. A hollow conductor around the scene is drawn
+/// as a transparent wall.
 pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec<SurfaceBody> {
     let mut mesh = std::borrow::Cow::Borrowed(mesh);
     for (axis, plane) in planes.iter().enumerate() {
@@ -37,8 +39,8 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
     conductors.chain(dielectrics).collect()
 }
 
-/// The mesh and the field for a viewer, as far as the [`Scene::sensor`] reaches, of all parts that mirror planes make: in the state of the
-/// target ([`Target::shown`]), floating conductors at their potentials.
+/// The mesh and the field for a viewer within [`Scene::sensor`], including all mirror images: in the state of
+/// the target ([`Target::shown`]), with floating conductors at their potentials.
 pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh {
     let MeshSolution { mesh, potentials, solution } = &solved.general;
     let driven: Vec<usize> = scene.driven().collect();
@@ -85,10 +87,10 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh 
     }
 }
 
-/// The points that are shown: where regions meet, each has points of its own, because the field jumps there.
+/// The exported points, separate for each region, because the field jumps between regions.
 #[derive(Default)]
 struct Regions {
-    /// By the place and the region.
+    /// The number of each point, by its coordinates and its region.
     numbers: HashMap<([u64; 3], u32), u32>,
     points: Vec<[f64; 3]>,
     potential: Vec<f64>,
@@ -96,14 +98,14 @@ struct Regions {
     field: Vec<([f64; 3], f64)>,
 }
 
-/// Pieces with less volume than this, over the product of three of their sides, are left out.
+/// Pieces with less volume than this, over the product of three of their sides, are omitted.
 const FLAT: f64 = 1e-11;
 
 /// A place, m, and the potential there, V.
 type Corner = ([f64; 3], f64);
 
 impl Regions {
-    /// The numbers of the corners of a tetrahedron with this field.
+    /// Adds a tetrahedron with this field, and returns the numbers of its corners.
     fn add(&mut self, tet: [Corner; 4], region: u32, field: [f64; 3]) -> [u32; 4] {
         let volume = determinant(tet[0].0, tet[1].0, tet[2].0, tet[3].0).abs();
         tet.map(|(place, potential)| {
@@ -114,15 +116,15 @@ impl Regions {
                 self.field.push(([0.0; 3], 0.0));
                 self.points.len() as u32 - 1
             });
-            let (sum, all) = &mut self.field[number as usize];
+            let (sum, volumes) = &mut self.field[number as usize];
             (0..3).for_each(|a| sum[a] += volume * field[a]);
-            *all += volume;
+            *volumes += volume;
             number
         })
     }
 }
 
-/// The part of a tetrahedron that lies in a box, as tetrahedra that turn the same way.
+/// The part of a tetrahedron inside a box, as tetrahedra of the same orientation.
 fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     if tet.iter().all(|(place, _)| shown.contains(*place)) {
         return vec![tet];
@@ -138,13 +140,13 @@ fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     pieces
 }
 
-/// The part of a tetrahedron that lies beyond a plane across axis `a`, on the side to which `side` points. Neighbours are cut along the same
-/// lines in the face that they share.
+/// The part of a tetrahedron beyond a plane perpendicular to axis `a`, on the side of the sign of `side`.
+/// Neighbours are cut along the same lines in their common face.
 fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
     let inside = |corner: &Corner| side * (corner.0[a] - at) > 0.0;
     let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);
     let positive = volume(&tet) > 0.0;
-    // Those inside come first. The order within these and within the others is one for the whole mesh.
+    // Corners inside come first. The order within each group is the same in the whole mesh.
     tet.sort_by_key(|corner| (!inside(corner), corner.0.map(f64::to_bits)));
     let crossing = |p: usize, q: usize| {
         let (from, to) = (&tet[p], &tet[q]);
@@ -153,7 +155,8 @@ fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
         place[a] = at;
         (place, from.1 + t * (to.1 - from.1))
     };
-    // In a face between two corners inside, the diagonal begins at the later one of them, whatever else belongs to the tetrahedron.
+    // In a face between two inside corners, the diagonal begins at the later one, in every tetrahedron of the
+    // face.
     let prism =
         |[a, b, c]: [Corner; 3], [d, e, f]: [Corner; 3]| vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]];
     let mut pieces = match tet.iter().filter(|corner| inside(corner)).count() {
@@ -163,7 +166,7 @@ fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
         3 => prism([tet[0], tet[1], tet[2]], [crossing(0, 3), crossing(1, 3), crossing(2, 3)]),
         _ => vec![tet],
     };
-    // A corner just beyond the plane leaves pieces that rounding may turn inside out; nobody misses them.
+    // A corner just beyond the plane leaves negligible pieces whose orientation rounding may flip.
     let size = |t: &[Corner; 4]| (1..4).map(|k| length(minus(t[k].0, t[0].0))).product::<f64>();
     pieces.retain(|piece| volume(piece).abs() > FLAT * size(piece));
     for piece in &mut pieces {
@@ -174,9 +177,9 @@ fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
     pieces
 }
 
-/// The mesh of the whole scene, and on its points the potential, V, with conductors held at these.
+/// The mesh of the whole scene, and the potential at its points, V, with conductors at the potentials `held`.
 ///
-/// A point's mirror image sees what the point sees when conductors have changed places.
+/// The potential at the mirror image of a point is that at the point with the conductors exchanged.
 pub(super) fn on_whole(
     mesh: &TetMesh,
     potentials: &[Vec<f64>],
@@ -185,7 +188,7 @@ pub(super) fn on_whole(
 ) -> (TetMesh, Vec<f64>) {
     let planes: Vec<(usize, &MirrorPlane)> =
         planes.iter().enumerate().filter_map(|(axis, plane)| Some((axis, plane.as_ref()?))).collect();
-    // For each set of planes, a bit for each, the potential with conductors that have changed places about them all.
+    // For each set of planes, as bits, the potential with the conductors exchanged across all of them.
     let exchanged = |set: usize| {
         let mut values = vec![0.0; mesh.points.len()];
         for (c, v) in held.iter().enumerate() {
@@ -203,9 +206,9 @@ pub(super) fn on_whole(
         // The lowest bit is that of this plane.
         values = values
             .chunks_exact(2)
-            .map(|both| {
-                let of = |(at, &p): (usize, &u32)| both[usize::from(at >= half)][p as usize];
-                whole.source.iter().enumerate().map(of).collect()
+            .map(|halves| {
+                let value = |(at, &p): (usize, &u32)| halves[usize::from(at >= half)][p as usize];
+                whole.source.iter().enumerate().map(value).collect()
             })
             .collect();
         mesh = whole.mesh;
@@ -213,7 +216,7 @@ pub(super) fn on_whole(
     (mesh, values.swap_remove(0))
 }
 
-/// Minus the gradient of the potential that is linear between the corners, V/m.
+/// The electric field in a tetrahedron, minus the gradient of its linear potential, V/m.
 fn field(mesh: &TetMesh, tet: [u32; 4], values: &[f64]) -> [f64; 3] {
     let at = tet.map(|p| mesh.points[p as usize]);
     let [u, v, w] = [1, 2, 3].map(|k| minus(at[k], at[0]));
@@ -261,7 +264,7 @@ mod tests {
             }
         }
         assert!((whole - 1.2 * 1.4 * 0.8).abs() < 1e-12, "{whole}");
-        // A face that one piece alone has lies on the boundary.
+        // A face of only one piece lies on the boundary.
         for (face, count) in faces {
             let corners = face.map(|p| p.map(f64::from_bits));
             let on = |a: usize, at: f64| corners.iter().all(|p| p[a] == at);

@@ -60,7 +60,8 @@ fn by_integral_equation(distance: f64, radius: f64, n: usize) -> f64 {
         }
         1.0 / (4.0 * PI * EPSILON_0 * a)
     };
-    // Towards the middle of a panel, where its own potential has a logarithm, the points are closer together.
+    // The points are denser towards the middle of a panel, where the potential of the panel itself is
+    // logarithmic.
     let points: Vec<[f64; 2]> = (0..24)
         .flat_map(|k| {
             let t = (f64::from(k) + 0.5) / 24.0;
@@ -76,9 +77,9 @@ fn by_integral_equation(distance: f64, radius: f64, n: usize) -> f64 {
     let mut rows: Vec<Vec<f64>> = (0..n)
         .map(|i| {
             let at = place(middle(i));
-            let of =
+            let potential =
                 |k: usize| charges(k).map(|([s, z], q)| q * (ring(at, [s, z]) + ring(at, [s, -z]))).sum();
-            (0..n).map(of).chain([1.0]).collect()
+            (0..n).map(potential).chain([1.0]).collect()
         })
         .collect();
     // By elimination; the largest entries are on the diagonal.
@@ -141,17 +142,17 @@ fn a_capsule_is_the_same_either_way_round_in_any_direction_and_any_size() {
     // All of length sqrt(300) and radius 1, or twice that.
     let along = 300.0_f64.sqrt();
     let tolerance = 2e-2;
-    let all = [
+    let capsules = [
         alone([0.0; 3], [10.0, 10.0, 10.0], 1.0, tolerance).0,
         alone([10.0, 10.0, 10.0], [0.0; 3], 1.0, tolerance).0,
         alone([0.0; 3], [0.0, along, 0.0], 1.0, tolerance).0,
         alone([0.0; 3], [2.0 * along, 0.0, 0.0], 2.0, tolerance).0.map(|c| 0.5 * c),
     ];
-    for [value, ..] in all {
-        assert!(all.iter().all(|[_, lower, upper]| *lower <= value && value <= *upper), "{all:?}");
+    for [value, ..] in capsules {
+        assert!(capsules.iter().all(|[_, lower, upper]| *lower <= value && value <= *upper), "{capsules:?}");
     }
     let longer = alone([0.0; 3], [0.0, 1.2 * along, 0.0], 1.0, tolerance).0;
-    assert!(longer[1] > all[2][2], "{longer:?} {all:?}");
+    assert!(longer[1] > capsules[2][2], "{longer:?} {capsules:?}");
 }
 
 #[test]
@@ -163,12 +164,13 @@ fn a_capsule_of_a_dielectric_raises_the_capacitance_of_the_body_in_it() {
              capsule = {{ from = [\"0 mm\", \"3 mm\", \"0 mm\"], to = [\"2 mm\", \"6 mm\", \"0 mm\"], radius = \"1.5 mm\" }}\n"
         )
     };
-    let of = |permittivity| {
+    let bounds = |permittivity| {
         let step = solve(&format!("{body}{}", skin(permittivity)), 3e-2);
         let entry = &step.maxwell.as_ref().expect("a matrix")[0][0];
         [entry.lower, entry.upper]
     };
-    let (air, bare, silicone) = (of(1.0), alone([0.0, 3.0, 0.0], [2.0, 6.0, 0.0], 1.0, 3e-2).0, of(5.0));
+    let (air, bare, silicone) =
+        (bounds(1.0), alone([0.0, 3.0, 0.0], [2.0, 6.0, 0.0], 1.0, 3e-2).0, bounds(5.0));
     assert!(air[0] <= bare[2] && bare[1] <= air[1], "a skin of air is none");
     assert!(silicone[0] > 1.1 * air[1], "{silicone:?} {air:?}");
 }
@@ -184,7 +186,10 @@ fn capsules_that_touch_other_conductors_are_refused() {
     ] {
         let step = solve(&format!("{finger}[[conductor]]\nname = \"other\"\n{other}\n"), 5e-2);
         let Status::Failed(failure) = &step.row.status else { panic!("{other}: {:?}", step.row.status) };
-        let said = failure.to_string();
-        assert!(said.contains("finger") && said.contains("other") && said.contains("touch"), "{said}");
+        let message = failure.to_string();
+        assert!(
+            message.contains("finger") && message.contains("other") && message.contains("touch"),
+            "{message}"
+        );
     }
 }

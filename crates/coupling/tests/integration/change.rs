@@ -17,8 +17,8 @@ fn pair(steps: &[f64], change_tolerance: Option<f64>) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/in-plane-pair.toml");
     let mut case = elastocap_case::load(&path).unwrap_or_else(|e| panic!("{e}"));
     case.load = Some(Load::Compression(steps.to_vec()));
-    let asked = case.electrostatics.as_mut().unwrap();
-    (asked.relative_tolerance, asked.change_tolerance) = (0.05, change_tolerance);
+    let settings = case.electrostatics.as_mut().unwrap();
+    (settings.relative_tolerance, settings.change_tolerance) = (0.05, change_tolerance);
     case
 }
 
@@ -38,8 +38,8 @@ fn a_change_of_a_thousandth_is_proved_to_a_hundredth_of_itself() {
     // By itself, and by the other solver, whose meshes and elements are different.
     let by = |solver: FieldSolver, tolerance: f64| {
         let mut case = pair(&[0.0, 5e-4, 0.1], None);
-        let asked = case.electrostatics.as_mut().unwrap();
-        (asked.solver, asked.relative_tolerance) = (Some(solver), tolerance);
+        let settings = case.electrostatics.as_mut().unwrap();
+        (settings.solver, settings.relative_tolerance) = (Some(solver), tolerance);
         solve(&case)
     };
     let references = [by(FieldSolver::Boxes, 1e-6), by(FieldSolver::Extruded, 3e-4)];
@@ -187,7 +187,7 @@ fn a_run_that_goes_on_from_one_that_was_stopped_finds_the_same_change() {
     let whole = solve(&case);
     assert!(whole.is_complete());
     let rows = |outcome: &Outcome| outcome.steps.iter().map(|step| step.row.clone()).collect::<Vec<_>>();
-    let kept = |outcome: &Outcome| outcome.steps.iter().filter_map(FinishedStep::of).collect::<Vec<_>>();
+    let finished = |outcome: &Outcome| outcome.steps.iter().filter_map(FinishedStep::of).collect::<Vec<_>>();
 
     let cancel = Arc::new(AtomicBool::new(false));
     let stopping = StopBeforeChange { cancel: Some(Arc::clone(&cancel)), found: Vec::new() };
@@ -195,7 +195,7 @@ fn a_run_that_goes_on_from_one_that_was_stopped_finds_the_same_change() {
     assert!(stopped.stopped && !stopped.is_complete());
     assert_eq!(stopped.steps[1].row.status, Status::ToleranceNotReached(Missed::Change));
     // What a run keeps is the same before and after steps were solved again.
-    for found in [kept(&stopped), kept(&whole)] {
+    for found in [finished(&stopped), finished(&whole)] {
         assert_eq!(found.len(), 3);
         let resumed = StopBeforeChange { cancel: None, found };
         let outcome = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &resumed);

@@ -40,7 +40,7 @@ relative_tolerance = 0.3
 
 /// A box with these ends along x1, x2 and x3, um.
 fn body(attached: &str, ends: [[f64; 2]; 3]) -> String {
-    let [min, max] = [0, 1].map(|end| ends.map(|own| format!("\"{} um\"", own[end])).join(", "));
+    let [min, max] = [0, 1].map(|end| ends.map(|range| format!("\"{} um\"", range[end])).join(", "));
     format!(
         "[[conductor]]\nname = \"shield\"\nattached = \"{attached}\"\nbox = {{ min = [{min}], max = [{max}] }}\n"
     )
@@ -79,8 +79,8 @@ fn a_conductor_that_touches_the_indenter_is_refused_and_both_are_named() {
             ("layer", [x, [40.0, 50.0], z]),
         ] {
             let shield = body(attached, ends).replace("box =", &format!("{floating}box ="));
-            let said = failures(&scene(&shield, role, AT_REST));
-            assert!(said.iter().all(|text| names_both(text)), "{attached} {ends:?}: {said:?}");
+            let messages = failures(&scene(&shield, role, AT_REST));
+            assert!(messages.iter().all(|text| names_both(text)), "{attached} {ends:?}: {messages:?}");
         }
     }
     for (attached, ends) in [
@@ -123,9 +123,9 @@ fn conductors_that_are_brought_together_are_refused_as_those_that_touch_at_rest(
     let fixed = "[[conductor]]\nname = \"lid\"\nbox = { min = [\"-40 um\", \"900 um\", \"-30 um\"], max = [\"60 um\", \"950 um\", \"30 um\"] }\n";
     let moving = body("indenter", [[-40.0, 60.0], [460.0, 470.0], [-30.0, 30.0]]);
     let load = "approach = [\"500 um\", \"450 um\", \"1 um\"]\ncompression = []";
-    let said = failures(&scene(&format!("{fixed}{moving}"), "{ relative_permittivity = 3.5 }", load));
-    let meet: Vec<bool> = said.iter().map(|text| text.contains("`lid` and `shield` touch")).collect();
-    assert_eq!(meet, [false, true, false], "{said:?}");
+    let messages = failures(&scene(&format!("{fixed}{moving}"), "{ relative_permittivity = 3.5 }", load));
+    let meet: Vec<bool> = messages.iter().map(|text| text.contains("`lid` and `shield` touch")).collect();
+    assert_eq!(meet, [false, true, false], "{messages:?}");
 }
 
 #[test]
@@ -142,23 +142,23 @@ fn a_round_indenter_is_looked_at_as_it_is_and_not_as_the_box_around_it() {
     };
     // The ball is 10 um above the layer 99.5 um from its middle, and 20 um 140 um from it.
     assert!(failures(&under(130.0)).iter().all(|text| names_both(text)));
-    let said = failures(&under(150.0));
-    assert!(!names_both(&said[0]) && names_both(&said[1]), "{said:?}");
+    let messages = failures(&under(150.0));
+    assert!(!names_both(&messages[0]) && names_both(&messages[1]), "{messages:?}");
 }
 
 #[test]
 fn a_grounded_conductor_may_touch_a_grounded_plate_and_is_one_with_it() {
     let shield = body("layer-top", [[-40.0, 60.0], [50.0, 60.0], [-30.0, 30.0]]);
-    let own = scene(&format!("{shield}{GROUND}"), GROUNDED, AT_REST);
-    let listed = own.replace("[\"shield\"]", "[\"shield\", \"indenter\"]");
+    let implied = scene(&format!("{shield}{GROUND}"), GROUNDED, AT_REST);
+    let listed = implied.replace("[\"shield\"]", "[\"shield\", \"indenter\"]");
     let without = scene("", GROUNDED, AT_REST);
     // What lies in the plate changes nothing.
-    let [own, listed, without] = [own, listed, without].map(|text| {
+    let [implied, listed, without] = [implied, listed, without].map(|text| {
         let row = solve(&text).steps[0].row.clone();
         [row.capacitance_lower_f.unwrap(), row.capacitance_upper_f.unwrap()]
     });
-    assert_eq!(own, listed);
-    assert!(own[0] <= without[1] && without[0] <= own[1], "{own:?} {without:?}");
+    assert_eq!(implied, listed);
+    assert!(implied[0] <= without[1] && without[0] <= implied[1], "{implied:?} {without:?}");
     let floating = scene(&format!("{shield}{GROUND}"), "\"floating\"", AT_REST);
     assert!(names_both(&failures(&floating)[0]));
 }

@@ -1,4 +1,4 @@
-//! A run that is stopped has a draft of each step whose load a mesh of the layer has reached.
+//! Drafts: an interrupted run has one for each step whose load a mesh of the layer has reached.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use elastocap_coupling::run::{Observer, run};
 
 use crate::common::{NUMBERS_ONLY, parse};
 
-/// Stops a run once it reports these words.
+/// An observer that stops a run when it reports these words.
 struct StopAt<'a> {
     words: &'a str,
     cancel: Arc<AtomicBool>,
@@ -24,7 +24,7 @@ impl Observer for StopAt<'_> {
     }
 }
 
-/// The pair under a block of its own size, at rest and at 10 %, stopped once the layer reports these words.
+/// The pair under a block of the same size, at rest and at 10 %, stopped when the layer reports these words.
 fn stopped_at(words: &str) -> Outcome {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/found3");
     let case = parse(&std::fs::read_to_string(folder.join("pair-own-footprint.toml")).unwrap());

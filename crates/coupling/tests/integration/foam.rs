@@ -99,8 +99,8 @@ fn what_holds_the_faces_is_in_the_error_of_a_foam_that_gets_wider_and_of_no_othe
         let case = parse(&pad(&hyperfoam(ratio), CLOSED_FORM, "force = [\"0 N\", \"3 N\"]"));
         let plan = Plan::new(&case, &with_models);
         let outcome = run(&case, &plan, &with_models, &Arc::new(AtomicBool::new(false)), &());
-        let of = |step: &elastocap_coupling::outcome::StepResult| step.row.model_error_estimate.unwrap();
-        (outcome.steps.iter().map(of).collect::<Vec<f64>>(), outcome.warnings)
+        let error = |step: &elastocap_coupling::outcome::StepResult| step.row.model_error_estimate.unwrap();
+        (outcome.steps.iter().map(error).collect::<Vec<f64>>(), outcome.warnings)
     };
     let (even, warnings) = errors(0.0);
     assert_eq!(even, [0.0, 0.0]);
@@ -119,11 +119,11 @@ fn finite_elements_of_a_foam_that_gets_no_wider_give_what_even_compression_gives
     let solid = "[mechanics.solid]\nend = \"free\"\nwidth = \"20 mm\"\nindenter = \"whole-top\"";
     for mechanics in [elements, solid] {
         let found = solve(&pad(&hyperfoam(0.0), mechanics, load));
-        for (own, other) in found.steps.iter().zip(&closed.steps) {
-            let (own, other) = (&own.row, &other.row);
-            let (force, exact) = (own.force_n.unwrap(), other.force_n.unwrap());
+        for (step, closed) in found.steps.iter().zip(&closed.steps) {
+            let (row, closed) = (&step.row, &closed.row);
+            let (force, exact) = (row.force_n.unwrap(), closed.force_n.unwrap());
             assert!((force - exact).abs() <= 1e-9 * exact, "{force} {exact}");
-            let ratio = own.capacitance_f.unwrap() / other.capacitance_f.unwrap();
+            let ratio = row.capacitance_f.unwrap() / closed.capacitance_f.unwrap();
             assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
         }
     }

@@ -38,14 +38,15 @@ solver = "tetrahedra"
 relative_tolerance = 0.9
 "#;
 
-/// One of the meshes that data/make_msh.py makes: just made, if `ELASTOCAP_MSH` names the folder, else as it lies here.
+/// The path of a mesh that data/make_msh.py writes: in the folder `ELASTOCAP_MSH` if it is set, else the
+/// stored one.
 fn data(name: &str) -> PathBuf {
-    let made = std::env::var_os("ELASTOCAP_MSH").map(|folder| Path::new(&folder).join(name));
-    let kept = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../geometry/tests/data").join(name);
-    made.filter(|path| path.is_file()).unwrap_or_else(kept)
+    let fresh = std::env::var_os("ELASTOCAP_MSH").map(|folder| Path::new(&folder).join(name));
+    let stored = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../geometry/tests/data").join(name);
+    fresh.filter(|path| path.is_file()).unwrap_or_else(stored)
 }
 
-/// As if the case lay beside the meshes.
+/// Parses a case as if its file were beside the meshes.
 fn parse(text: &str) -> Result<Case, CaseError> {
     elastocap_case::parse(text, &data("test.toml"))
 }
@@ -260,8 +261,8 @@ fn the_case_says_what_the_mesh_is_and_what_no_body_names() {
         inches.mesh.unwrap().tets.points.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
     assert!((longest - 25.4e-3).abs() < 1e-15);
     let plan = Plan::new(&case, &Options::default());
-    let said = &plan.solved.iter().find(|p| p.part == "mesh").unwrap().what;
-    assert!(said.contains("tetrahedra of `boxes-41-ascii.msh`") && said.contains("`air`"), "{said}");
+    let what = &plan.solved.iter().find(|p| p.part == "mesh").unwrap().what;
+    assert!(what.contains("tetrahedra of `boxes-41-ascii.msh`") && what.contains("`air`"), "{what}");
 }
 
 #[test]

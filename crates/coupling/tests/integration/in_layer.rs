@@ -1,4 +1,5 @@
-//! Bodies that move with the material of the layer, against the pair, which has solvers of its own.
+//! Bodies that move with the material of the layer, compared with the same bodies as a pair, which has other
+//! solvers.
 
 use std::path::Path;
 
@@ -7,13 +8,13 @@ use elastocap_coupling::route::Route;
 
 use crate::common::{layer, solve};
 
-/// The last step, which is loaded, and how it was solved.
+/// The row and the route of the last step, which is loaded.
 fn loaded(outcome: &Outcome) -> (&Row, Option<Route>) {
     let step = outcome.steps.last().unwrap();
     (&step.row, step.route)
 }
 
-/// Bounds widened by what layer and map are known to.
+/// The bounds, widened by the errors of layer and map.
 fn limits(row: &Row) -> [f64; 2] {
     let besides = row.geometry_error_estimate.unwrap_or(0.0) + row.mechanics_error_estimate.unwrap_or(0.0);
     [row.capacitance_lower_f.unwrap() * (1.0 - besides), row.capacitance_upper_f.unwrap() * (1.0 + besides)]
@@ -34,7 +35,7 @@ height = "150 um"
 shear_modulus = "100 kPa"
 "#;
 
-/// The same as two bodies that move with the layer.
+/// The same electrodes as two bodies that move with the layer.
 const BODIES: &str = r#"[[conductor]]
 name = "left"
 attached = "layer"
@@ -82,30 +83,30 @@ compression = [0.0, 0.03]
 
 #[test]
 fn two_bodies_in_a_layer_under_a_punch_have_the_capacitance_of_their_outlines() {
-    let own = solve(&layer(BODIES, PUNCH, 1e-2));
+    let bodies = solve(&layer(BODIES, PUNCH, 1e-2));
     let pair = solve(&layer(PAIR, PUNCH, 1e-2));
-    let ((own, by_map), (pair, by_outlines)) = (loaded(&own), loaded(&pair));
+    let ((bodies, by_map), (pair, by_outlines)) = (loaded(&bodies), loaded(&pair));
     assert_eq!((by_map, by_outlines), (Some(Route::MAPPED_BOXES), Some(Route::OUTLINES)));
-    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
-    let [lower, upper] = limits(own);
-    assert!(upper / lower < 1.02, "{own:?}");
+    assert!(agree(bodies, pair), "{:?} {:?}", limits(bodies), limits(pair));
+    let [lower, upper] = limits(bodies);
+    assert!(upper / lower < 1.02, "{bodies:?}");
 }
 
 #[test]
 fn two_bodies_in_a_layer_under_its_whole_top_have_the_capacitance_of_their_outlines() {
-    let own = solve(&layer(BODIES, WHOLE_TOP, 1e-2));
+    let bodies = solve(&layer(BODIES, WHOLE_TOP, 1e-2));
     let pair = solve(&layer(PAIR, WHOLE_TOP, 1e-2));
-    let ((own, by_map), (pair, _)) = (loaded(&own), loaded(&pair));
+    let ((bodies, by_map), (pair, _)) = (loaded(&bodies), loaded(&pair));
     assert_eq!(by_map, Some(Route::MAPPED_BOXES));
-    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
+    assert!(agree(bodies, pair), "{:?} {:?}", limits(bodies), limits(pair));
 }
 
 #[test]
 fn two_bodies_in_a_layer_under_a_ball_have_the_capacitance_of_the_pair() {
-    let own = solve(&layer(BODIES, BALL, 3e-2));
+    let bodies = solve(&layer(BODIES, BALL, 3e-2));
     let pair = solve(&layer(PAIR, BALL, 3e-2));
-    let ((own, _), (pair, _)) = (loaded(&own), loaded(&pair));
-    assert!(agree(own, pair), "{:?} {:?}", limits(own), limits(pair));
+    let ((bodies, _), (pair, _)) = (loaded(&bodies), loaded(&pair));
+    assert!(agree(bodies, pair), "{:?} {:?}", limits(bodies), limits(pair));
 }
 
 #[test]
@@ -122,12 +123,13 @@ fn a_pair_beside_a_body_that_is_not_seen_is_the_pair_alone() {
 
 #[test]
 fn by_the_closed_form_bodies_go_where_a_pair_as_soft_as_the_layer_goes() {
-    let own = solve(&layer(BODIES, CLOSED_FORM, 1e-3));
+    let bodies = solve(&layer(BODIES, CLOSED_FORM, 1e-3));
     let pair = solve(&layer(PAIR, CLOSED_FORM, 1e-3));
-    for (own, pair) in own.steps.iter().zip(&pair.steps) {
-        assert_eq!(own.route, Some(Route::BOXES));
-        // The pair thins as its middle does, the body by the material at its faces; its mid-plane is that of the box.
-        let ([a, b], [c, d]) = (limits(&own.row), limits(&pair.row));
+    for (bodies, pair) in bodies.steps.iter().zip(&pair.steps) {
+        assert_eq!(bodies.route, Some(Route::BOXES));
+        // The pair is thinned by the stretch at its middle, and the body by the displacements of its faces;
+        // both have the same mid-plane.
+        let ([a, b], [c, d]) = (limits(&bodies.row), limits(&pair.row));
         assert!(a <= 1.002 * d && c <= 1.002 * b, "{:?} {:?}", [a, b], [c, d]);
     }
 }
@@ -172,10 +174,11 @@ fn a_disc_that_moves_with_the_layer_is_refused_by_its_name() {
     assert!(error.contains("how \"pad\" moves with the material of the layer is not known"), "{error}");
 }
 
-/// The punch over a layer whose force is asked for roughly, and over one whose force is asked for sharply.
+/// The punch with a coarse and with a fine tolerance of the force.
 fn coarse_and_fine() -> [String; 2] {
-    ["2e-1", "5e-3"]
-        .map(|own| PUNCH.replace("relative_tolerance = 2e-2", &format!("relative_tolerance = {own}")))
+    ["2e-1", "5e-3"].map(|tolerance| {
+        PUNCH.replace("relative_tolerance = 2e-2", &format!("relative_tolerance = {tolerance}"))
+    })
 }
 
 #[test]
@@ -184,22 +187,23 @@ fn a_layer_is_refined_for_the_capacitance_where_its_force_is_asked_for_roughly()
     let row = |sensor: &str, punch: &str, tolerance: f64| {
         loaded(&solve(&layer(sensor, punch, tolerance))).0.clone()
     };
-    let [pair, own, finer] =
+    let [pair, bodies, finer] =
         [(PAIR, &coarse), (BODIES, &coarse), (BODIES, &fine)].map(|(sensor, punch)| row(sensor, punch, 4e-3));
-    for (sensor, sharp) in [(PAIR, &pair), (BODIES, &own)] {
+    for (sensor, sharp) in [(PAIR, &pair), (BODIES, &bodies)] {
         let [of_rough, of_sharp] =
             [&row(sensor, &coarse, 1e-2), sharp].map(|row| row.mechanics_error_estimate.unwrap());
         assert!(of_rough <= 1e-2 && 0.0 < of_sharp && of_sharp <= 4e-3, "{of_rough} {of_sharp}");
     }
-    // The grids are much the same, and so is what they miss: the capacitances differ by what the layer's meshes do.
-    let [c, of_finer] = [&own, &finer].map(|row| row.capacitance_f.unwrap());
-    let error = own.mechanics_error_estimate.unwrap() + finer.mechanics_error_estimate.unwrap();
-    assert!((c / of_finer - 1.0).abs() < error, "{own:?} {finer:?}");
+    // The grids and their errors are nearly the same, so that the capacitances differ by the errors of the
+    // layer's meshes.
+    let [c, of_finer] = [&bodies, &finer].map(|row| row.capacitance_f.unwrap());
+    let error = bodies.mechanics_error_estimate.unwrap() + finer.mechanics_error_estimate.unwrap();
+    assert!((c / of_finer - 1.0).abs() < error, "{bodies:?} {finer:?}");
 }
 
 #[test]
 fn where_distances_leave_too_much_the_error_is_that_of_the_capacitance_on_coarser_meshes() {
-    // In space only so many meshes follow for them.
+    // In three dimensions the number of meshes is limited.
     let stiff = PAIR.replace("100 kPa", "2 MPa");
     let errors = [5e-2, 2e-3].map(|tolerance| {
         let outcome = solve(&layer(&stiff, BALL, tolerance));

@@ -88,19 +88,20 @@ relative_tolerance = 0.5
     )
 }
 
-/// What the plan foretells of the last step, what it holds possible, and what a run found.
-fn told(text: &str) -> (String, String, String) {
+/// The failure of the last step that the plan forecasts, the one that it considers possible, and the one of a
+/// run.
+fn failures(text: &str) -> (String, String, String) {
     let case = parse(text);
     let plan = Plan::new(&case, &NUMBERS_ONLY);
     let step = plan.steps.last().unwrap();
-    let [foretold, doubt] =
-        [&step.failure, &step.doubt].map(|said| said.as_ref().map_or_else(String::new, ToString::to_string));
+    let [forecast, doubt] = [&step.failure, &step.doubt]
+        .map(|failure| failure.as_ref().map_or_else(String::new, ToString::to_string));
     let Outcome { steps, .. } = run(&case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &());
     let found = match &steps.last().unwrap().row.status {
         Status::Failed(failure) => failure.to_string(),
         _ => String::new(),
     };
-    (foretold, doubt, found)
+    (forecast, doubt, found)
 }
 
 const ABOVE: [[f64; 2]; 2] = [[-100.0, 100.0], [520.0, 560.0]];
@@ -121,20 +122,20 @@ fn what_is_in_the_way_of_a_map_is_foretold() {
         (PAIR, [[700.0, 800.0], [600.0, 650.0]], CYLINDER, [OPEN, APPROACH, METAL]),
     ] {
         let text = case(electrodes, plate, indenter, rest);
-        let (foretold, doubt, found) = told(&text);
-        assert!(foretold.contains("`plate` lies in the way of the indenter"), "{text}: {foretold} {doubt}");
-        assert_eq!((&foretold, ""), (&found, doubt.as_str()), "{text}");
+        let (forecast, doubt, found) = failures(&text);
+        assert!(forecast.contains("`plate` lies in the way of the indenter"), "{text}: {forecast} {doubt}");
+        assert_eq!((&forecast, ""), (&found, doubt.as_str()), "{text}");
     }
-    let (foretold, _, found) = told(&case(BODIES, AT_THE_WALL, WHOLE_TOP, [WALLS, PRESSED, ""]));
-    assert!(foretold.contains("the wall above the layer, which moves with it, reaches it"), "{foretold}");
-    assert_eq!(foretold, found);
+    let (forecast, _, found) = failures(&case(BODIES, AT_THE_WALL, WHOLE_TOP, [WALLS, PRESSED, ""]));
+    assert!(forecast.contains("the wall above the layer, which moves with it, reaches it"), "{forecast}");
+    assert_eq!(forecast, found);
 }
 
 #[test]
 fn a_step_that_only_the_deformed_layer_tells_of_is_said_to_be_in_doubt() {
     let text = case(BODIES, [[1500.0, 1700.0], NEAR[1]], BONDED, [OPEN, PRESSED, ""]);
-    let (foretold, doubt, _) = told(&text);
-    assert!(foretold.is_empty() && doubt.contains("`plate` lies in the way of the indenter"), "{foretold}");
+    let (forecast, doubt, _) = failures(&text);
+    assert!(forecast.is_empty() && doubt.contains("`plate` lies in the way of the indenter"), "{forecast}");
     let mut plan = Plan::new(&parse(&text), &NUMBERS_ONLY);
     plan.warnings.retain(|warning| warning.contains("may fail, as the deformed layer will show: `plate`"));
     assert_eq!(plan.warnings.len(), 1);
@@ -146,7 +147,7 @@ fn plates_above_or_far_beside_the_layer_are_not_in_the_way() {
         [(ABOVE, WHOLE_TOP, WALLS), (ABOVE, BONDED, OPEN), (FAR_BESIDE, BONDED, OPEN)]
     {
         let text = case(BODIES, plate, indenter, [walls, PRESSED, ""]);
-        assert_eq!(told(&text), Default::default(), "{text}");
+        assert_eq!(failures(&text), Default::default(), "{text}");
     }
 }
 
@@ -160,12 +161,12 @@ fn a_plate_that_is_tilted_on_a_flat_top_is_not_in_its_own_way() {
         let top = [[-100.0, 100.0], [400.0, 430.0]];
         let text = case(PADS, top, WHOLE_TOP, [OPEN, &steps, ""])
             .replace("name = \"plate\"", "name = \"plate\"\nattached = \"layer-top\"");
-        assert_eq!(told(&text), Default::default(), "{text}");
+        assert_eq!(failures(&text), Default::default(), "{text}");
     }
 }
 
-/// Under a plate over the whole top of a layer that is held at its ends all heights in it shrink alike, so that the deformed scene is known
-/// without finite elements.
+/// Under a plate over the whole top of a layer with fixed ends, all heights in it shrink by the same ratio,
+/// so that the deformed scene is known without finite elements.
 #[test]
 fn plates_above_a_flat_top_give_the_capacitance_of_the_scene_with_a_thinner_layer() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))

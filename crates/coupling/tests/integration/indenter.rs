@@ -1,4 +1,4 @@
-//! The indenter as a part of the field: from far away to contact, flat and round.
+//! The indenter as part of the field, flat and round, from far away to contact.
 
 use elastocap_coupling::outcome::{Outcome, Row};
 use elastocap_coupling::plan::Plan;
@@ -10,7 +10,7 @@ fn bounds(row: &Row) -> [f64; 2] {
     [row.capacitance_lower_f.unwrap(), row.capacitance_upper_f.unwrap()]
 }
 
-/// Whether both may be bounds of one number, with this relative error besides.
+/// Whether two results agree: their bounds overlap, widened by the relative error `besides`.
 fn agree(one: &Row, other: &Row, besides: f64) -> bool {
     let ([a, b], [c, d]) = (bounds(one), bounds(other));
     let slack = besides * b;
@@ -43,10 +43,11 @@ fn cylinder(rest: &str, tolerance: f64) -> String {
 #[test]
 fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() {
     let load = "[load]\napproach = [\"1 mm\", \"100 um\"]\ncompression = [0.0, 0.1]\n";
-    let own = solve(&plate(&format!("[indenter]\nrole = \"grounded\"\nheight = \"200 um\"\n{load}"), 1e-3));
-    let distances: Vec<_> = own.steps.iter().map(|step| step.row.distance_m).collect();
+    let approach =
+        solve(&plate(&format!("[indenter]\nrole = \"grounded\"\nheight = \"200 um\"\n{load}"), 1e-3));
+    let distances: Vec<_> = approach.steps.iter().map(|step| step.row.distance_m).collect();
     assert_eq!(distances, [Some(1e-3), Some(1e-4), Some(0.0), Some(0.0)]);
-    for (step, low) in own.steps.iter().zip([1400.0, 500.0, 400.0, 360.0]) {
+    for (step, low) in approach.steps.iter().zip([1400.0, 500.0, 400.0, 360.0]) {
         assert_eq!(step.route, Some(Route::BOXES));
         // A scene without load, with a layer of the same thickness.
         let by_hand = format!(
@@ -62,7 +63,7 @@ fn a_plate_that_comes_near_and_presses_is_the_plate_that_is_written_as_a_body() 
         let other = solve(&text);
         assert!(agree(&step.row, &other.steps[0].row, 0.0), "{low}: {:?} {:?}", step.row, other.steps[0].row);
     }
-    let values: Vec<f64> = own.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
+    let values: Vec<f64> = approach.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
     assert!(values.windows(2).all(|pair| pair[1] < 0.995 * pair[0]), "{values:?}");
 }
 
@@ -78,8 +79,8 @@ fn an_approach_without_contact_has_the_steps_of_one_that_goes_on_to_it() {
     for no_loads in ["compression = []", "force = []"] {
         let before = solve(&plate(&load(no_loads), 1e-3));
         assert_eq!(before.steps.len(), 2);
-        for (own, same) in before.steps.iter().zip(&touching.steps) {
-            assert_eq!((own.row.distance_m, bounds(&own.row)), (same.row.distance_m, bounds(&same.row)));
+        for (step, same) in before.steps.iter().zip(&touching.steps) {
+            assert_eq!((step.row.distance_m, bounds(&step.row)), (same.row.distance_m, bounds(&same.row)));
         }
     }
 }
@@ -106,16 +107,16 @@ fn a_round_indenter_that_is_nearly_air_changes_nothing_but_by_how_its_surface_is
         &format!("[indenter]\nrole = {{ relative_permittivity = 1.00000001 }}\n{load}"),
         1e-2,
     ));
-    for (step, of) in air.steps.iter().zip([0, 0, 1]) {
+    for (step, index) in air.steps.iter().zip([0, 0, 1]) {
         assert_eq!(step.route, Some(Route::MAPPED_BOXES));
-        let other = &without.steps[of].row;
+        let other = &without.steps[index].row;
         let besides =
             step.row.geometry_error_estimate.unwrap() + other.geometry_error_estimate.unwrap_or(0.0);
         assert!(agree(&step.row, other, besides), "{:?} {other:?}", step.row);
     }
 }
 
-/// A ball over the paper's pair that comes near without contact.
+/// A ball that approaches the paper's pair without contact.
 const FAR_BALL: &str = r#"format = 1
 [layer]
 thickness = "450 um"
@@ -155,16 +156,17 @@ change_tolerance = 1e-1
 #[test]
 fn a_far_ball_changes_the_pair_by_what_two_separate_solves_give() {
     let found = solve(FAR_BALL);
-    let own = &found.steps[1].row;
-    let [lower, upper] = [own.change_lower_f.unwrap(), own.change_upper_f.unwrap()];
-    println!("{lower:e} {upper:e}, {:?} unknowns", own.unknowns);
-    assert!(upper - lower <= 1e-1 * own.change_f.unwrap().abs());
-    // By a grid of 6.3 million unknowns under the map for each of the two, without a common base.
+    let row = &found.steps[1].row;
+    let [lower, upper] = [row.change_lower_f.unwrap(), row.change_upper_f.unwrap()];
+    println!("{lower:e} {upper:e}, {:?} unknowns", row.unknowns);
+    assert!(upper - lower <= 1e-1 * row.change_f.unwrap().abs());
+    // Reference: a grid of 6.3 million unknowns under the map for each of the two steps, without a common
+    // base.
     let [least, most] = [-46.87e-18, -46.48e-18];
     assert!(lower <= most && least <= upper, "{lower:e} {upper:e}");
     assert!(lower >= 1.05 * least && upper <= 0.95 * most, "{lower:e} {upper:e}");
-    // What the ball changes takes a small share of those.
-    assert!(own.unknowns.unwrap() < 600_000, "{:?}", own.unknowns);
+    // The effect of the ball takes a small share of these unknowns.
+    assert!(row.unknowns.unwrap() < 600_000, "{:?}", row.unknowns);
 }
 
 #[test]
@@ -172,17 +174,17 @@ fn an_indenter_of_air_that_comes_near_changes_nothing_at_all() {
     let ball = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
                 indenter = { sphere = { radius = \"500 um\" } }\n[load]\napproach = [\"5 mm\", \"200 um\", \"10 um\"]\n\
                 compression = [0.0]\n";
-    let of = |permittivity: f64| {
+    let text_of = |permittivity: f64| {
         let indenter = format!("{ball}[indenter]\nrole = {{ relative_permittivity = {permittivity} }}\n");
         pair(&indenter, 3e-2).replace("[electrostatics]", "[electrostatics]\nchange_tolerance = 1e-2")
     };
-    // The same as a body that the indenter takes along.
+    // The same ball as a body attached to the indenter.
     let taken = format!(
         "{ball}[[dielectric]]\nname = \"ball\"\nrelative_permittivity = 1.0\nattached = \"indenter\"\n\
          sphere = {{ center = [\"0 um\", \"950 um\", \"0 um\"], radius = \"500 um\" }}\n"
     );
     let taken = pair(&taken, 3e-2).replace("[electrostatics]", "[electrostatics]\nchange_tolerance = 1e-2");
-    for text in [of(1.0), taken] {
+    for text in [text_of(1.0), taken] {
         let found = solve(&text);
         let distances: Vec<_> = found.steps.iter().map(|step| step.row.distance_m).collect();
         assert_eq!(distances, [Some(5e-3), Some(2e-4), Some(1e-5), Some(0.0)]);
@@ -193,16 +195,16 @@ fn an_indenter_of_air_that_comes_near_changes_nothing_at_all() {
         }
         assert!(found.steps.iter().skip(1).all(|step| step.same_as == Some(0)));
     }
-    // Where it is not air, no step is another one's.
-    let plan = Plan::new(&parse(&of(1.5)), &NUMBERS_ONLY);
+    // With another permittivity, no two steps are equal.
+    let plan = Plan::new(&parse(&text_of(1.5)), &NUMBERS_ONLY);
     assert!(plan.steps.iter().all(|step| step.same_as.is_none()));
 }
 
 #[test]
 fn a_body_of_air_in_air_is_left_out_whatever_its_shape_and_one_that_reaches_into_the_layer_is_not() {
-    let ball = |height: f64, of: f64| {
+    let ball = |height: f64, permittivity: f64| {
         format!(
-            "[[dielectric]]\nname = \"ball\"\nrelative_permittivity = {of}\n\
+            "[[dielectric]]\nname = \"ball\"\nrelative_permittivity = {permittivity}\n\
              sphere = {{ center = [\"0 um\", \"{height} um\", \"0 um\"], radius = \"500 um\" }}\n"
         )
     };
@@ -241,19 +243,19 @@ fn a_wide_cylinder_is_that_of_its_outline_and_is_followed_into_contact() {
     let wide = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.3\n\
                 indenter = { cylinder = { radius = \"8 mm\" } }\n[indenter]\nrole = \"grounded\"\n\
                 [load]\napproach = [\"1 mm\", \"100 um\"]\ncompression = [0.05]\n";
-    let own = solve(&pair(wide, 1e-1));
+    let approach = solve(&pair(wide, 1e-1));
     let by_hand = "[[conductor]]\nname = \"cylinder\"\ncylinder = { axis = \"x3\", base = [\"0 um\", \"8500 um\", \"-750 um\"], \
                    radius = \"8 mm\", height = \"1500 um\" }\n[[terminal]]\nname = \"ground\"\nconductors = [\"cylinder\"]\n\
                    potential = \"ground\"\n";
     let other = solve(&pair(by_hand, 1e-1));
     assert_eq!(other.steps[0].route, Some(Route::EXTRUDED));
     assert!(
-        agree(&own.steps[1].row, &other.steps[0].row, 0.0),
+        agree(&approach.steps[1].row, &other.steps[0].row, 0.0),
         "{:?} {:?}",
-        own.steps[1].row,
+        approach.steps[1].row,
         other.steps[0].row
     );
-    let values: Vec<f64> = own.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
+    let values: Vec<f64> = approach.steps.iter().map(|step| step.row.capacitance_f.unwrap()).collect();
     assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
 }
 
@@ -262,22 +264,22 @@ fn a_sphere_over_the_layer_is_the_sphere_on_tetrahedra() {
     let sphere = "[mechanics.solid]\nend = \"free-on-substrate\"\nwidth = \"3 mm\"\nrelative_tolerance = 0.5\n\
                   indenter = { sphere = { radius = \"500 um\" } }\n[indenter]\nrole = \"grounded\"\n\
                   [load]\napproach = [\"200 um\"]\ncompression = [0.0]\n";
-    let own = solve(&pair(sphere, 1e-2));
+    let mapped = solve(&pair(sphere, 1e-2));
     let by_hand = "[[conductor]]\nname = \"ball\"\nsphere = { center = [\"0 um\", \"1100 um\", \"0 um\"], radius = \"500 um\" }\n\
                    [[terminal]]\nname = \"ground\"\nconductors = [\"ball\"]\npotential = \"ground\"\n";
     let other = solve(&pair(by_hand, 2e-2));
     assert_eq!(other.steps[0].route, Some(Route::TETRAHEDRA));
     let besides = other.steps[0].row.geometry_error_estimate.unwrap()
-        + own.steps[0].row.geometry_error_estimate.unwrap();
+        + mapped.steps[0].row.geometry_error_estimate.unwrap();
     assert!(
-        agree(&own.steps[0].row, &other.steps[0].row, besides),
+        agree(&mapped.steps[0].row, &other.steps[0].row, besides),
         "{:?} {:?}",
-        own.steps[0].row,
+        mapped.steps[0].row,
         other.steps[0].row
     );
     // The ball matters.
     let alone = solve(&pair("", 1e-3));
-    assert!(!agree(&own.steps[0].row, &alone.steps[0].row, besides));
+    assert!(!agree(&mapped.steps[0].row, &alone.steps[0].row, besides));
 }
 
 #[test]
@@ -307,8 +309,8 @@ fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
     let touching = "[mechanics.plane_strain]\nend = \"free-on-substrate\"\nwidth = \"1.5 mm\"\nrelative_tolerance = 0.5\n\
                     indenter = { flat_punch = { half_width = \"400 um\", corner_radius = \"60 um\", contact = \"smooth\" } }\n\
                     [indenter]\nrole = \"grounded\"\nheight = \"500 um\"\n[load]\ncompression = [0.0]\n";
-    let own = solve(&pair(touching, 1e-2));
-    assert_eq!(own.steps[0].route, Some(Route::MAPPED_BOXES));
+    let mapped = solve(&pair(touching, 1e-2));
+    assert_eq!(mapped.steps[0].route, Some(Route::MAPPED_BOXES));
     // The round edges begin where the gap is 2 um wide.
     let outline = "[[\"-355.36 um\", \"400 um\"], [\"355.36 um\", \"400 um\"], [\"355.36 um\", \"402 um\"], \
                    { through = [\"382.4264 um\", \"417.5736 um\"], to = [\"400 um\", \"460 um\"] }, [\"400 um\", \"900 um\"], \
@@ -320,7 +322,7 @@ fn a_punch_of_metal_that_touches_the_layer_is_that_of_its_outline() {
     );
     let other = solve(&pair(&by_hand, 1e-2));
     assert_eq!(other.steps[0].route, Some(Route::EXTRUDED));
-    let (one, other) = (&own.steps[0].row, &other.steps[0].row);
+    let (one, other) = (&mapped.steps[0].row, &other.steps[0].row);
     let besides = one.geometry_error_estimate.unwrap();
     assert!(besides < 1e-3, "the layer touches metal, and no film: {besides:e}");
     assert!(agree(one, other, besides), "{one:?} {other:?}");
@@ -332,12 +334,12 @@ fn a_far_ball_of_some_permittivity_changes_it_by_what_sharper_bounds_give() {
     let text =
         text.replace("\"8 mm\"", "\"6 mm\"").replace("change_tolerance = 1e-1", "change_tolerance = 5e-1");
     let found = solve(&text);
-    let own = &found.steps[1].row;
-    let [lower, upper] = [own.change_lower_f.unwrap(), own.change_upper_f.unwrap()];
-    println!("{lower:e} {upper:e}, {:?} unknowns", own.unknowns);
-    // To 1e-2 of the change; at 1.5e-4 of C it is hidden in the bounds of C.
+    let row = &found.steps[1].row;
+    let [lower, upper] = [row.change_lower_f.unwrap(), row.change_upper_f.unwrap()];
+    println!("{lower:e} {upper:e}, {:?} unknowns", row.unknowns);
+    // Known to 1e-2 of the change, which is 1.5e-4 of C and less than the spread of the bounds of C.
     let [least, most] = [-4.941e-18, -4.907e-18];
     assert!(lower <= most && least <= upper && upper < 0.0, "{lower:e} {upper:e}");
-    // Without a base it takes millions.
-    assert!(own.unknowns.unwrap() < 300_000);
+    // Without a base it needs millions of unknowns.
+    assert!(row.unknowns.unwrap() < 300_000);
 }

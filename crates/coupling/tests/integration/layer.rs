@@ -1,4 +1,4 @@
-//! Finite-element layers from their case files: forces, electrodes, files, and what happens when a load is out of reach.
+//! Finite-element layers from their case files: forces, electrodes, files, and unreachable loads.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ fn solve(case: &Case) -> Outcome {
     run(case, &plan, &NUMBERS_ONLY, &Arc::new(AtomicBool::new(false)), &())
 }
 
-/// Why each step failed, if it did.
+/// The reasons of all steps.
 fn reasons(outcome: &Outcome) -> Vec<Option<String>> {
     outcome.steps.iter().map(|step| step.reason.as_ref().map(ToString::to_string)).collect()
 }
@@ -55,10 +55,13 @@ fn the_plan_forecasts_what_the_finite_elements_take() {
     // A run of all these meshes takes some tenths of a GB and some seconds, one of half of them 0.1 s.
     assert!((1e8..1e9).contains(&(one.memory_bytes as f64)), "{one:?}");
     assert!((0.01..1.0).contains(&one.seconds) && (1.0..60.0).contains(&one.most_seconds), "{one:?}");
-    // A load that is there twice is solved once; a force is found by several displacements.
-    let of = |load| forecast(&on_substrate(load)).unwrap().seconds;
-    assert_eq!(of(Load::Compression(vec![0.1, 0.1])), one.seconds);
-    assert!(of(Load::Compression(vec![0.1, 0.2])) > one.seconds && of(Load::Force(vec![1.0])) > one.seconds);
+    // A repeated load is solved once; a force needs several displacements.
+    let seconds = |load| forecast(&on_substrate(load)).unwrap().seconds;
+    assert_eq!(seconds(Load::Compression(vec![0.1, 0.1])), one.seconds);
+    assert!(
+        seconds(Load::Compression(vec![0.1, 0.2])) > one.seconds
+            && seconds(Load::Force(vec![1.0])) > one.seconds
+    );
     assert_eq!(forecast(&acceptance("stacked-pair.toml")), None);
 }
 
@@ -66,12 +69,12 @@ fn the_plan_forecasts_what_the_finite_elements_take() {
 fn a_force_gives_the_compression_that_gives_the_force() {
     let by_compression = solve(&on_substrate(Load::Compression(vec![0.12])));
     let force = by_compression.steps[0].row.force_n.unwrap();
-    // Sideways nothing is known of a layer by finite elements.
+    // A layer by finite elements has no horizontal forces.
     let row = &by_compression.steps[0].row;
     assert_eq!((row.force_x1_n, row.force_x3_n), (None, None));
     let by_force = solve(&on_substrate(Load::Force(vec![force, 0.0])));
     let found = by_force.steps[0].row.compression.unwrap();
-    // Each on its own last mesh.
+    // The two runs end on different meshes.
     assert!((found / 0.12 - 1.0).abs() < 5e-3, "{found}");
     assert_eq!(by_force.steps[1].row.compression, Some(0.0));
 }
@@ -86,8 +89,8 @@ fn a_load_out_of_reach_fails_with_its_reason_and_the_others_are_kept() {
         panic!("{:?}", outcome.steps[1].row.status)
     };
     let reason = reason.to_string();
-    let is_told = ["no equilibrium found", "the meshes are too coarse for this load"];
-    assert!(is_told.iter().any(|told| reason.contains(told)), "{reason}");
+    let messages = ["no equilibrium found", "the meshes are too coarse for this load"];
+    assert!(messages.iter().any(|message| reason.contains(message)), "{reason}");
     assert_eq!(outcome.steps[1].row.force_n, None);
 }
 
@@ -197,7 +200,7 @@ fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
     let mut case = acceptance("flat-punch.toml");
     let model = plane_strain(&mut case);
     model.relative_tolerance = 0.5;
-    // The sharp one is pressed in no time.
+    // A sharp punch is solved quickly.
     model.indenter = Indenter::FlatPunch {
         half_width: 500e-6,
         corner_radius: 0.0,
@@ -232,7 +235,7 @@ fn the_shear_length_is_found_by_finite_elements_for_compressions_and_for_forces(
     let found = solve(&case);
     assert!(found.is_complete(), "{:?}", reasons(&found));
     let force = |k: usize| found.steps[k].row.force_n.unwrap();
-    // L/H = 2.34 at 5 %: with the contact's own half-length the force would be 14.2 mN.
+    // L/H = 2.34 at 5 %: with L equal to the half-length of the contact the force would be 14.2 mN.
     assert!(force(0) == 0.0 && (0.0305..0.032).contains(&force(1)), "{}", force(1));
     case.load = Some(Load::Force(vec![force(1), force(2)]));
     let back = solve(&case);
@@ -347,10 +350,10 @@ fn under_a_block_of_its_own_size_a_pair_is_where_finer_meshes_and_another_code_h
     assert!(of_force <= 5e-2 && of_gap <= 1e-2);
     // On 123,488 unknowns 34.32 mN and 57.05 um. NGSolve: 34.23 mN and 57.12 um, on one mesh of 36,239.
     for (force, gap) in [(34.32e-3, 57.05e-6), (34.23e-3, 57.12e-6)] {
-        let (own, error) = (pressed.row.force_n.unwrap(), of_force);
-        assert!((own / force - 1.0).abs() < error, "{own} {error}");
-        let (own, error) = (pressed.row.gap_m.unwrap(), of_gap);
-        assert!((own / gap - 1.0).abs() < error, "{own} {error}");
+        let (found, error) = (pressed.row.force_n.unwrap(), of_force);
+        assert!((found / force - 1.0).abs() < error, "{found} {error}");
+        let (found, error) = (pressed.row.gap_m.unwrap(), of_gap);
+        assert!((found / gap - 1.0).abs() < error, "{found} {error}");
     }
     // Its meshes are fine where it counts: the old ones had 60,000 unknowns without an answer.
     assert!(outcome.layer_meshes.last().is_some_and(|mesh| mesh.unknowns < 20_000));

@@ -62,8 +62,8 @@ fn two_terminals_beside_a_ground_have_a_mutual_capacitance_unless_the_other_one_
     assert_close(shown(&plates("", "")), between(2.0));
     let named = "[measure]\ncapacitance = [\"sense\", \"guard\"]\nkind = \"two-terminal\"\n";
     assert_close(shown(&plates("", named)), between(2.0));
-    let own = "[measure]\ncapacitance = [\"guard\"]\n";
-    assert_close(shown(&plates("", own)), between(2.0));
+    let against_ground = "[measure]\ncapacitance = [\"guard\"]\n";
+    assert_close(shown(&plates("", against_ground)), between(2.0));
 }
 
 #[test]

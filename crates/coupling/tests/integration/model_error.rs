@@ -1,4 +1,4 @@
-//! What the model of the layer adds to the stated errors: simple models are compared with what is known of better ones.
+//! The stated errors of the mechanical models, compared with results of better models.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -46,7 +46,7 @@ fn solved(text: &str, model_error: bool) -> Outcome {
     run(&case, &plan, &options, &Arc::new(AtomicBool::new(false)), &())
 }
 
-/// Whether a row's own statement covers this capacitance, F.
+/// Asserts that the stated error of a row covers this capacitance, F.
 fn covers(row: &Row, truth: f64) {
     let (value, total) = (row.capacitance_f.unwrap(), row.total_error_estimate.unwrap());
     assert!((value - truth).abs() <= total * value, "{value:e} +- {total:.1e} for {truth:e}");
@@ -60,11 +60,12 @@ fn the_closed_form_covers_plane_strain_and_three_dimensions_whether_it_is_compar
         let [rest, pressed, deeper] = outcome.steps.as_slice() else { panic!() };
         assert_eq!(rest.row.model_error_estimate, Some(0.0));
         assert_eq!((&rest.row.status, &pressed.row.status), (&Status::Ok, &Status::OkInModel));
-        // A plate over the whole top in plane strain, and blocks of the pair's own length in three dimensions: benches/model_errors.py.
+        // A plate over the whole top in plane strain, and blocks as long as the pair in three dimensions:
+        // benches/model_errors.py.
         covers(&pressed.row, 39.37e-15);
         covers(&pressed.row, 43.43e-15);
         covers(&deeper.row, 34.98e-15);
-        // What is compared is stated more closely than what is estimated.
+        // The error by comparison is smaller than the estimate.
         let stated = pressed.row.model_error_estimate.unwrap();
         assert!(if model_error { stated < 0.09 } else { stated < 0.2 }, "{stated}");
         let change = pressed.row.change_total_error_f.unwrap();
@@ -81,7 +82,7 @@ fn forces_of_the_closed_form_are_compared_where_a_punch_has_the_same_force() {
     assert!(row.model_error_estimate.unwrap() < 0.25, "{row:?}");
 }
 
-/// Whether what a row states of its force covers this one, N.
+/// Asserts that the stated error of a row's force covers this one, N.
 fn covers_force(row: &Row, truth: f64) {
     let (force, error) = (row.force_n.unwrap(), row.force_error_estimate.unwrap());
     assert!((force - truth).abs() <= error * force, "{force:e} +- {error:.1e} for {truth:e}");
@@ -90,11 +91,12 @@ fn covers_force(row: &Row, truth: f64) {
 #[test]
 fn the_stated_error_of_a_force_covers_those_of_better_models() {
     let load = "[load]\ncompression = [0.0, 0.1]";
-    let of = |mechanics: &str| solved(&pair(&format!("{mechanics}\n{load}")), false).steps;
-    let closed = of(CLOSED_FORM);
-    let plane =
-        of("[mechanics.plane_strain]\nend = \"far\"\nwidth = \"500 um\"\nrelative_tolerance = 2e-2\n\
-                    indenter = { flat_punch = { half_width = \"500 um\", corner_radius = \"90 um\" } }");
+    let steps = |mechanics: &str| solved(&pair(&format!("{mechanics}\n{load}")), false).steps;
+    let closed = steps(CLOSED_FORM);
+    let plane = steps(
+        "[mechanics.plane_strain]\nend = \"far\"\nwidth = \"500 um\"\nrelative_tolerance = 2e-2\n\
+                    indenter = { flat_punch = { half_width = \"500 um\", corner_radius = \"90 um\" } }",
+    );
     assert_eq!(closed[0].row.force_error_estimate, Some(0.0));
     covers_force(&closed[1].row, plane[1].row.force_n.unwrap());
     // A block of the same size in three dimensions has 34.56 mN: tests/acceptance/found3/pair-own-footprint.toml.
@@ -166,7 +168,8 @@ relative_tolerance = 1e-2
     let [rest, pressed] = outcome.steps.as_slice() else { panic!() };
     let change = pressed.row.change_f.unwrap() / rest.row.capacitance_f.unwrap();
     assert!(change.abs() < 5e-3, "{change}");
-    // In three dimensions, to 1.25e-2 of the layer and 2.5e-3 of the field: 9e-4 of it are stated.
+    // Reference in three dimensions, with tolerances of 1.25e-2 for the layer and 2.5e-3 for the field; its
+    // stated error is 9e-4.
     covers(&pressed.row, 23.428e-15);
 }
 
@@ -186,7 +189,7 @@ sheet = { normal = "x2", at = "400 um", min = ["-0.5 mm", "-0.5 mm"], max = ["0.
         outcome.steps[1].row.model_error_estimate.unwrap()
     };
     assert_eq!(by("compression = [0.0, 0.1]"), 0.0);
-    // How far it goes under a force is another matter.
+    // The displacement under a given force depends on the model.
     assert!(by("force = [\"0 mN\", \"30 mN\"]") > 0.02);
 }
 

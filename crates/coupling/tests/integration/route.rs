@@ -30,8 +30,8 @@ fn name_of(path: &Path) -> String {
 /// A case with all its tolerances wide.
 fn coarse(path: &Path) -> Case {
     let mut case = elastocap_case::load(path).unwrap_or_else(|e| panic!("{e}"));
-    if let Some(asked) = &mut case.electrostatics {
-        asked.relative_tolerance = COARSE;
+    if let Some(settings) = &mut case.electrostatics {
+        settings.relative_tolerance = COARSE;
     }
     match &mut case.mechanics {
         Some(Mechanics::PlaneStrain(model)) => model.relative_tolerance = COARSE,
@@ -84,13 +84,13 @@ fn every_case_takes_the_route_that_its_plan_tells_and_fails_nowhere_it_does_not(
         }
         taken.insert(name_of(&path), outcome.steps.iter().map(|step| step.route).collect());
     }
-    let of = |name: &str| taken[name].clone();
-    assert_eq!(of("in-plane-pair"), [Some(Route::BOXES); 2]);
-    assert_eq!(of("finger-over-pair"), [Some(Route::TETRAHEDRA); 2]);
-    assert_eq!(of("punched-pair"), [Some(Route::BOXES), Some(Route::OUTLINES)]);
-    assert_eq!(of("pair-under-sphere"), [Some(Route::BOXES)]);
-    assert_eq!(of("layer-on-substrate"), [None; 2]);
-    assert_eq!(of("dome-from-gmsh"), [Some(Route::TETRAHEDRA)]);
+    let routes = |name: &str| taken[name].clone();
+    assert_eq!(routes("in-plane-pair"), [Some(Route::BOXES); 2]);
+    assert_eq!(routes("finger-over-pair"), [Some(Route::TETRAHEDRA); 2]);
+    assert_eq!(routes("punched-pair"), [Some(Route::BOXES), Some(Route::OUTLINES)]);
+    assert_eq!(routes("pair-under-sphere"), [Some(Route::BOXES)]);
+    assert_eq!(routes("layer-on-substrate"), [None; 2]);
+    assert_eq!(routes("dome-from-gmsh"), [Some(Route::TETRAHEDRA)]);
 }
 
 #[test]

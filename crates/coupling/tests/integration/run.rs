@@ -94,9 +94,9 @@ fn what_is_found_can_be_taken_from_a_run_that_goes_on() {
         }
     }
     let one_by_one = Plan { at_once: 1, ..plan };
-    let own = Run::new(&case, &one_by_one, &NUMBERS_ONLY, &never);
-    let taker = Taker(&own, Mutex::default());
-    own.solve(&taker, None);
+    let run = Run::new(&case, &one_by_one, &NUMBERS_ONLY, &never);
+    let taker = Taker(&run, Mutex::default());
+    run.solve(&taker, None);
     let taken = taker.1.into_inner().unwrap();
     let [found] = taken.as_slice() else { panic!("{}", taken.len()) };
     assert!(found.stopped && found.steps.len() == 2);
@@ -167,8 +167,8 @@ fn without_pruning_nothing_is_left_out_by_the_plan() {
 #[test]
 fn estimates_in_place_of_bounds_hold_the_true_error() {
     let mut case = quick(&[0.1]);
-    let asked = case.electrostatics.as_mut().unwrap();
-    (asked.bounds, asked.relative_tolerance) = (false, 1e-3);
+    let settings = case.electrostatics.as_mut().unwrap();
+    (settings.bounds, settings.relative_tolerance) = (false, 1e-3);
     let plan = Plan::new(&case, &NUMBERS_ONLY);
     assert!(plan.left_out.iter().any(|left| left.what.contains("dual")));
     let outcome = solve(&case, &plan);
@@ -191,20 +191,20 @@ fn short_layer(mechanics: &str) -> Case {
 
 #[test]
 fn between_planes_of_symmetry_the_layer_in_space_carries_the_force_of_plane_strain() {
-    let of = |mechanics: &str| {
+    let force = |mechanics: &str| {
         let case = short_layer(mechanics);
         let outcome = solve(&case, &Plan::new(&case, &NUMBERS_ONLY));
         assert_eq!(outcome.steps[0].row.status, Status::Ok, "{:?}", outcome.steps[0].reason);
         let row = &outcome.steps[0].row;
         (row.force_n.unwrap(), row.relative_error_estimate.unwrap())
     };
-    let (plane, plane_error) = of("[mechanics.plane_strain]\nrelative_tolerance = 5e-3");
-    let (space, space_error) = of("[mechanics.solid]\nside = \"symmetric\"\nrelative_tolerance = 5e-2");
+    let (plane, plane_error) = force("[mechanics.plane_strain]\nrelative_tolerance = 5e-3");
+    let (space, space_error) = force("[mechanics.solid]\nside = \"symmetric\"\nrelative_tolerance = 5e-2");
     let difference = (space / plane - 1.0).abs();
     assert!(difference <= plane_error + space_error, "{space} {space_error:e} {plane} {plane_error:e}");
     assert!(difference < 0.02, "{space} {plane}");
     // Where the sides are free the rubber has one more way out.
-    let (free, _) = of("[mechanics.solid]\nrelative_tolerance = 5e-2");
+    let (free, _) = force("[mechanics.solid]\nrelative_tolerance = 5e-2");
     assert!(free < 0.9 * plane, "{free} {plane}");
 }
 

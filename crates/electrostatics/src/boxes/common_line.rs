@@ -2,10 +2,11 @@
 
 use elastocap_fem::line::{Line, LineEnd};
 
-/// Nodes of two lines closer than this share of the element beside them are one: they come from the same divisions.
+/// Two nodes closer than this share of the element next to them are the same but for rounding.
 const SAME: f64 = 1e-12;
 
-/// The line with the nodes of both and, in every element, the larger of their degrees. `None` where they do not begin and end alike.
+/// The line with the nodes of both lines and, in every element, the larger of their degrees. `None` where the
+/// lines do not begin and end at the same nodes.
 pub(super) fn common_line(a: &Line, b: &Line) -> Option<Line> {
     let (mut i, mut j) = (0, 0);
     let (mut nodes, mut degrees) = (Vec::new(), Vec::new());
@@ -37,8 +38,8 @@ pub(super) fn common_line(a: &Line, b: &Line) -> Option<Line> {
     }
     let end = |side: usize| match (a.ends[side], b.ends[side]) {
         (LineEnd::Finite, LineEnd::Finite) => Some(LineEnd::Finite),
-        (LineEnd::Infinite { degree, pole }, LineEnd::Infinite { degree: other, pole: own })
-            if pole == own =>
+        (LineEnd::Infinite { degree, pole }, LineEnd::Infinite { degree: other, pole: other_pole })
+            if pole == other_pole =>
         {
             Some(LineEnd::Infinite { degree: degree.max(other), pole })
         }

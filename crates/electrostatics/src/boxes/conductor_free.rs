@@ -6,14 +6,15 @@ use std::collections::BTreeSet;
 /// A box of intervals without a conductor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct FreeBox {
-    /// Its intervals.
+    /// The intervals.
     pub block: Block,
-    /// Outer planes `[axis][side]` that it reaches but on which a sheet lies: its functions vanish there.
+    /// Outer planes `[axis][side]` that the box reaches but on which a sheet lies: functions of the box
+    /// vanish there.
     pub held: [[bool; 2]; 3],
 }
 
 impl FreeBox {
-    /// Number of its cells.
+    /// Number of cells.
     pub(crate) fn volume(&self) -> usize {
         (0..3).map(|a| self.block.hi[a] - self.block.lo[a]).product()
     }
@@ -54,21 +55,21 @@ pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     free_boxes_within(domain, &mut Work { left: u64::MAX }).unwrap_or_default()
 }
 
-/// The boxes that [`free_boxes`] finds, or `None` if finding them takes more than the `work` that is left, which becomes less by what it
-/// took.
+/// The boxes that [`free_boxes`] finds, or `None` if finding them takes more than the remaining `work`, from
+/// which the work done is deducted.
 pub(crate) fn free_boxes_within(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let maximal = maximal(domain, work)?;
     thin(domain, maximal, work)
 }
 
-/// Comparisons of boxes, and features looked at, that may still be made: some nanoseconds for each.
+/// Remaining number of comparisons of boxes and of visits to features: each takes some nanoseconds.
 #[derive(Debug)]
 pub(crate) struct Work {
     pub(crate) left: u64,
 }
 
 impl Work {
-    /// Counts some of it; `None` where no more is left.
+    /// Deducts some work; `None` where too little is left.
     pub(crate) fn count(&mut self, more: usize) -> Option<()> {
         self.left = self.left.checked_sub(more as u64)?;
         Some(())
@@ -106,19 +107,20 @@ fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
                 }
             }
         }
-        let mut kept = clear;
+        let mut maximal_boxes = clear;
         let candidates: Vec<FreeBox> = pieces.into_iter().collect();
         for p in &candidates {
-            work.count(kept.len() + candidates.len())?;
-            if !kept.iter().any(|q| q == p || p.inside(q)) && !candidates.iter().any(|q| p.inside(q)) {
-                kept.push(*p);
+            work.count(maximal_boxes.len() + candidates.len())?;
+            if !maximal_boxes.iter().any(|q| q == p || p.inside(q)) && !candidates.iter().any(|q| p.inside(q))
+            {
+                maximal_boxes.push(*p);
             }
         }
-        if kept.len() > ENUMERATION_LIMIT {
-            kept.sort_by_key(|b| std::cmp::Reverse(b.volume()));
-            kept.truncate(ENUMERATION_LIMIT);
+        if maximal_boxes.len() > ENUMERATION_LIMIT {
+            maximal_boxes.sort_by_key(|b| std::cmp::Reverse(b.volume()));
+            maximal_boxes.truncate(ENUMERATION_LIMIT);
         }
-        boxes = kept;
+        boxes = maximal_boxes;
     }
     boxes.sort_by_key(|b| (std::cmp::Reverse(b.volume()), *b));
     Some(boxes)

@@ -55,18 +55,19 @@ pub(crate) struct Domain {
     pub permittivity: Vec<f64>,
     /// The map that bends the scene, if one does.
     pub map: Option<PlacedMap>,
-    /// Where the domain is the half of a scene, and the potential even or odd under a half turn: the other parts that it is seen on.
+    /// Set where the domain is the half of a scene, for potentials that are even or odd under a half turn:
+    /// the other parts of the scene.
     pub turn: Option<Box<OtherParts>>,
 }
 
-/// The parts of a scene, besides the half above the middle of the first axis, that a potential is seen on which is even or odd under a half
-/// turn.
+/// Parts of a scene on which a potential that is even or odd under a half turn is represented, besides the
+/// half above the middle of the first axis.
 #[derive(Debug, Clone)]
 pub(crate) struct OtherParts {
     /// The half above the middle of the last axis.
     pub(crate) half: Domain,
-    /// The quarter above both, with what is a conductor on either side of the middle of the last axis: for what is odd across that, and
-    /// for what is even.
+    /// The quarter above both, with the conductors on either side of the middle of the last axis: for what is
+    /// odd across that middle, and for what is even.
     pub(crate) quarters: [Domain; 2],
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
@@ -96,7 +97,8 @@ impl Axis {
         usize::from(self.held(0))..n - usize::from(self.held(1))
     }
 
-    /// Its functions that no wall holds (columns) in those of a finer axis with the same walls (rows); `None` where that is not finer.
+    /// The axis's functions that no wall holds (columns) in those of a finer axis with the same walls (rows);
+    /// `None` where `finer` is not a refinement.
     pub(crate) fn functions_in(&self, finer: &Axis) -> Option<Mat<f64>> {
         let (rows, columns) = (finer.functions(), self.functions());
         let whole = embedding(&self.line, &finer.line)?;
@@ -153,12 +155,13 @@ impl Axis {
         let numbering = Numbering::new(&self.line);
         let trim = self.functions().start;
         degrees.map(|degree| {
-            let own = (0..self.line.elements()).filter(|e| degree >= 2 && self.line.degree(*e) == degree);
-            own.map(|e| numbering.bubble[e] + degree - 2 - trim).collect()
+            let elements =
+                (0..self.line.elements()).filter(|e| degree >= 2 && self.line.degree(*e) == degree);
+            elements.map(|e| numbering.bubble[e] + degree - 2 - trim).collect()
         })
     }
 
-    /// Whether the axis is its own mirror image.
+    /// Whether the axis is mirror-symmetric.
     pub(crate) fn is_symmetric(&self) -> bool {
         let centred = |rays: Rays| is_centre(&self.line, rays.pole);
         let cuts = self.cuts.iter().zip(self.cuts.iter().rev()).all(|(x, y)| x + y == self.line.elements());
@@ -218,13 +221,13 @@ impl Axis {
 }
 
 impl OtherParts {
-    /// See [`Domain::truncated`].
+    /// These parts without infinite elements, see [`Domain::truncated`].
     pub(crate) fn truncated(&self) -> Self {
         let quarters = self.quarters.each_ref().map(Domain::truncated);
         Self { half: self.half.truncated(), quarters, odd: self.odd }
     }
 
-    /// 1 for a potential that is even under the turn, -1 for one that is odd.
+    /// Parity under the turn: 1 for even potentials, -1 for odd ones.
     pub(crate) fn parity(&self) -> f64 {
         if self.odd { -1.0 } else { 1.0 }
     }
@@ -292,8 +295,8 @@ impl Domain {
             return product;
         }
         let n = self.cells();
-        // A power of two is taken out, so that permittivities that are all larger by another one have factors that are exactly as
-        // much larger: then rounding is the same, and with it every iterate.
+        // A power of two is taken out. If all permittivities are larger by a power of two, the factors are
+        // larger by exactly that: rounding, and with it every iterate, is the same.
         let least = self.permittivity.iter().copied().fold(f64::INFINITY, f64::min);
         let unit = power_of_two_in(least);
         let cells = || {

@@ -28,32 +28,33 @@ pub(crate) struct Energies {
     pub repair_share: f64,
     /// Primal coefficients, one array per right-hand side (upper bounds only).
     pub coefficients: Vec<Vec<f64>>,
-    /// Lower and upper bounds of the energies with those of the error of a base, of what is added to it: see
-    /// [`crate::boxes::superposed`].
+    /// Lower and upper bounds of the energies of a solution that is added to a base, the energies of the
+    /// error of the base included: see [`crate::boxes::superposed`].
     pub with_error_of_base: Option<[Mat<f64>; 2]>,
     /// Seconds assembling and seconds solving.
     pub seconds: [f64; 2],
 }
 
-/// A source of potentials other than the conductors: the solution u minimises u A u less twice the product of u and `pull` as if there were
-/// no map.
+/// A source of potentials other than the conductors: the solution u minimises u A u less twice the product of
+/// u and `pull` without a map.
 pub(crate) struct Drive<'a> {
-    /// One for each right-hand side.
+    /// The potentials p, one for each right-hand side.
     pub(crate) pull: &'a [Vec<f64>],
-    /// The products themselves, where they are those of another permittivity than the domain's.
+    /// The products of the operator with p, where they are those with another permittivity than the domain's.
     pub(crate) products: Option<&'a [Vec<f64>]>,
-    /// Energies that are added, of which the linear solver's error is to be a share.
+    /// Energies to be added, one for each right-hand side: the linear solver's error is measured against the
+    /// sum.
     pub(crate) energies: &'a [f64],
 }
 
-/// Where the iteration for a right-hand side starts from.
+/// Initial guess of the iteration for a right-hand side.
 #[derive(Debug)]
 pub(crate) enum Start {
-    /// From nothing.
+    /// Zero.
     Nothing,
-    /// Coefficients of a potential near the one sought; prescribed ones do not matter.
+    /// Coefficients of a potential near the solution; prescribed ones do not matter.
     Potential(Vec<f64>),
-    /// The solution of a right-hand side before this one, turned.
+    /// The turned solution of an earlier right-hand side.
     Image(Image),
 }
 
@@ -84,7 +85,7 @@ pub(crate) fn upper(
         let near = match start {
             Start::Nothing => None,
             Start::Potential(u) => Some(u.clone()),
-            Start::Image(image) => Some(image.of_potential(domain, &coefficients[image.of])),
+            Start::Image(image) => Some(image.of_potential(domain, &coefficients[image.original])),
         };
         if let Some(mut free) = near {
             primal.clear_prescribed(&mut free);
@@ -92,10 +93,10 @@ pub(crate) fn upper(
         }
         let mut source = primal.full_product(&begin);
         let mut start = dot(&begin, &source);
-        if let (Some(own), Some(drive)) = (pulled.get(k), driven) {
-            start += drive.energies.get(k).copied().unwrap_or(0.0) + dot(&drive.pull[k], own)
-                - 2.0 * dot(&begin, own);
-            source.iter_mut().zip(own).for_each(|(s, own)| *s -= own);
+        if let (Some(pulled_source), Some(drive)) = (pulled.get(k), driven) {
+            start += drive.energies.get(k).copied().unwrap_or(0.0) + dot(&drive.pull[k], pulled_source)
+                - 2.0 * dot(&begin, pulled_source);
+            source.iter_mut().zip(pulled_source).for_each(|(s, p)| *s -= p);
         }
         primal.clear_prescribed(&mut source);
         source.iter_mut().for_each(|x| *x = -*x);
@@ -142,14 +143,15 @@ pub(crate) fn upper(
     Ok((energies, primal))
 }
 
-/// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels it exactly, and the
-/// bound includes its energy. The fluxes are given too if they are to be `kept` and are proved.
+/// Lower energies by Thomson's principle. The linear solver leaves a small divergence; a second flux cancels
+/// it exactly, and the bound includes its energy. The fluxes are returned too, if `keep_fluxes` is set and
+/// they are proved.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
     starts: &[Start],
     share: f64,
-    kept: bool,
+    keep_fluxes: bool,
     cancel: Option<&AtomicBool>,
 ) -> Result<(Energies, Option<Fluxes>), SolveError> {
     let begin = Instant::now();
@@ -161,7 +163,7 @@ pub(crate) fn lower(
         let start = match start {
             Start::Nothing => None,
             Start::Potential(u) => Some(dual.modes_of(domain, u)),
-            Start::Image(image) => Some(dual.image(domain, &fluxes[image.of].phi, image)),
+            Start::Image(image) => Some(dual.image(domain, &fluxes[image.original].phi, image)),
         };
         fluxes.push(dual_flux(&mut dual, v, start, share, cancel)?);
     }
@@ -170,26 +172,26 @@ pub(crate) fn lower(
     let excess = dual.repair_excess();
     let mut share_of_repair = 0.0_f64;
     let mut matrix = flux_energies(&dual, potentials, &fluxes);
-    // With P the energies of the repairs and l those of what they leave, the repair of c_i r_i costs at most
-    // (sqrt(c P c) + sum |c_i| sqrt(l_i))^2, and c P c at most (sum |c_i| sqrt(P_ii))^2.
+    // With P the energies of the repairs and l those of their remaining divergences, the repair of c_i r_i
+    // costs at most (sqrt(c P c) + sum |c_i| sqrt(l_i))^2, and c P c at most (sum |c_i| sqrt(P_ii))^2.
     let roots: Vec<[f64; 2]> = fluxes
         .iter()
-        .map(|own| [dot(&own.repair, &own.residual).max(0.0).sqrt(), own.energy_left.sqrt()])
+        .map(|flux| [dot(&flux.repair, &flux.residual).max(0.0).sqrt(), flux.energy_left.sqrt()])
         .collect();
-    for (i, own) in fluxes.iter().enumerate() {
+    for (i, flux) in fluxes.iter().enumerate() {
         let [repair, left] = roots[i];
         let unseen: f64 = roots.iter().map(|[other, rest]| repair * rest + left * other + left * rest).sum();
         share_of_repair = share_of_repair.max(excess * (repair * repair + unseen) / matrix[(i, i)]);
         for (j, other) in fluxes.iter().enumerate() {
             matrix[(i, j)] -=
-                excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
+                excess * 0.5 * (dot(&flux.repair, &other.residual) + dot(&other.repair, &flux.residual));
         }
         matrix[(i, i)] -= excess * unseen;
         // The factor covers the rounding of the sums, so that the energy stays a lower bound.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
     }
-    // Where the repair of a flux failed, that no energy is negative is all that is proved: of every combination with this
-    // right-hand side, and hence of the form.
+    // Where the repair of a flux failed, it is only proved that no energy is negative: for every combination
+    // with this right-hand side, and hence for the form.
     let proved = fluxes.iter().all(|flux| flux.proved);
     if !proved {
         matrix = Mat::zeros(n, n);
@@ -209,26 +211,27 @@ pub(crate) fn lower(
         State { potentials: v.clone(), phi: flux.phi, repair: flux.repair }
     };
     let states = || potentials.iter().zip(fluxes).map(state).collect();
-    let kept = if kept && proved { Fluxes::new(dual, domain, states()) } else { None };
-    Ok((energies, kept))
+    let kept_fluxes = if keep_fluxes && proved { Fluxes::new(dual, domain, states()) } else { None };
+    Ok((energies, kept_fluxes))
 }
 
-/// Gives up on the grid where the run is to stop: what follows an iteration takes as long as several of them.
+/// Gives up on the grid if a stop was requested: the work after an iteration takes as long as several
+/// iterations.
 pub(crate) fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
     if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
 }
 
 /// The solution of the dual problem for one set of conductor potentials.
 struct Flux {
-    /// Potentials of the mixed method, which the flux is made from.
+    /// Potentials of the mixed method, from which the flux is made.
     phi: Vec<f64>,
-    /// A correction that is added to them and is smaller than their last digit.
+    /// A correction of `phi` that is smaller than its last digit.
     finer: Option<Vec<f64>>,
     /// The divergence of the flux, with the opposite sign.
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
-    /// The energy, at most, of a flux that cancels what the repair leaves of it.
+    /// An upper bound on the energy of a flux that cancels what the repair leaves of the residual.
     energy_left: f64,
     /// Whether the repair cancelled the residual, so that the energy is a bound.
     proved: bool,
@@ -236,25 +239,25 @@ struct Flux {
     converged: bool,
 }
 
-/// Energies of the fluxes by themselves, a symmetric matrix.
+/// Energies of the fluxes without their repairs, a symmetric matrix.
 fn flux_energies(dual: &Dual, potentials: &[Vec<f64>], fluxes: &[Flux]) -> Mat<f64> {
     let none = vec![0.0; dual.blocks()];
     let finer = || fluxes.iter().enumerate().filter_map(|(i, flux)| Some((i, flux.finer.as_deref()?)));
-    let (mut of, mut held, mut phi): (Vec<usize>, Vec<&[f64]>, Vec<&[f64]>) = Default::default();
+    let (mut flux_of, mut held, mut phi): (Vec<usize>, Vec<&[f64]>, Vec<&[f64]>) = Default::default();
     for (i, (v, flux)) in potentials.iter().zip(fluxes).enumerate() {
-        of.push(i);
+        flux_of.push(i);
         held.push(v);
         phi.push(&flux.phi);
     }
-    for (i, own) in finer() {
-        of.push(i);
+    for (i, correction) in finer() {
+        flux_of.push(i);
         held.push(&none);
-        phi.push(own);
+        phi.push(correction);
     }
-    let all = dual.flux_energies(&held, &phi);
+    let products = dual.flux_energies(&held, &phi);
     let mut matrix = Mat::zeros(fluxes.len(), fluxes.len());
-    for (k, &i) in of.iter().enumerate() {
-        of.iter().enumerate().for_each(|(l, &j)| matrix[(i, j)] += all[(k, l)]);
+    for (k, &i) in flux_of.iter().enumerate() {
+        flux_of.iter().enumerate().for_each(|(l, &j)| matrix[(i, j)] += products[(k, l)]);
     }
     matrix
 }
@@ -295,9 +298,9 @@ fn dual_flux(
             false => add(finer.get_or_insert_with(zeros), &step),
         }
         // The recursion's residual drifts by rounding; the bound rests on the true one.
-        r = dual.left_by(potentials, &x);
+        r = dual.flux_residual(potentials, &x);
         if let Some(finer) = &finer {
-            add(&mut r, &dual.left_by(&none, finer));
+            add(&mut r, &dual.flux_residual(&none, finer));
         }
         if dual.must_balance() {
             dual.balance(finer.get_or_insert_with(zeros), &mut r);

@@ -11,33 +11,36 @@ use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use elastocap_geometry::section::SectionPlane;
 use faer::Mat;
 
-/// The most cells that the elements are divided into for a field in space.
+/// Largest number of cells that the elements are divided into for a field in space.
 const MAX_CELLS: usize = 12_000;
-/// The most cells that the elements are divided into for a section.
+/// Largest number of cells that the elements are divided into for a section.
 const MAX_CELLS_OF_SECTION: usize = 1_500;
-/// The most cells for a section under a map: they are oblique, and show less of what is between their corners.
+/// Largest number of cells for a section under a map: they are oblique, and show less of the field between
+/// their corners.
 const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
-/// The most cells where a map bends large cells inside out, and finer ones are tried instead.
-const MOST_CELLS: usize = 100_000;
-/// How many cells an element has along an axis, over its degree there: the first that does not lead to too many is taken.
+/// Largest number of cells where a map turns large cells inside out, and finer ones are tried instead.
+const MAX_CELLS_OF_FOLDED: usize = 100_000;
+/// Numbers of cells of an element along an axis, over its degree there: the first that does not lead to too
+/// many is taken.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
-/// Elements shorter than this share of what is shown are one cell: nobody sees more of them.
+/// Elements shorter than this share of what is shown are one cell: more detail would be invisible.
 const TINY: f64 = 4e-3;
-/// A piece of an element that is no longer than this, in the element's own coordinate from -1 to 1, is not shown.
+/// Pieces of an element that are no longer than this, in the reference coordinate from -1 to 1, are not
+/// shown.
 const SLIVER: f64 = 1e-6;
 
-/// One part's share of the state: its grid, the coefficients, and whether it is odd across each axis.
+/// The share of one symmetric part in the state.
 pub(crate) struct Share<'a> {
     /// Axes of the grid of the reduced layout; where a half turn reduces it, of the whole scene.
     axes: [&'a Axis; 3],
-    /// Coefficients of the state on it.
+    /// Coefficients of the state on that grid.
     coefficients: Vec<f64>,
-    /// Odd across the mirror plane of each axis.
+    /// Whether the potential is odd across the mirror plane of each axis.
     odd: [bool; 3],
 }
 
 impl<'a> Share<'a> {
-    /// The share of a part with these coefficients of its domain.
+    /// The share of a part, given by the coefficients of the state on the part's domain.
     pub(crate) fn new(domain: &'a Domain, coefficients: Vec<f64>, odd: [bool; 3]) -> Self {
         let turn = domain.turn.as_deref();
         match turn.and_then(|turn| Some((whole_axes(domain, turn), on_whole(domain, turn, &coefficients)?))) {
@@ -62,7 +65,8 @@ struct Samples {
     nodes: Vec<f64>,
     /// Values of the axis functions at the nodes: rows nodes, columns functions.
     value: SparseRows<f64>,
-    /// Their slopes in the cell below each node, and in the one above it; at an end of the axis those of the only one.
+    /// Slopes of the functions in the cell below each node, and in the one above it; at an end of the axis
+    /// both are those of the only cell.
     slopes: [SparseRows<f64>; 2],
 }
 
@@ -78,7 +82,7 @@ enum Images {
 }
 
 impl Images {
-    /// How many times the cells of the part are shown.
+    /// Number of times that the cells of the part are shown.
     fn count(self) -> usize {
         match self {
             Self::Part | Self::Mirrored => 1,
@@ -87,7 +91,7 @@ impl Images {
     }
 }
 
-/// How the cells of the part that is solved are repeated in the whole scene.
+/// The repetition of the cells of the part that is solved in the whole scene.
 struct Reflection {
     images: [Images; 3],
     /// Cells of the part along each axis.
@@ -112,8 +116,8 @@ impl Reflection {
         }
     }
 
-    /// The node of the part at which to find the slope at node `i` on axis `a` on its side `above` or below, on which side of that
-    /// node, and the side of the mirror plane.
+    /// Where to find the slope at node `i` on axis `a`, on its side `above` or below: the node of the part,
+    /// whether on its upper side, and the side of the mirror plane (-1 or 1).
     fn slope(&self, a: usize, i: usize, above: bool) -> (usize, bool, f64) {
         let n = self.part[a];
         let is_image = match self.images[a] {
@@ -130,11 +134,11 @@ impl Reflection {
     }
 
     /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the layout.
-    fn coordinates(&self, a: usize, own: &[f64], layout: &Layout) -> Vec<f64> {
-        let image = |from: usize| own.iter().skip(from).rev().map(|x| -x);
+    fn coordinates(&self, a: usize, part_nodes: &[f64], layout: &Layout) -> Vec<f64> {
+        let image = |from: usize| part_nodes.iter().skip(from).rev().map(|x| -x);
         let places: Vec<f64> = match self.images[a] {
-            Images::Part => own.to_vec(),
-            Images::Both => image(1).chain(own.iter().copied()).collect(),
+            Images::Part => part_nodes.to_vec(),
+            Images::Both => image(1).chain(part_nodes.iter().copied()).collect(),
             Images::Mirrored => image(0).collect(),
         };
         places.into_iter().map(|x| layout.origin[a] + layout.unit * x).collect()
@@ -143,9 +147,9 @@ impl Reflection {
 
 /// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
 ///
-/// `potentials`, V, are those of the scene's conductors in this state, for the caller to find in the result. The samples fill
-/// [`Scene::sensor`], and are closer together in sections through it, one of them where the scene is loaded. With no shares, all lists of the
-/// result are empty.
+/// `potentials`, V, are those of the scene's conductors in this state; they are handed on in the result. The
+/// samples fill [`Scene::sensor`], and are denser in sections through it, one of which is where the scene is
+/// loaded. Without shares, all lists of the result are empty.
 pub(crate) fn sample(
     (scene, loaded_at): (&Scene, Option<[f64; 2]>),
     layout: &Layout,
@@ -154,7 +158,7 @@ pub(crate) fn sample(
     potentials: Vec<f64>,
 ) -> Field {
     let shown = scene.sensor();
-    let of = |shown: &Box3, flat: Option<usize>, images: [Images; 3]| {
+    let sampled = |shown: &Box3, flat: Option<usize>, images: [Images; 3]| {
         sample_in(scene, layout, shares, (shown, flat), images, potentials.clone())
     };
     let images = mirrored.map(|mirrored| if mirrored { Images::Both } else { Images::Part });
@@ -165,22 +169,22 @@ pub(crate) fn sample(
         [slab.min[a], slab.max[a]] = [low, high];
         let of_mirror = layout.origin[a];
         if mirrored[a] && high <= of_mirror {
-            // What is solved lies on the other side.
+            // The part that is solved lies on the other side.
             [slab.min[a], slab.max[a]] = [2.0 * of_mirror - high, 2.0 * of_mirror - low];
             images[a] = Images::Mirrored;
         } else if mirrored[a] && low > of_mirror {
             images[a] = Images::Part;
         }
         let ends = [slab.min[a], slab.max[a]].map(|x| (x - of_mirror) / layout.unit);
-        // No farther than there are finite elements.
+        // Beyond the finite elements, nothing is known.
         let is_within = |share: &Share<'_>| !cuts(share.axes[a], layout.reach, ends, 0.0).is_empty();
         let is_known = shares.first().is_some_and(is_within);
-        is_known.then(|| FieldSection { plane, field: of(&slab, Some(a), images) })
+        is_known.then(|| FieldSection { plane, field: sampled(&slab, Some(a), images) })
     };
-    Field { sections: planes.into_iter().filter_map(section).collect(), ..of(&shown, None, images) }
+    Field { sections: planes.into_iter().filter_map(section).collect(), ..sampled(&shown, None, images) }
 }
 
-/// Samples what is `shown`, a box that is flat along one axis or along none: one cell is enough there.
+/// Samples the box `shown`. It may be flat along one axis, where one cell is enough.
 fn sample_in(
     scene: &Scene,
     layout: &Layout,
@@ -260,21 +264,25 @@ fn pieces(
         (Some(_), None) => MAX_CELLS_OF_SECTION,
         (Some(_), Some(_)) => MAX_CELLS_OF_BENT_SECTION,
     };
-    let all = || DIVISIONS.into_iter().map(plan);
-    let chosen = all().find(|pieces| cells(pieces) <= most).unwrap_or_else(|| plan(0.0));
+    let plans = || DIVISIONS.into_iter().map(plan);
+    let chosen = plans().find(|pieces| cells(pieces) <= most).unwrap_or_else(|| plan(0.0));
     let Some(placed) = &layout.map else { return chosen };
-    let stands = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
+    let is_valid = |pieces: &[Vec<(usize, f64, f64)>; 3]| {
         let reflection = Reflection::new(images, [0, 1, 2].map(|a| pieces[a].len()));
         let nodes = [0, 1, 2].map(|a| reflection.coordinates(a, &places(axes[a], &pieces[a]), layout));
         has_volume_everywhere(&placed.map, &nodes)
     };
-    if stands(&chosen) {
+    if is_valid(&chosen) {
         return chosen;
     }
-    // Straight sides of large cells do not follow a map that bends much: the next finer ones may.
-    let finer: Vec<_> = all().filter(|own| cells(own) > cells(&chosen)).collect();
-    let enough = finer.into_iter().rev().filter(|own| cells(own) <= MOST_CELLS).find(|own| stands(own));
-    enough.unwrap_or(chosen)
+    // Straight sides of large cells do not follow a map that bends much; those of finer cells may.
+    let finer: Vec<_> = plans().filter(|pieces| cells(pieces) > cells(&chosen)).collect();
+    let valid = finer
+        .into_iter()
+        .rev()
+        .filter(|pieces| cells(pieces) <= MAX_CELLS_OF_FOLDED)
+        .find(|pieces| is_valid(pieces));
+    valid.unwrap_or(chosen)
 }
 
 /// The nodes of the cells of one axis, scaled.
@@ -287,11 +295,11 @@ fn places(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Vec<f64> {
     first.into_iter().chain(pieces.iter().filter_map(|&(e, _, s)| place(e, s))).collect()
 }
 
-/// Whether no cell between these nodes is flat or inside out under a map, by the middles of its faces.
+/// Whether no cell between these nodes is flat or inside out under a map, judged by the middles of its faces.
 fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
     let points = map.images(nodes);
     let [_, ny, nz] = nodes.each_ref().map(Vec::len);
-    let cells = nodes.each_ref().map(|own| own.len().saturating_sub(1));
+    let cells = nodes.each_ref().map(|places| places.len().saturating_sub(1));
     (0..cells.iter().product()).all(|index| {
         let at = split(index, cells);
         let corner = |n: usize| {
@@ -302,8 +310,8 @@ fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
             let mut sum = [0.0; 3];
             for n in 0..8 {
                 let sign = if n & bit == 0 { -0.25 } else { 0.25 };
-                let own = corner(n);
-                (0..3).for_each(|r| sum[r] += sign * own[r]);
+                let vertex = corner(n);
+                (0..3).for_each(|r| sum[r] += sign * vertex[r]);
             }
             sum
         });
@@ -326,8 +334,9 @@ fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3
     }
 }
 
-/// Adds the share's field, V/m, to that at all nodes `[i][j][k]` of the whole scene: each component as it is in the cells below the
-/// node along its own axis, and above it. `unit` is the layout's unit of length, m.
+/// Adds the share's field, V/m, at all nodes `[i][j][k]` of the whole scene: the limits of each component
+/// from the cells below and above the node along the axis of the component. `unit` is the layout's unit of
+/// length, m.
 fn add_field(
     electric_field: &mut [[[f64; 3]; 2]],
     share: &Share<'_>,
@@ -345,25 +354,25 @@ fn add_field(
             let at = split(index, reflection.whole.map(|n| n + 1));
             let images = [0, 1, 2].map(|a| reflection.node(a, at[a]));
             for (above, limit) in e.iter_mut().enumerate() {
-                let (own, own_above, own_side) = reflection.slope(d, at[d], above == 1);
-                let place = |a: usize| if a == d { own } else { images[a].0 };
-                let side = |a: usize| if a == d { own_side } else { images[a].1 };
+                let (slope_node, slope_above, slope_side) = reflection.slope(d, at[d], above == 1);
+                let place = |a: usize| if a == d { slope_node } else { images[a].0 };
+                let side = |a: usize| if a == d { slope_side } else { images[a].1 };
                 let sign: f64 = (0..3).map(|a| share.parity(a, side(a))).product();
                 let source = (place(0) * nodes[1] + place(1)) * nodes[2] + place(2);
                 // The slope across the mirror plane changes sign with the side as well.
-                limit[d] -= sign * own_side * slopes[usize::from(own_above)][source] / unit;
+                limit[d] -= sign * slope_side * slopes[usize::from(slope_above)][source] / unit;
             }
         }
     }
 }
 
-/// The place [i, j, k] of an index into an array with these numbers of entries.
+/// The multi-index [i, j, k] of an entry of an array with these dimensions.
 fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
     [index / (n[1] * n[2]), index / n[2] % n[1], index % n[2]]
 }
 
-/// Cells of one axis between the `ends` of what is shown as (element, lower, upper) in the element's own coordinate s, about
-/// `division` times as many per element as its degree.
+/// Cells of one axis between `ends`, as (element, lower, upper) in the reference coordinate of the element.
+/// An element has about `division` times as many cells as its degree.
 fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
     let line = &axis.line;
     let mut out = Vec::new();
@@ -374,7 +383,8 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
             continue;
         }
         let [from, to] = ends.map(|end| (2.0 * (end - start) / length - 1.0).clamp(-1.0, 1.0));
-        // What is shown may end at a plane of the grid but for rounding, and a cell between the two would be flat.
+        // The shown region may end at a plane of the grid but for rounding, and a cell between the two would
+        // be flat.
         if to - from <= SLIVER {
             continue;
         }
@@ -406,7 +416,8 @@ fn samples(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Samples {
                     continue;
                 };
                 value[(row, column)] = v[local];
-                // In the cell above its lower node and below its upper one; beyond an end of the axis there is no other.
+                // A cell has the slopes above its lower node and below its upper one; beyond an end of the
+                // axis there is no other.
                 let slope = 2.0 / length * d[local];
                 if row == cell || row + 1 == rows {
                     slopes[1][(row, column)] = slope;
@@ -423,7 +434,7 @@ fn samples(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Samples {
 
 /// Values of the function with coefficients `u` at the tensor product of three axes' samples, `[i][j][k]`.
 fn evaluate(u: &[f64], m: [&SparseRows<f64>; 3], mut dims: Dims) -> Vec<f64> {
-    // The axis with the fewest samples comes first: for a section, the one that it is thin along.
+    // The axis with the fewest samples comes first: for a section, the one across it.
     let mut axes = [0, 1, 2];
     axes.sort_by_key(|&a| m[a].rows());
     let mut out: Option<Vec<f64>> = None;

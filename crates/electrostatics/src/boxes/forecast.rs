@@ -1,6 +1,8 @@
-//! Forecasts unknowns, memory and time of the box solver: solves the first small grids and plans the refinement from there to the
-//! tolerance without carrying it out. How much work that is is counted beforehand, and where it is too much the forecast is a rough one:
-//! so a forecast takes seconds whatever the scene, and does not depend on what else the machine does.
+//! Forecasts unknowns, memory and time of the box solver: solves the first small grids and plans the
+//! refinement from there to the tolerance without carrying it out.
+//!
+//! The work of a forecast is counted beforehand, and where it is too much the forecast is a rough one. So a
+//! forecast takes seconds whatever the scene, and does not depend on the load of the machine.
 
 use crate::boxes::conductor_free::{Work, free_boxes_within};
 use crate::boxes::domain::Block;
@@ -22,57 +24,59 @@ use std::collections::BTreeMap;
 /// Largest number of unknowns of a grid that is solved for a forecast.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Memory of the cells of a layout that grids are made of for a forecast, bytes.
+/// Largest memory of the cells of a layout that is made for a forecast, bytes.
 const MAX_LAYOUT: u64 = 40 << 20;
 
-/// Work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about a second.
+/// Largest work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about
+/// a second.
 const MAX_ENUMERATION: u64 = 200_000_000;
 
-/// Seconds of a processor that one small grid may take, by count, those that all of them may take together, and the bytes that a
-/// preconditioner may have.
+/// Processor seconds that one small grid may take, and that all of them together may take, both estimated by
+/// counting; and the bytes that a preconditioner may have.
 const MAX_SECONDS: f64 = 2.0;
-const MAX_SECONDS_OF_ALL: f64 = 5.0;
+const MAX_TOTAL_SECONDS: f64 = 5.0;
 const MAX_PRECONDITIONER: f64 = 60e6;
 
-/// Seconds of a processor for each entry of a conductor-free box, iteration and function of an axis, for each function of a term of the
-/// permittivity and iteration, and for the modes of an interval with n functions, over n^3.
-const OF_BOXES: f64 = 1.5e-10;
-const OF_TERMS: f64 = 3e-8;
-const OF_MODES: f64 = 2e-8;
+/// Processor seconds per entry of a conductor-free box, iteration and function of an axis; per function of a
+/// term of the permittivity and iteration; and for the modes of an interval with n functions, over n^3.
+const BOX_PACE: f64 = 1.5e-10;
+const TERM_PACE: f64 = 3e-8;
+const MODES_PACE: f64 = 2e-8;
 
 /// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of several permittivities.
 const FIRST_ITERATIONS: f64 = 40.0;
 
-/// Work on what a box has of a permittivity that is no product, for each of its cells, as [`Work`] counts it.
-const OF_MEANS: usize = 16;
+/// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it.
+const MEAN_WORK: usize = 16;
 
-/// Grids that are solved for a forecast, about: each lists the conductor-free boxes of every part again.
+/// Approximate number of grids that are solved for a forecast: each lists the conductor-free boxes of every
+/// part again.
 const GRIDS: u64 = 4;
 
 /// Entries of all conductor-free boxes over those of the array, where they are too many to be listed.
 const ROUGH_OVERLAP: f64 = 30.0;
 
-/// Iterations on a grid that was not solved, and how many times as many functions per axis the last grid has as the first: upper
-/// estimates, as observed on scenes of some hundred bodies.
+/// Iterations on a grid that was not solved, and ratio of the functions per axis of the last grid to those of
+/// the first: upper estimates, as observed on scenes of some hundred bodies.
 const USUAL_ITERATIONS: f64 = 25.0;
 const USUAL_GROWTH: usize = 4;
 
 /// Safety factor on the functions of each axis, for the forecast of memory.
 const MARGIN: f64 = 1.12;
 
-/// Share of the energy from which on a last small grid that still misses it calls for larger safety factors: one on the functions of each
-/// axis, for the forecast of memory, and one on the time. Such a grid does not tell how far the search will refine, least of all for a small
-/// capacitance, which is a difference of large energies: docs/forecasts.md has the scenes that these numbers were chosen by, and others
-/// that they were tried on.
-const LACKING: f64 = 0.1;
-const MARGIN_OF_LACKING: f64 = 1.9;
-const TIMES_OF_LACKING: f64 = 3.0;
+/// Missing share of the energy on the last small grid above which larger safety factors are used: one on the
+/// functions of each axis, for the forecast of memory, and one on the time. Such a grid does not show how far
+/// the search will refine, least of all for a small capacitance, which is a difference of large energies.
+/// docs/forecasts.md has the scenes by which these numbers were chosen, and others on which they were tested.
+const LARGE_MISSING: f64 = 0.1;
+const LARGE_MISSING_MARGIN: f64 = 1.9;
+const LARGE_MISSING_TIMES: f64 = 3.0;
 
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
 const PACE: f64 = 1.5e-10;
 
-/// The axes across which the box solver will mirror a scene with such settings, and whether it will use a half turn; of a scene with too
-/// many cells to look at, none.
+/// The axes across which the box solver will mirror a scene with such settings, and whether it will use a
+/// half turn; none for a scene with too many cells to be laid out for a forecast.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; more cells than fit into the memory.
@@ -100,17 +104,17 @@ fn small_layout(scene: &Scene, settings: &Settings) -> Result<Option<Layout>, So
 /// The effort that all forecasts of a plan together may still take.
 #[derive(Debug)]
 pub struct Effort {
-    /// Seconds of a processor, by count.
+    /// Processor seconds, estimated by counting.
     seconds: f64,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { seconds: MAX_SECONDS_OF_ALL }
+        Self { seconds: MAX_TOTAL_SECONDS }
     }
 }
 
-/// Forecasts unknowns, memory and time of [`crate::solve()`], by which `effort` becomes less.
+/// Forecasts unknowns, memory and time of [`crate::solve()`], and deducts the work from `effort`.
 ///
 /// # Errors
 /// A body that is neither a box nor a sheet; a first grid that cannot be solved.
@@ -123,16 +127,16 @@ pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Resu
     let tolerance = settings.relative_tolerance.max(MIN_TOLERANCE);
     let distance = OpenSpace::new(&problem.layout, &problem.floating, settings).distance(tolerance);
     let cost = Cost::of(&problem, &first(&problem.core, distance));
-    let overlap = cost.as_ref().map_or(ROUGH_OVERLAP, |own| own.overlap);
+    let overlap = cost.as_ref().map_or(ROUGH_OVERLAP, |cost| cost.overlap);
     let mut take = |grid: &Grid, iterations: Option<usize>| match &cost {
-        Some(own) => own.take(&problem, grid, iterations, effort),
+        Some(cost) => cost.take(&problem, grid, iterations, effort),
         None => false,
     };
     if settings.resolution.is_none()
         && let Some(plan) = two_states::plan(scene, &problem, &mut take)?
     {
         let [first, second] = plan.scenes.each_ref().map(|scene| forecast(scene, &plan.settings, effort));
-        return Ok(both(first?, second?));
+        return Ok(consecutive(first?, second?));
     }
     let work = |dims: [usize; 3]| dims.iter().product::<usize>() as f64 * dims.iter().sum::<usize>() as f64;
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
@@ -151,21 +155,22 @@ pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Resu
         }
         let mut dims;
         let mut iterations;
-        let mut is_lacking;
+        let mut misses_much;
         loop {
             let outcome = on_grid(&problem, &grid, 1e-4, Lower::None, None)?;
             let indicator = outcome.indicator(&problem);
-            let lacking = missing(&grid, &indicator);
-            is_lacking = lacking > LACKING;
+            let missing_energy = missing(&grid, &indicator);
+            misses_much = missing_energy > LARGE_MISSING;
             let goal = goal(settings.bounds) * tolerance / outcome.amplification(tolerance, settings);
-            let own = problem.core.domain(&grid).0.primal_dims();
-            // Iterations grow little with the grid; the last grid is solved to half as many digits again as this one.
+            let current = problem.core.domain(&grid).0.primal_dims();
+            // Iterations grow little with the grid; the last grid is solved to half as many digits more than
+            // this one.
             iterations = 1.5 * outcome.iterations as f64;
             dims = functions_wanted(&grid, &indicator, goal);
-            dims = [0, 1, 2].map(|a| dims[a].max(own[a]));
+            dims = [0, 1, 2].map(|a| dims[a].max(current[a]));
             let mut next = grid.clone();
-            refine(&mut next, &indicator, (STEP * lacking).max(goal));
-            if lacking <= goal
+            refine(&mut next, &indicator, (STEP * missing_energy).max(goal));
+            if missing_energy <= goal
                 || problem.unknowns(&next) > MAX_SMALL_UNKNOWNS
                 || !take(&next, Some(outcome.iterations))
             {
@@ -173,14 +178,15 @@ pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Resu
             }
             grid = next;
         }
-        let (times, margin) = if is_lacking { (TIMES_OF_LACKING, MARGIN_OF_LACKING) } else { (1.0, MARGIN) };
+        let (times, margin) =
+            if misses_much { (LARGE_MISSING_TIMES, LARGE_MISSING_MARGIN) } else { (1.0, MARGIN) };
         (dims, times * PACE * iterations * work(dims), margin)
     };
     Ok(problem.forecast_of(dims, seconds, solves, overlap, margin))
 }
 
 /// The forecast for two solves, one after the other.
-fn both(a: Forecast, b: Forecast) -> Forecast {
+fn consecutive(a: Forecast, b: Forecast) -> Forecast {
     let larger = |x: usize, y: usize| x.max(y);
     Forecast {
         unknowns: larger(a.unknowns, b.unknowns),
@@ -194,9 +200,11 @@ fn both(a: Forecast, b: Forecast) -> Forecast {
     }
 }
 
-/// The forecast for a scene with too many cells to be laid out: the cost of a solve on the largest grid that there may be.
+/// The forecast for a scene with too many cells to be laid out: the cost of a solve on the largest possible
+/// grid.
 fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
-    let sides = scene.conductors().filter(|own| own.potential != Potential::Grounded).count().max(1);
+    let sides =
+        scene.conductors().filter(|conductor| conductor.potential != Potential::Grounded).count().max(1);
     let axis = (MAX_UNKNOWNS as f64 / 2.0).cbrt();
     let seconds = 2.0 * PACE * ROUGH_OVERLAP * USUAL_ITERATIONS * sides as f64 * 3.0 * axis.powi(4);
     Forecast {
@@ -218,7 +226,8 @@ struct Cost {
     overlap: f64,
     /// Unknowns of the grid.
     unknowns: f64,
-    /// Seconds of a processor before the iterations, and for each of them, where there are so many for all right-hand sides.
+    /// Processor seconds before the iterations, and per iteration; and the number of iterations for all
+    /// right-hand sides.
     setup: f64,
     iteration: f64,
     iterations: f64,
@@ -238,15 +247,16 @@ impl Cost {
         let product = domain.product();
         let (mut entries, mut products) = (0.0, 0.0);
         let mut modes = BTreeMap::new();
-        for own in &boxes {
-            let cells = if product.is_some() { 0 } else { OF_MEANS * own.volume() };
+        for free_box in &boxes {
+            let cells = if product.is_some() { 0 } else { MEAN_WORK * free_box.volume() };
             work.count(domain.permittivity.len() + cells)?;
-            let shape =
-                [0, 1, 2].map(|a| domain.axes[a].open(own.block.lo[a], own.block.hi[a], own.held[a]).len());
+            let shape = [0, 1, 2].map(|a| {
+                domain.axes[a].open(free_box.block.lo[a], free_box.block.hi[a], free_box.held[a]).len()
+            });
             let volume = shape.iter().map(|n| *n as f64).product::<f64>();
             entries += volume;
             products += volume * shape.iter().sum::<usize>() as f64;
-            modes.extend(axis_keys(&domain, own).into_iter().zip(shape));
+            modes.extend(axis_keys(&domain, free_box).into_iter().zip(shape));
         }
         let functions = |block: &Block| {
             let of_axis = |a: usize| domain.axes[a].closed(block.lo[a], block.hi[a]).len() as f64;
@@ -259,14 +269,15 @@ impl Cost {
         Some(Self {
             overlap: entries / array,
             unknowns: problem.unknowns(grid) as f64,
-            setup: parts().count() as f64 * OF_MODES * cubed,
-            iteration: OF_BOXES * products + OF_TERMS * terms,
+            setup: parts().count() as f64 * MODES_PACE * cubed,
+            iteration: BOX_PACE * products + TERM_PACE * terms,
             iterations: sides * FIRST_ITERATIONS,
             bytes: 8.0 * (entries + squared),
         })
     }
 
-    /// Whether a grid of the same scene is solved for a forecast, which is then counted; `iterations` are those on the grid before.
+    /// Decides whether a grid of the same scene is solved for a forecast, and if so deducts its cost from
+    /// `effort`; `iterations` are those on the grid before.
     fn take(
         &self,
         problem: &GridProblem<'_>,
@@ -287,9 +298,10 @@ impl Cost {
 }
 
 impl GridProblem<'_> {
-    /// The forecast for a last grid with `dims` functions on the axes, whose problems for `solves` right-hand sides take so many
-    /// seconds one after the other, those of one bound. The conductor-free boxes together have `overlap` times the entries of the array.
-    /// Memory is that for `margin` times as many functions on each axis.
+    /// The forecast for a last grid with `dims` functions on the axes, whose problems of one bound for
+    /// `solves` right-hand sides take `seconds` one after the other. The conductor-free boxes together have
+    /// `overlap` times the entries of the array. Memory is that for `margin` times as many functions on each
+    /// axis.
     fn forecast_of(
         &self,
         dims: [usize; 3],

@@ -21,40 +21,41 @@ use std::sync::atomic::Ordering;
 pub(crate) struct GridProblem<'a> {
     pub(crate) layout: Layout,
     pub(crate) parts: Vec<Part>,
-    /// Whether of all parts that state alone is solved in which two conductors have opposite potentials, and the matrix of it is not that of
-    /// the scene.
+    /// Whether only the state is solved in which two conductors have opposite potentials, so that the matrix
+    /// is not that of the scene.
     pub(crate) opposite_alone: bool,
     /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves half of it.
     pub(crate) core: Layout,
-    /// Axes across which a grid is reflected before it is solved on: none where mirrors alone are used, the last where a half turn is.
+    /// Axes across which a grid is reflected before it is solved on: none where only mirrors are used, the
+    /// last where a half turn is.
     pub(crate) reflected: [bool; 3],
-    /// The largest relative change of any capacitance where faces that are far away were left out.
+    /// Largest relative change of any capacitance due to the far faces that were left out.
     pub(crate) left_out: f64,
     /// Which conductors float.
     pub(crate) floating: Floating,
     pub(crate) settings: &'a Settings,
     /// Whether fluxes are kept, for products with those on another grid.
     pub(crate) keeps_fluxes: bool,
-    /// A solution that the one of this problem is added to.
+    /// The base that the solution is added to.
     pub(crate) base: Option<&'a Base>,
-    /// Where the error of the base is to cancel in differences: what the body that is added to it sees of that.
+    /// Set where the error of that base is to cancel in differences: what the added body sees of the error.
     pub(crate) sight: Option<Sight>,
-    /// Where it is such a base, what bodies see of its error.
+    /// Set where the problem is such a base: what added bodies see of its error.
     pub(crate) seen_by: Option<Sight>,
-    /// Whether it is the base of one symmetric part of others.
+    /// Whether the problem is the base of a single symmetric part.
     pub(crate) is_part: bool,
-    /// How far a grid reaches into open space at least, and whether it must reach that far and no farther.
+    /// Least distance to which a grid reaches into open space, and whether that distance is exact.
     pub(crate) reach: Option<(f64, bool)>,
 }
 
-/// A layout that has its frame from another one.
+/// The frame of another scene in which a scene is laid out.
 pub(crate) struct InFrame {
     pub(crate) frame: Frame,
     /// Mirror planes that may be used.
     pub(crate) mirrored: [bool; 3],
     /// Distance of the farthest face from the origin of the frame, in its unit.
     pub(crate) reach: f64,
-    /// How many times as far rays to infinity begin at least.
+    /// Least distance at which rays to infinity begin, over `reach`.
     pub(crate) far: f64,
     /// Where rays to infinity begin, if that is given.
     pub(crate) radius: Option<f64>,
@@ -67,19 +68,20 @@ impl<'a> GridProblem<'a> {
         in_frame: Option<&InFrame>,
         settings: &'a Settings,
     ) -> Result<Self, SolveError> {
-        let frame = in_frame.map(|own| own.frame);
+        let frame = in_frame.map(|in_frame| in_frame.frame);
         let is_alone = map.is_none() && in_frame.is_none();
         let nearer = if is_alone { without_far_faces(scene, settings.relative_tolerance) } else { None };
         let (scene, left_out) = nearer.as_ref().map_or((scene, 0.0), |(nearer, share)| (nearer, *share));
         let mut layout = Layout::in_frame(scene, map, frame, settings.memory_limit)?;
-        if let Some(own) = in_frame {
-            (0..3).filter(|a| !own.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
+        if let Some(in_frame) = in_frame {
+            (0..3).filter(|a| !in_frame.mirrored[*a]).for_each(|a| layout.mirror[a] = None);
             layout.turn = None;
         }
-        let reach =
-            in_frame.map(|own| own.radius.map_or((own.reach * own.far, false), |radius| (radius, true)));
+        let reach = in_frame.map(|in_frame| {
+            in_frame.radius.map_or((in_frame.reach * in_frame.far, false), |radius| (radius, true))
+        });
         let grounded: Vec<bool> =
-            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
+            scene.conductors().map(|conductor| conductor.potential == Potential::Grounded).collect();
         let floating = Floating::new(scene);
         let mut parts = parts(&layout, &grounded, settings.symmetry);
         let pair = settings.target.opposite(floating.driven.len());
@@ -118,8 +120,8 @@ impl<'a> GridProblem<'a> {
     pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
         let Some((radius, must_be)) = self.reach else { return Ok(first(&self.core, far)) };
         // Graded all the way out: one long element would converge slowly.
-        let own = if must_be { 0.0 } else { far };
-        let mut grid = first(&self.core, own.max(radius / self.core.size()));
+        let far = if must_be { 0.0 } else { far };
+        let mut grid = first(&self.core, far.max(radius / self.core.size()));
         if must_be && self.core.grid_radius(0.0) > radius {
             return Err(SolveError::Superposition);
         }
@@ -178,7 +180,7 @@ impl<'a> GridProblem<'a> {
         matches!(self.reach, Some((_, false)))
     }
 
-    /// Leaves of its parts one to be solved.
+    /// Leaves only the right-hand sides of one part to be solved for.
     pub(crate) fn leave_part(&mut self, index: usize) {
         for (_, part) in self.parts.iter_mut().enumerate().filter(|(k, _)| *k != index) {
             let left = std::mem::take(&mut part.potentials);

@@ -30,11 +30,14 @@ pub(crate) fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
         (0..line.elements())
             .map(|e| {
                 let p = line.degree(e);
-                let of = |degree: usize| match degree {
+                let energy = |degree: usize| match degree {
                     0 | 1 => 0.0,
                     _ => slices[a].get(numbering.bubble[e] + degree - 2 - trim).copied().unwrap_or(0.0),
                 };
-                Missing { surplus: [of(p.saturating_sub(1)), of(p)], before: of(p.saturating_sub(2)) }
+                Missing {
+                    surplus: [energy(p.saturating_sub(1)), energy(p)],
+                    before: energy(p.saturating_sub(2)),
+                }
             })
             .collect()
     })
@@ -156,7 +159,8 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
     (0..3).flat_map(elements).map(|((a, e), m)| ((a, e), Item::new(&grid.axes[a], e, m))).collect()
 }
 
-/// Where elements that cannot be changed further miss more than is wanted, others need not miss much less than those: this share of it.
+/// Where elements that cannot be changed further miss more energy than the target, all others together need
+/// not miss less than this share of it.
 const BESIDE_EXHAUSTED: f64 = 0.3;
 
 /// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should be missing or
@@ -234,11 +238,11 @@ pub(crate) fn refine_weighted(
     }
     for a in 0..3 {
         let axis = &mut grid.axes[a];
-        let all: Vec<(usize, Change)> = changes[a].iter().map(|(e, c)| (*e, *c)).collect();
-        axis.change(&all);
+        let first: Vec<(usize, Change)> = changes[a].iter().map(|(e, c)| (*e, *c)).collect();
+        axis.change(&first);
         // A second split goes to the part at the edge: behind as many elements as the first splits made below it.
         let splits_before =
-            |e: usize| all.iter().filter(|(s, c)| *s < e && matches!(c, Change::Split(_))).count();
+            |e: usize| first.iter().filter(|(s, c)| *s < e && matches!(c, Change::Split(_))).count();
         let mut second: Vec<(usize, Change)> = Vec::new();
         for &e in &again[a] {
             let at = e + splits_before(e);

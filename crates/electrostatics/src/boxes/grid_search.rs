@@ -1,8 +1,10 @@
-//! The search for a grid that meets the tolerance: solve, estimate how much energy is missing and where, refine, solve again.
+//! The search for a grid that meets the tolerance: solve, estimate how much energy is missing and where,
+//! refine, solve again.
 //!
-//! The intermediate grids are solved to few digits, and for the primal problem alone. Each is several times larger than the one
-//! before, so that together they cost little compared with the last. Both problems are solved on the grid that should meet the
-//! tolerance. The iterations on each start from the potentials on the one before.
+//! The intermediate grids are solved to few digits, and for the primal problem only. Each is several times
+//! larger than the one before, so that together they cost little compared with the last. Both problems are
+//! solved on the grid that should meet the tolerance. Iterations start from the potentials on the previous
+//! grid.
 
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, missing, refine_weighted};
@@ -18,64 +20,68 @@ use crate::solution::{Foresight, ResolutionLevel};
 use faer::Mat;
 use std::time::Instant;
 
-/// Missing energy that a refinement aims for, over the missing energy before it.
+/// Missing energy that a refinement aims for, over the missing energy before the refinement.
 pub(crate) const STEP: f64 = 0.12;
 
-/// Relative energy that the primal problem may miss where the result is to meet the tolerance, over the tolerance: both bounds, or
-/// the error estimate.
+/// Relative energy that the primal problem may miss on the last grid, over the tolerance: where both bounds
+/// are to meet it, or the error estimate.
 pub(crate) fn goal(bounds: bool) -> f64 {
     if bounds { 0.36 } else { 0.3 }
 }
 
-/// Error to aim for over the tolerance where bounds say what it is on the grid before: less than one, since it falls more slowly than
-/// the missing energy that the indicator speaks of.
+/// Error to aim for, over the tolerance, where the error on the previous grid is known from bounds. It is
+/// less than one, since the error falls more slowly than the missing energy that the indicator predicts.
 const PROVED_GOAL: f64 = 0.55;
 
-/// [`STEP`] where the refinements so far reduced the error as expected. A longer step takes fewer grids, but a coarse grid says
-/// little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a tenth less than 0.01 (measured on eight
-/// scenes at 1e-2 to 1e-4).
+/// [`STEP`] where the refinements so far reduced the error as expected. A longer step takes fewer grids, but
+/// a coarse grid says little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a
+/// tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4).
 const LONG_STEP: f64 = 0.02;
 
-/// Error that is expected on a grid with bounds over the tolerance. What a base misses its own by is left to what is added to it.
+/// Error that is expected on a grid with bounds, over the tolerance. A base may miss its tolerance by more:
+/// the scenes that are added to it make up for that.
 const EXPECTED: f64 = 0.8;
 const EXPECTED_OF_BASE: f64 = 2.0;
 
-/// Error of the linear solver of a base over the usual one: its iterations are most of the work for all that is added to it.
-const OF_BASE: f64 = 3.0;
+/// Error of the linear solver for a base over the usual one: its iterations are most of the work for all
+/// scenes that are added to it.
+const BASE_SHARE_FACTOR: f64 = 3.0;
 
-/// Half the error over the energy that the indicator says to be missing, as it is on scenes of a pair at tight tolerances; it is half
-/// as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin plates with feed bars.
+/// Half the error over the energy that the indicator says to be missing, as observed on scenes of a pair at
+/// tight tolerances; it is half as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin
+/// plates with feed bars.
 const USUAL_AMPLIFICATION: f64 = 1.0;
 
-/// Half the error over the energy that the indicator says to be missing, where the energy of a single state is sought: the indicator of
-/// one state says more than that of several, on combs too.
-const OF_ONE_STATE: f64 = 0.85;
+/// The same ratio where the energy of a single state is sought: the indicator of one state is more accurate
+/// than that of several, on combs too.
+const ONE_STATE_AMPLIFICATION: f64 = 0.85;
 
-/// [`Foresight::amplification`] grows towards smaller errors, as the ratio of the errors to this power: 0.08 on pairs, 0.16 on combs under a
-/// punch.
-const GROWS: f64 = 0.17;
+/// [`Foresight::amplification`] grows towards smaller errors as the ratio of the errors to this power: 0.08
+/// on pairs, 0.16 on combs under a punch.
+const AMPLIFICATION_GROWTH: f64 = 0.17;
 
-/// The factor by which the goal may be multiplied where the amplification is foreseen and [`MARGIN`] times the tolerance is still accepted.
-const CLOSER: f64 = 1.25;
-const MARGIN: f64 = 1.05;
+/// The factor by which the goal may be relaxed where the amplification is known from an earlier solve and
+/// [`ACCEPTED_MARGIN`] times the tolerance is accepted.
+const FORESIGHT_GOAL_FACTOR: f64 = 1.25;
+const ACCEPTED_MARGIN: f64 = 1.05;
 
-/// Refinements before giving up.
+/// Largest number of grids.
 const MAX_GRIDS: usize = 60;
 
 /// The result of a search.
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     pub(crate) outcome: Outcome,
     pub(crate) grid: Grid,
     pub(crate) shortfall: Option<Shortfall>,
     pub(crate) grids: usize,
     /// Seconds spent on grids other than the one reported.
     pub(crate) choosing: f64,
-    /// For a solve to another tolerance.
+    /// What this solve tells about a solve to another tolerance.
     pub(crate) foresight: Option<Foresight>,
 }
 
-/// Solves at a given resolution.
-pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result<Found, SolveError> {
+/// Solves at the given resolution.
+pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result<SearchResult, SolveError> {
     let settings = problem.settings;
     let tolerance = settings.relative_tolerance;
     let open_space = OpenSpace::new(&problem.layout, &problem.floating, settings);
@@ -105,18 +111,18 @@ pub(crate) fn fixed(problem: &GridProblem<'_>, level: ResolutionLevel) -> Result
         return Err(SolveError::NotConverged);
     }
     let shortfall = (error.is_nan() || error > tolerance).then_some(Shortfall::FixedResolution { error });
-    Ok(Found { outcome, grid, shortfall, grids, choosing, foresight: None })
+    Ok(SearchResult { outcome, grid, shortfall, grids, choosing, foresight: None })
 }
 
-/// Refines until the tolerance is met, or cannot be.
-pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<Found, SolveError> {
+/// Refines until the tolerance is met, or until it is clear that it cannot be met.
+pub(crate) fn adaptive(problem: &GridProblem<'_>) -> Result<SearchResult, SolveError> {
     let mut search = Search::new(problem)?;
     let tolerance = problem.settings.relative_tolerance;
     let met = search.pursue(tolerance, problem.settings.accepted.max(1.0) * tolerance)?;
     search.finish(met)
 }
 
-/// Why a grid is solved.
+/// The purpose of solving a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     /// To estimate how much energy is missing, and where.
@@ -127,15 +133,17 @@ enum Purpose {
     Prove,
 }
 
-/// The settings that only the search for one of several states of a target has.
+/// Settings of the search for one of several states of a target.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OneState {
-    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it: the same for all states, whose grids are joined.
+    /// Where rays to infinity begin, as in [`OpenSpace::distance`]: the same for all states, whose grids are
+    /// joined.
     pub(crate) distance: f64,
     /// Goal of the linear solver, on grids for a result.
     pub(crate) share: f64,
 }
 
+/// The state of a search.
 pub(crate) struct Search<'p, 's> {
     problem: &'p GridProblem<'s>,
     begin: Instant,
@@ -145,45 +153,47 @@ pub(crate) struct Search<'p, 's> {
     tolerance: f64,
     grid: Grid,
     grids: usize,
-    /// Relative energy that should be missing on the grid; infinite before the first.
-    foreseen: f64,
-    /// Half the error of the target over the energy that the indicator says to be missing: both problems miss about the same, and
-    /// entries of a matrix follow by polarisation.
+    /// Relative energy that is expected to be missing on the grid; infinite before the first.
+    expected_missing: f64,
+    /// Half the error of the target over the energy that the indicator says to be missing: both problems miss
+    /// about the same energy, and entries of a matrix follow by polarisation.
     amplification: f64,
-    /// How much more energy the indicator said to be missing than was, on the first grid: see [`Outcome::overstated`].
+    /// By how much the indicator overstated the missing energy on the first grid: see
+    /// [`Outcome::overstated`].
     overstated: Option<f64>,
-    /// How much more energy the indicator said to be missing than was, on the last grid.
+    /// By how much the indicator overstated the missing energy on the last grid.
     last_overstated: Option<f64>,
-    /// Whether `last_overstated` was about as much on the grid before.
+    /// Whether `last_overstated` hardly changed from the grid before.
     settled: bool,
     /// The results on the grid before.
     before: Option<Coarser>,
     /// The potentials on the grid before, from which iterations on the next start.
     potentials: Option<Potentials>,
-    /// The last lower bounds, of all conductors.
+    /// The latest lower bounds, of all conductors.
     lower: Option<Mat<f64>>,
-    /// The most unknowns of a grid that gave bounds.
+    /// The largest number of unknowns among the grids that gave bounds.
     unknowns: usize,
     open_space: OpenSpace,
-    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
+    /// Where rays to infinity begin, as in [`OpenSpace::distance`].
     distance: f64,
     /// The error of the target that a base leaves; zero without one.
-    of_base: f64,
-    /// The part of that error that a body which is added to the base sees.
-    seen: f64,
-    /// Errors found so far.
-    judged: Vec<f64>,
-    /// How often the grid was extended into open space because refinement did not help.
+    base_error: f64,
+    /// The part of that error that is seen by the body that is added to the base.
+    seen_error: f64,
+    /// Errors of the grids that gave a result so far, as [`Search::grid_error`] has them.
+    grid_errors: Vec<f64>,
+    /// Number of times that the grid was extended into open space because refinement did not help.
     widened: usize,
     /// Set by [`Search::obstacle`].
     wider: bool,
     shortfall: Option<Shortfall>,
     /// Whether the linear solver ended far from its goal on the last grid.
     diverged: bool,
-    best: Option<(f64, Found)>,
+    best: Option<(f64, SearchResult)>,
 }
 
 impl<'p, 's> Search<'p, 's> {
+    /// A search that begins with the first grid of a problem.
     ///
     /// # Errors
     /// As for [`GridProblem::first_grid`].
@@ -199,7 +209,7 @@ impl<'p, 's> Search<'p, 's> {
             tolerance,
             grid: problem.first_grid(distance)?,
             grids: 0,
-            foreseen: f64::INFINITY,
+            expected_missing: f64::INFINITY,
             amplification: 1.0,
             overstated: None,
             last_overstated: None,
@@ -210,9 +220,9 @@ impl<'p, 's> Search<'p, 's> {
             unknowns: 0,
             open_space,
             distance,
-            of_base: problem.base.map_or(0.0, |base| base.spread),
-            seen: 0.0,
-            judged: Vec::new(),
+            base_error: problem.base.map_or(0.0, |base| base.spread),
+            seen_error: 0.0,
+            grid_errors: Vec::new(),
             widened: 0,
             wider: false,
             shortfall: None,
@@ -225,16 +235,20 @@ impl<'p, 's> Search<'p, 's> {
     ///
     /// # Errors
     /// As for [`GridProblem::first_grid`].
-    pub(crate) fn of_one_state(problem: &'p GridProblem<'s>, own: OneState) -> Result<Self, SolveError> {
+    pub(crate) fn of_one_state(
+        problem: &'p GridProblem<'s>,
+        one_state: OneState,
+    ) -> Result<Self, SolveError> {
         let mut search = Self::new(problem)?;
-        search.grid = problem.first_grid(own.distance)?;
-        search.distance = own.distance;
-        search.one_state = Some(own);
+        search.grid = problem.first_grid(one_state.distance)?;
+        search.distance = one_state.distance;
+        search.one_state = Some(one_state);
         Ok(search)
     }
 
-    /// Refines towards a tolerance until an error of `accepted`, no less than it, is proved or estimated, which this says, or cannot be.
-    /// May be called again for less.
+    /// Refines towards a tolerance until an error of `accepted`, no less than it, is proved or estimated.
+    /// Returns whether it is, `false` where it cannot be reached. May be called again for a smaller
+    /// tolerance.
     ///
     /// # Errors
     /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before anything is known.
@@ -244,7 +258,7 @@ impl<'p, 's> Search<'p, 's> {
         match self.best.take() {
             None => problem.check_memory(&self.grid)?,
             Some((error, found)) => {
-                // The grid whose result is the best so far is refined from where it stands.
+                // Refinement continues from the grid with the best result so far.
                 self.grid = found.grid.clone();
                 let indicator = found.outcome.indicator(problem);
                 let missing = missing(&self.grid, &indicator);
@@ -258,7 +272,7 @@ impl<'p, 's> Search<'p, 's> {
                 self.potentials = next.is_some().then(|| found.outcome.potentials());
                 self.best = Some((error, found));
                 match next {
-                    Some((grid, left)) => (self.grid, self.foreseen) = (grid, left),
+                    Some((grid, left)) => (self.grid, self.expected_missing) = (grid, left),
                     None => return Ok(met),
                 }
             }
@@ -287,17 +301,17 @@ impl<'p, 's> Search<'p, 's> {
             };
             self.grids += 1;
             if let Some(sight) = &problem.sight {
-                [self.of_base, self.seen] = outcome.of_base(problem, sight);
+                [self.base_error, self.seen_error] = outcome.base_errors(problem, sight);
             } else if let Some(base) = problem.base {
                 let value = problem.settings.target.value(&outcome.bounds.upper);
                 let ratio = base.value.zip(value).map_or(1.0, |(base, value)| (base / value).abs());
-                self.of_base = base.spread * ratio;
+                self.base_error = base.spread * ratio;
             }
             // Bounds that meet the tolerance need no indicator.
             let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
             if proved.is_some() {
                 self.lower = Some(outcome.all.lower.clone());
-                // Those of the grid that the lower bounds are from count where there are more of them.
+                // If the lower bounds are from another grid, the larger number of unknowns is reported.
                 self.unknowns = self.unknowns.max(outcome.unknowns);
                 outcome.unknowns = self.unknowns;
             }
@@ -320,52 +334,58 @@ impl<'p, 's> Search<'p, 's> {
                 self.keep(outcome, error, start.elapsed().as_secs_f64());
             }
             match next {
-                Some((grid, left)) => (self.grid, self.foreseen) = (grid, left),
+                Some((grid, left)) => (self.grid, self.expected_missing) = (grid, left),
                 None => return Ok(met),
             }
         }
     }
 
     /// The best result so far, with the relative error of its target.
-    pub(crate) fn best(&self) -> Option<(f64, &Found)> {
+    pub(crate) fn best(&self) -> Option<(f64, &SearchResult)> {
         self.best.as_ref().map(|(error, found)| (*error, found))
     }
 
-    /// The part of an error of the target that this problem's grid is responsible for: all of it, or what a base leaves. The roots of the
-    /// two parts add up to that of the whole; where the error of the base cancels, its square root counts in a product with that of the grid.
-    fn own(&self, error: f64) -> f64 {
+    /// The part of an error of the target that is due to the grid, and not to a base. The square roots of the
+    /// two parts add up to that of the whole. Where the error of the base cancels, its square root enters in
+    /// a product with that of the grid.
+    fn grid_error(&self, error: f64) -> f64 {
         if self.problem.sight.is_some() {
-            let left = (error - self.seen).max(0.0);
-            return ((4.0 * self.of_base + left).sqrt() - 2.0 * self.of_base.sqrt()).powi(2);
+            let left = (error - self.seen_error).max(0.0);
+            return ((4.0 * self.base_error + left).sqrt() - 2.0 * self.base_error.sqrt()).powi(2);
         }
-        (error.sqrt() - self.of_base.sqrt()).max(0.0).powi(2)
+        (error.sqrt() - self.base_error.sqrt()).max(0.0).powi(2)
     }
 
-    /// The largest ratio of the error after a refinement to the error before that counts as progress. Where a solution is added to a base, the
-    /// last grids go on from errors that are small beside that of the base.
+    /// The largest ratio of the error after a refinement to the error before it that counts as progress.
+    /// Where a solution is added to a base, the last grids start from errors that are small compared with
+    /// that of the base.
     fn progress(&self) -> f64 {
         if self.problem.base.is_some() { 0.95 } else { 0.8 }
     }
 
-    /// The foresight that an earlier solve gives for this one; `None` too where the solution is added to a base.
-    fn foreseen(&self) -> Option<Foresight> {
+    /// The foresight from an earlier solve, if there is one; `None`, too, where the solution is added to a
+    /// base.
+    fn foresight_of_settings(&self) -> Option<Foresight> {
         self.problem.settings.foresight.filter(|_| self.problem.base.is_none())
     }
 
-    /// How much nearer to the tolerance a grid may aim than without foresight.
-    fn closer(&self) -> f64 {
-        if self.foreseen().is_some() && self.problem.settings.accepted >= MARGIN { CLOSER } else { 1.0 }
+    /// The factor by which foresight relaxes the goal.
+    fn goal_factor(&self) -> f64 {
+        let has_foresight = self.foresight_of_settings().is_some();
+        let has_margin = self.problem.settings.accepted >= ACCEPTED_MARGIN;
+        if has_foresight && has_margin { FORESIGHT_GOAL_FACTOR } else { 1.0 }
     }
 
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
-        let tolerance = self.own(self.tolerance);
-        let expected = if self.problem.is_base() { EXPECTED_OF_BASE } else { self.closer() * EXPECTED };
-        let near = 2.0 * self.amplification * self.foreseen <= expected * tolerance;
-        // Where the indicator is unreliable, as on combs, the bounds on the last grid but one tell how fine the last must be.
-        let last_but_one = self.amplification * self.foreseen * LONG_STEP <= goal(bounds) * tolerance;
+        let tolerance = self.grid_error(self.tolerance);
+        let expected = if self.problem.is_base() { EXPECTED_OF_BASE } else { self.goal_factor() * EXPECTED };
+        let near = 2.0 * self.amplification * self.expected_missing <= expected * tolerance;
+        // Where the indicator is unreliable, as on combs, the bounds on the last grid but one show how fine
+        // the last must be.
+        let last_but_one = self.amplification * self.expected_missing * LONG_STEP <= goal(bounds) * tolerance;
         let is_alone = self.one_state.is_none() && !self.problem.is_base();
-        let unsure = bounds && is_alone && !self.settled && self.judged.is_empty();
+        let unsure = bounds && is_alone && !self.settled && self.grid_errors.is_empty();
         match (near || unsure && last_but_one, bounds) {
             (false, _) => Purpose::Explore,
             (true, true) => Purpose::Prove,
@@ -376,12 +396,12 @@ impl<'p, 's> Search<'p, 's> {
     /// Goal of the linear solver: its error over the energy.
     fn share(&self, purpose: Purpose) -> f64 {
         let least = match self.one_state {
-            Some(own) => own.share,
-            None if self.problem.is_base() => OF_BASE * iteration_share(self.tolerance),
+            Some(one_state) => one_state.share,
+            None if self.problem.is_base() => BASE_SHARE_FACTOR * iteration_share(self.tolerance),
             None => iteration_share(self.tolerance),
         };
         match purpose {
-            Purpose::Explore => (0.01 * self.foreseen.min(0.1)).max(least),
+            Purpose::Explore => (0.01 * self.expected_missing.min(0.1)).max(least),
             Purpose::Estimate | Purpose::Prove => least,
         }
     }
@@ -400,24 +420,25 @@ impl<'p, 's> Search<'p, 's> {
                     _ => true,
                 };
                 self.last_overstated = overstated;
-                // From grid to grid the indicator comes nearer to the truth, as on pairs, or it does not, as on combs. Under a map it
-                // does when the grid begins to resolve what is bent.
-                let not_nearer = if self.problem.layout.map.is_some() { 3.0 } else { 1.4 };
+                // From grid to grid the indicator becomes more accurate, as on pairs, or it does not, as on
+                // combs. Under a map it does once the grid resolves the bent region.
+                let without_progress = if self.problem.layout.map.is_some() { 3.0 } else { 1.4 };
                 let margin = match (self.overstated, overstated) {
-                    (Some(first), Some(now)) if now > first => not_nearer,
+                    (Some(first), Some(now)) if now > first => without_progress,
                     (Some(_), Some(_)) => 4.0,
                     _ => f64::INFINITY,
                 };
                 let mut least = USUAL_AMPLIFICATION.min(margin * self.amplification);
-                if let Some(Foresight { amplification, error }) = self.foreseen() {
-                    let grown = (error / self.tolerance).max(1.0).powf(GROWS);
-                    // Where more is missing than the refinement of the grid before was to leave, as under a punch that is pressed in, so it
-                    // will be on the next. The first refinement says nothing: it leaves twice as much as foreseen on any scene.
-                    let short = if self.grids > 2 { (missing / self.foreseen).max(1.0) } else { 1.0 };
+                if let Some(Foresight { amplification, error }) = self.foresight_of_settings() {
+                    let grown = (error / self.tolerance).max(1.0).powf(AMPLIFICATION_GROWTH);
+                    // Where more energy is missing than the last refinement should have left, as under a
+                    // punch that is pressed in, the next one will leave more as well. The first refinement is
+                    // no evidence: it leaves twice the expected energy on any scene.
+                    let short = if self.grids > 2 { (missing / self.expected_missing).max(1.0) } else { 1.0 };
                     least = least.min(amplification * grown * short);
                 }
                 let least = match self.one_state {
-                    Some(_) => OF_ONE_STATE,
+                    Some(_) => ONE_STATE_AMPLIFICATION,
                     // A base must not miss its tolerance by much, since its search is not resumed.
                     None if self.problem.is_base() => USUAL_AMPLIFICATION,
                     None => least,
@@ -435,7 +456,7 @@ impl<'p, 's> Search<'p, 's> {
         Some(outcome.error(settings))
     }
 
-    /// Why refining further would not help, if so.
+    /// The obstacle to further refinement, if there is one.
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<Shortfall> {
         const WIDEST: usize = 3;
         self.wider = false;
@@ -454,17 +475,17 @@ impl<'p, 's> Search<'p, 's> {
         }
         let error = error?;
         if missing > 0.0 {
-            self.amplification = (0.5 * self.own(error) / missing).clamp(0.1, 1e3);
+            self.amplification = (0.5 * self.grid_error(error) / missing).clamp(0.1, 1e3);
         }
         // A finer grid does not reduce the energy of the repair.
         if error <= self.tolerance {
             return Some(Shortfall::DoublePrecision { error });
         }
-        let own = self.own(error);
+        let grid_error = self.grid_error(error);
         let stagnates = error.is_nan()
             || outcome.repair_share > 0.5 * error
-            || self.judged.last().is_some_and(|before| own > self.progress() * before);
-        self.judged.push(own);
+            || self.grid_errors.last().is_some_and(|before| grid_error > self.progress() * before);
+        self.grid_errors.push(grid_error);
         if !stagnates {
             return None;
         }
@@ -473,13 +494,13 @@ impl<'p, 's> Search<'p, 's> {
         if !self.open_space.is_closed() && self.widened < WIDEST && may_widen {
             self.widened += 1;
             self.wider = true;
-            self.judged.clear();
+            self.grid_errors.clear();
             return None;
         }
         Some(Shortfall::Stagnation { error })
     }
 
-    /// The next grid, with the relative energy that should be missing on it.
+    /// The next grid, with the relative energy that is expected to be missing on it.
     fn next(
         &mut self,
         indicator: &Indicator,
@@ -490,7 +511,7 @@ impl<'p, 's> Search<'p, 's> {
     ) -> Option<(Grid, f64)> {
         const WIDER: f64 = 7.0;
         let (problem, settings) = (self.problem, self.problem.settings);
-        let tolerance = self.own(self.tolerance);
+        let tolerance = self.grid_error(self.tolerance);
         let mut grid = self.grid.clone();
         let mut left = missing;
         if obstacle.is_some() {
@@ -499,16 +520,19 @@ impl<'p, 's> Search<'p, 's> {
             self.distance *= WIDER;
             problem.core.reach_to(&mut grid, WIDER * self.grid.radius);
         } else {
-            // Once refinements reduce the error as expected, the next step may be large. The first grid is no evidence of that.
-            let as_expected = self.grids > 1 && missing < 2.5 * self.foreseen;
+            // Once refinements reduce the error as expected, the next step may be large. The first grid is no
+            // evidence.
+            let as_expected = self.grids > 1 && missing < 2.5 * self.expected_missing;
             let step = if as_expected { LONG_STEP } else { STEP };
             let target = match error {
-                Some(error) => missing * (PROVED_GOAL * tolerance / self.own(error)).clamp(0.03, PROVED_GOAL),
+                Some(error) => {
+                    missing * (PROVED_GOAL * tolerance / self.grid_error(error)).clamp(0.03, PROVED_GOAL)
+                }
                 None => {
-                    let goal = self.closer() * goal(settings.bounds);
+                    let goal = self.goal_factor() * goal(settings.bounds);
                     let goal = (goal * tolerance / self.amplification).min(missing);
                     match self.one_state.is_some() || problem.is_base() {
-                        // As many steps as it takes, all of them equal.
+                        // As many equal steps as it takes.
                         true if goal > 0.0 => {
                             let steps = ((missing / goal).ln() / -step.ln()).ceil().max(1.0);
                             missing * (goal / missing).powf(1.0 / steps)
@@ -549,7 +573,7 @@ impl<'p, 's> Search<'p, 's> {
             let (grid, grids) = (self.grid.clone(), self.grids);
             self.best = Some((
                 error,
-                Found { outcome, grid, shortfall: None, grids, choosing: -seconds, foresight: None },
+                SearchResult { outcome, grid, shortfall: None, grids, choosing: -seconds, foresight: None },
             ));
         }
     }
@@ -563,12 +587,12 @@ impl<'p, 's> Search<'p, 's> {
         Ok(())
     }
 
-    /// How the error that bounds leave is related to what was foreseen of the last grid. What is added to a base says nothing of solves
-    /// without one.
+    /// How the proved error is related to the missing energy that was expected on the last grid. A solution
+    /// that is added to a base gives none, since it says nothing about solves without a base.
     fn foresight(&self) -> Option<Foresight> {
         let is_whole = self.problem.settings.bounds && self.problem.base.is_none();
         let (error, _) = self.best.as_ref().filter(|_| is_whole)?;
-        let amplification = 0.5 * self.own(*error) / self.foreseen;
+        let amplification = 0.5 * self.grid_error(*error) / self.expected_missing;
         let is_known = amplification.is_finite() && amplification > 0.0;
         is_known.then_some(Foresight { amplification, error: *error })
     }
@@ -577,7 +601,7 @@ impl<'p, 's> Search<'p, 's> {
     ///
     /// # Errors
     /// A request to stop before anything was known, a linear solver that did not converge.
-    pub(crate) fn finish(self, met: bool) -> Result<Found, SolveError> {
+    pub(crate) fn finish(self, met: bool) -> Result<SearchResult, SolveError> {
         let foresight = self.foresight().filter(|_| met);
         let Some((_, mut found)) = self.best else {
             return Err(if self.diverged { SolveError::NotConverged } else { SolveError::Cancelled });

@@ -1,9 +1,9 @@
-//! Which conductors or blocks a half turn puts in the place of which, however they are cut into blocks.
+//! The permutation of conductors or blocks under a half turn, however they are cut into blocks.
 
 use crate::boxes::domain::Block;
 use std::collections::BTreeSet;
 
-/// Axes whose middle the turn is across.
+/// The axes that the half turn is across.
 pub(crate) const ACROSS: [usize; 2] = [0, 2];
 
 /// Mirrors of some axes, together.
@@ -13,7 +13,7 @@ pub(crate) struct HalfTurn {
 }
 
 impl HalfTurn {
-    /// The mirrors across the axes that are marked.
+    /// The mirrors across the marked axes.
     pub(crate) fn across(across: [bool; 3]) -> Self {
         Self { across }
     }
@@ -22,13 +22,13 @@ impl HalfTurn {
         self.across[axis]
     }
 
-    /// Where it brings a place, one of `n` on each axis.
+    /// The image of a place, of which there are `n` on each axis.
     pub(crate) fn of(self, place: [usize; 3], n: [usize; 3]) -> [usize; 3] {
         [0, 1, 2].map(|a| if self.across[a] { n[a] - 1 - place[a] } else { place[a] })
     }
 }
 
-/// For every plane and interval of each axis in turn, and so for every corner, edge, face and cell, what holds it.
+/// The holder of every plane and interval of each axis in turn, and so of every corner, edge, face and cell.
 pub(crate) struct Holders {
     n: [usize; 3],
     /// 1 + number of the holder of one of the blocks, 0 outside of all.
@@ -36,7 +36,8 @@ pub(crate) struct Holders {
 }
 
 impl Holders {
-    /// Finds what is held by `blocks` among so many `cells`; each block comes with the number of what it belongs to.
+    /// Finds the holders among so many `cells`; each block comes with the number of the conductor or block
+    /// that holds its places.
     pub(crate) fn new<'b>(cells: [usize; 3], blocks: impl Iterator<Item = (usize, &'b Block)>) -> Self {
         let n = cells.map(|n| 2 * n + 1);
         let mut holder = vec![0; n.iter().product()];
@@ -55,7 +56,8 @@ impl Holders {
         self.holder[(i * self.n[1] + j) * self.n[2] + k]
     }
 
-    /// The pairs of holders of which a turn brings parts of the first to the second; `None` where it brings a part to none.
+    /// The pairs of holders for which a turn brings a part of the first to the second; `None` where it brings
+    /// a part to no holder.
     pub(crate) fn pairs(&self, turn: HalfTurn) -> Option<BTreeSet<(usize, usize)>> {
         let mut pairs = BTreeSet::new();
         for place in places(self.n) {

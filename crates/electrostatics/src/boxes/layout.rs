@@ -13,11 +13,13 @@ use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, grad
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use std::sync::Arc;
 
-/// Two planes closer than this share of their distance from the origin, or of the unit of length, are merged: they are one but for the
-/// rounding of coordinates. How far other planes are matters little; a wall may be a million times as far as two conductors are apart.
+/// Two planes closer than this share of their distance from the origin, or of the unit of length, are merged:
+/// they are the same but for the rounding of coordinates. The distance of other planes hardly matters; a wall
+/// may be a million times as far as two conductors are apart.
 const SAME: f64 = 1e-13;
 
-/// Rounding that planes far away leave in the coordinates of all, over the distance of the farthest, and over the unit at most.
+/// Rounding error that far planes cause in all coordinates, over the distance of the farthest plane; and its
+/// largest value, over the unit.
 const FROM_AFAR: [f64; 2] = [4.0 * f64::EPSILON, 1e-9];
 
 /// The error that the coordinate `at` of a plane may have where the farthest plane is at `farthest`.
@@ -30,15 +32,16 @@ fn farthest(planes: impl Iterator<Item = f64>) -> f64 {
     planes.map(f64::abs).fold(0.0, f64::max)
 }
 
-/// So are two closer than this share of the unit of length with nothing between them, neither a body nor the gap between two bodies. The
-/// shift is within the rounding error of the field there.
+/// Two planes closer than this share of the unit of length are merged, too, if nothing lies between them,
+/// neither a body nor the gap between two bodies. The shift is within the rounding error of the field there.
 const ALIKE: f64 = 1e-11;
 
-/// The centre of the walls is that of the coordinates where it is this near to that of the conductors, in units of their size. Farther
-/// away, coordinates of conductors would lose digits.
+/// Distance of the centre of the walls from that of the conductors, over the size of these, up to which the
+/// former is the origin of the coordinates. With a farther origin, coordinates of conductors would lose
+/// digits.
 const NEAR: f64 = 100.0;
 
-/// A break of a map closer than this to a plane of a body, over the unit of length, lies on it.
+/// A break of a map closer than this to a plane of a body, over the unit of length, is taken to lie on it.
 const SAME_BREAK: f64 = 1e-9;
 
 /// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
@@ -62,22 +65,24 @@ pub(crate) struct Layout {
     pub reach: f64,
     /// Per axis, the plane of mirror symmetry, if there is one.
     pub mirror: [Option<usize>; 3],
-    /// Where there is none on the first and the last axis, but a half turn about the second takes the layout to itself.
+    /// Set where the first and the last axis have no mirror plane, but a half turn about the second takes the
+    /// layout to itself.
     pub turn: Option<Turned>,
     /// The map that bends the scene, if one does.
     pub map: Option<PlacedMap>,
 }
 
-/// How a half turn about the second axis takes a layout to itself: see [`crate::boxes::half_turn::halves`].
+/// The half turn about the second axis that takes a layout to itself: see
+/// [`crate::boxes::half_turn::halves`].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Turned {
     /// The planes in the middle of the first and of the last axis.
     pub(crate) planes: [usize; 2],
-    /// For each conductor the one in whose place it comes.
+    /// For each conductor, the one whose place it takes.
     pub(crate) images: Vec<usize>,
 }
 
-/// Where the coordinates of a layout begin, and their unit.
+/// The origin of a layout's coordinates, and their unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
     /// m.
@@ -87,22 +92,22 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The frame of a scene by itself.
+    /// The frame that a scene has unless another one is given.
     ///
     /// # Errors
     /// A conductor that consists neither of boxes nor of sheets.
     pub(crate) fn of(scene: &Scene) -> Result<Self, SolveError> {
         let mut hull: Option<Box3> = None;
         for conductor in scene.conductors() {
-            let own = boxes(conductor.body)?;
-            hull = own.into_iter().chain(hull).reduce(|a, b| a.union(&b));
+            let regions = boxes(conductor.body)?;
+            hull = regions.into_iter().chain(hull).reduce(|a, b| a.union(&b));
         }
         let hull = hull.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
         let unit = (0..3).map(|a| hull.extent(a)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
         let middle = |b: &Box3, a: usize| 0.5 * (b.min[a] + b.max[a]);
         let origin = [0, 1, 2].map(|a| {
-            let [own, walls] = [&hull, &scene.domain].map(|b| middle(b, a));
-            if (walls - own).abs() <= NEAR * unit { walls } else { own }
+            let [centre, walls] = [&hull, &scene.domain].map(|b| middle(b, a));
+            if (walls - centre).abs() <= NEAR * unit { walls } else { centre }
         });
         Ok(Self { origin, unit })
     }
@@ -121,7 +126,8 @@ impl Layout {
         Self::in_frame(scene, None, None, memory_limit)
     }
 
-    /// Lays out a scene that a `map` may bend, where elements end where its polynomials do, and in another `frame` than its own if one is given.
+    /// Lays out a scene that a `map` may bend: elements end where its polynomials do. A `frame` replaces that
+    /// of the scene.
     pub(crate) fn in_frame(
         scene: &Scene,
         map: Option<&Arc<SceneMap>>,
@@ -139,12 +145,12 @@ impl Layout {
         let scaled = |x: f64, a: usize| (x - origin[a]) / unit;
         let mut planes: [Vec<Plane>; 3] = Default::default();
         for a in 0..3 {
-            let mut all = Vec::new();
+            let mut sided = Vec::new();
             let is_sharp = |region: &Box3| map.is_none_or(|map| !map.is_round(region, a));
             for region in conductors.iter().flatten() {
                 let edge = is_sharp(region);
-                all.push((Plane { at: scaled(region.min[a], a), edge }, Side::Lower));
-                all.push((Plane { at: scaled(region.max[a], a), edge }, Side::Upper));
+                sided.push((Plane { at: scaled(region.min[a], a), edge }, Side::Lower));
+                sided.push((Plane { at: scaled(region.max[a], a), edge }, Side::Upper));
             }
             for region in dielectrics.iter().flatten() {
                 // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
@@ -153,14 +159,14 @@ impl Layout {
                 let edge = (0..3).filter(|&a| bounded(a)).count() > 1 && is_sharp(region);
                 let faces = [(region.min[a], Side::Lower), (region.max[a], Side::Upper)];
                 for (x, side) in faces.into_iter().filter(|(x, _)| inside(a, *x)) {
-                    all.push((Plane { at: scaled(x, a), edge }, side));
+                    sided.push((Plane { at: scaled(x, a), edge }, side));
                 }
             }
             let walls = [(scene.domain.min[a], Side::Upper), (scene.domain.max[a], Side::Lower)];
             for (x, side) in walls.into_iter().filter(|(x, _)| x.is_finite()) {
-                all.push((Plane { at: scaled(x, a), edge: false }, side));
+                sided.push((Plane { at: scaled(x, a), edge: false }, side));
             }
-            planes[a] = merged(all);
+            planes[a] = merged(sided);
         }
         let map = map.map(|map| PlacedMap { map: Arc::clone(map), origin, unit });
         for (a, planes) in planes.iter_mut().enumerate() {
@@ -200,15 +206,18 @@ impl Layout {
         Ok(layout)
     }
 
-    /// Refuses more cells than fit into the memory: many bodies whose faces share no planes have the third power of their number.
+    /// Checks that the cells fit into the memory: with many bodies whose faces share no planes, there are
+    /// about the third power of their number.
     fn check_cells(&self, limit: u64) -> Result<(), SolveError> {
-        // A permittivity and a material for each cell, twice where a mirror is found; on the coarsest grid, at least one function.
+        // A permittivity and a material for each cell, twice where a mirror is found, and at least one
+        // function on the coarsest grid.
         let cells = (0..3).map(|a| self.planes[a].len() as u64 + 1).fold(1, u64::saturating_mul);
         let bytes = cells.saturating_mul(100);
         if bytes > limit { Err(SolveError::TooLarge { bytes, limit }) } else { Ok(()) }
     }
 
-    /// Conductors, given as their boxes, permittivity and reach for the current planes.
+    /// Computes the blocks of conductors, given as their boxes, the permittivity and the reach for the
+    /// current planes.
     fn fill(&mut self, scene: &Scene, conductors: &[Vec<Box3>]) {
         let find = |a: usize, x: f64| {
             let s = (x - self.origin[a]) / self.unit;
@@ -239,8 +248,8 @@ impl Layout {
         let cells: usize = counts.iter().product();
         let mut permittivity = vec![scene.background_permittivity; cells];
         let mut material = vec![0; cells];
-        // Painted one over the other: later dielectrics take precedence. To ask of every cell which body holds it would take the
-        // number of cells times that of bodies.
+        // Painted one over the other: later dielectrics take precedence. To look up the body of every cell
+        // would take the number of cells times that of bodies.
         let places = [0, 1, 2]
             .map(|a| centres[a].iter().map(|at| self.origin[a] + self.unit * at).collect::<Vec<f64>>());
         for dielectric in scene.dielectrics() {
@@ -321,13 +330,13 @@ impl Layout {
         (c[0] * n[1] + c[1]) * n[2] + c[2]
     }
 
-    /// Whether the layout is its own mirror image across the origin of axis `a`.
+    /// Whether the layout is mirror-symmetric across the origin of axis `a`.
     fn mirrored(&self, a: usize) -> bool {
         self.is_even(a) && self.conductors.iter().all(|c| self.conductors.contains(&self.flipped(c, a)))
     }
 
-    /// Whether the planes, walls and permittivity of the layout are their own mirror image across the origin of axis `a`, whatever its
-    /// conductors are.
+    /// Whether the planes, walls and permittivity of the layout, conductors aside, are mirror-symmetric
+    /// across the origin of axis `a`.
     fn is_even(&self, a: usize) -> bool {
         let p = &self.planes[a];
         let n = p.len();
@@ -343,10 +352,10 @@ impl Layout {
         (0..cells[0]).all(|i| {
             (0..cells[1]).all(|j| {
                 (0..cells[2]).all(|k| {
-                    let here = [i, j, k];
-                    let mut there = here;
-                    there[a] = cells[a] - 1 - here[a];
-                    self.permittivity[self.cell(here)] == self.permittivity[self.cell(there)]
+                    let cell = [i, j, k];
+                    let mut mirrored = cell;
+                    mirrored[a] = cells[a] - 1 - cell[a];
+                    self.permittivity[self.cell(cell)] == self.permittivity[self.cell(mirrored)]
                 })
             })
         })
@@ -369,18 +378,20 @@ impl Layout {
         n / 2
     }
 
-    /// For each conductor the one in whose place a half turn about the second axis puts it, where that takes the layout to itself and no mirror
-    /// of the two other axes does. Permittivity and map must be their own images across either of these.
+    /// For each conductor, the one whose place it takes under a half turn about the second axis; `None`
+    /// unless the turn takes the layout to itself and no mirror across the two other axes does. Permittivity
+    /// and map must be mirror-symmetric across either of these.
     fn turned(&self) -> Option<Vec<usize>> {
         let is_mirrored = |a: usize| self.map.as_ref().is_none_or(|map| map.is_mirrored(a));
         if !ACROSS.iter().all(|&a| self.mirror[a].is_none() && self.is_even(a) && is_mirrored(a)) {
             return None;
         }
-        let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (c, b)));
+        let blocks =
+            self.conductors.iter().enumerate().flat_map(|(c, blocks)| blocks.iter().map(move |b| (c, b)));
         let pairs = Holders::new(self.cells(), blocks).pairs(HalfTurn::across([true, false, true]))?;
         let image = |c: usize| {
-            let mut own = pairs.iter().filter(|(from, _)| *from == c).map(|(_, to)| *to);
-            own.next().filter(|_| own.next().is_none())
+            let mut images = pairs.iter().filter(|(from, _)| *from == c).map(|(_, to)| *to);
+            images.next().filter(|_| images.next().is_none())
         };
         (0..self.conductors.len()).map(image).collect()
     }
@@ -412,8 +423,8 @@ impl Layout {
         self.above(a, centre, if odd { Wall::Grounded } else { Wall::Insulated }, belongs)
     }
 
-    /// The half of the layout above a plane of axis `a`, where a `wall` is, with what is there of the blocks that belong to it; these are
-    /// told the interval above the plane.
+    /// The half of the layout above a plane of axis `a`, where a `wall` is put. It keeps the part above the
+    /// plane of each block for which `belongs` holds, given the first interval above the plane.
     pub(crate) fn above(
         &self,
         a: usize,
@@ -426,7 +437,7 @@ impl Layout {
         out.planes[a].drain(..plane);
         out.walls[a][0] = wall;
         out.mirror[a] = None;
-        // A half has no half turn of its own.
+        // The half has no half turn if the cut is across one of the turn's axes.
         out.turn = out.turn.take().filter(|_| !ACROSS.contains(&a));
         for blocks in &mut out.conductors {
             blocks.retain(|b| belongs(b, first));
@@ -436,8 +447,8 @@ impl Layout {
             }
         }
         let n = self.cells();
-        out.permittivity = kept(&self.permittivity, n, a, first);
-        out.material = kept(&self.material, n, a, first);
+        out.permittivity = cells_from(&self.permittivity, n, a, first);
+        out.material = cells_from(&self.material, n, a, first);
         out
     }
 
@@ -479,7 +490,8 @@ impl Layout {
         Grid { axes, radius }
     }
 
-    /// Where rays begin: `far` times as far from the pole as the farthest conductor.
+    /// Distance from the pole at which rays begin: `far` times that of the farthest conductor, and at least
+    /// the reach.
     pub(crate) fn grid_radius(&self, far: f64) -> f64 {
         self.reach.max(far * self.size())
     }
@@ -499,7 +511,7 @@ impl Layout {
 
     /// For each block of the domain the index of the scene's conductor that it belongs to.
     pub(crate) fn held(&self) -> Vec<usize> {
-        self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |_| c)).collect()
+        self.conductors.iter().enumerate().flat_map(|(c, blocks)| blocks.iter().map(move |_| c)).collect()
     }
 
     /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it belongs to.
@@ -509,7 +521,8 @@ impl Layout {
             let rays = (!self.confined()).then(|| Rays { pole: self.pole(a), radius: grid.radius });
             Axis { line, cuts, walls: self.walls[a], rays }
         });
-        let blocks = self.conductors.iter().enumerate().flat_map(|(c, all)| all.iter().map(move |b| (*b, c)));
+        let blocks =
+            self.conductors.iter().enumerate().flat_map(|(c, blocks)| blocks.iter().map(move |b| (*b, c)));
         let (conductors, held) = blocks.unzip();
         let domain = Domain {
             axes,
@@ -553,8 +566,8 @@ impl Grid {
     }
 }
 
-/// The cells from interval `first` of axis `a` on.
-fn kept<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> {
+/// The values of the cells from interval `first` of axis `a` on.
+fn cells_from<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> {
     let mut out = Vec::new();
     for i in 0..n[0] {
         for j in 0..n[1] {
@@ -568,7 +581,7 @@ fn kept<T: Copy>(values: &[T], n: [usize; 3], a: usize, first: usize) -> Vec<T> 
     out
 }
 
-/// Which face of a body lies in a plane; a wall is the face of what is outside.
+/// The side of a body on which a face lies; for a wall, the side of the exterior.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
     Lower,

@@ -1,4 +1,5 @@
-//! A scene on one grid: symmetric parts, both bounds, what is missing and where.
+//! The solution of a scene on one grid: energies of its symmetric parts, both bounds, and the indicator of
+//! where energy is missing.
 //!
 //! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
 //! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
@@ -25,7 +26,7 @@ use faer::{Mat, Scale};
 /// on cubes, plates and pairs.
 const SURPLUS_FACTOR: f64 = 1.75;
 
-/// The largest [`Outcome::amplification`] of a coupling that is asked for by itself, however weak it is.
+/// Largest [`Outcome::amplification`] of a coupling that is the target itself, however weak it is.
 const LARGEST_AMPLIFICATION: f64 = 1e4;
 
 /// The least and the largest value that [`Outcome::overstated`] may have.
@@ -40,10 +41,11 @@ pub(crate) struct Coarser {
     pub(crate) upper: Mat<f64>,
 }
 
-/// The share of the error of the solution added to a base that each part is taken to have at least.
+/// Least share of the error of the added solution that each part is assumed to have.
 const LEAST_OF_PART: f64 = 0.1;
 
-/// All that a body sees of the error of a base, over what it sees of the part of that error that has no sources around the body.
+/// What a body sees of the error of a base in total, over what it sees of the part of that error that has no
+/// sources around the body.
 const SEEN_BESIDE: f64 = 1.3;
 
 /// Energies of all parts on one grid.
@@ -52,11 +54,11 @@ pub(crate) struct Outcome {
     pub(crate) bounds: MatrixBounds,
     /// Bounds on the matrix of all conductors.
     pub(crate) all: MatrixBounds,
-    /// Bounds on the matrix with the energies of the error of a base, where they are to be known.
+    /// Bounds on the matrix that include the energies of the error of a base, where they are requested.
     pub(crate) with_error_of_base: Option<MatrixBounds>,
-    /// Whether the outcome is that of a part alone, whose matrix is not a Maxwell matrix.
+    /// Whether only one part was solved, so that the matrix is not a Maxwell matrix.
     is_part: bool,
-    /// The form that rounding of `all` is a share of, F.
+    /// The form that the rounding error of `all` is proportional to, F.
     pub(super) rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
     pub(super) basis: Mat<f64>,
@@ -74,18 +76,20 @@ pub(crate) struct Outcome {
 pub(crate) enum Lower<'a> {
     /// None: they are set equal to the upper ones.
     None,
-    /// The bounds of the dual problem on the grid. Under a map the dual problem follows the primal one, and is left out where lower bounds that
-    /// are `known` from another grid give, with the new upper ones, an error of `accepted`.
+    /// The bounds of the dual problem on the grid. Under a map the dual problem is solved after the primal
+    /// one. It is skipped where the new upper bounds and the lower bounds `known` from another grid already
+    /// give an error of at most `accepted`.
     Proved { known: Option<&'a Mat<f64>>, accepted: f64 },
 }
 
 impl Lower<'_> {
-    /// Asks for the bounds of the dual problem on the grid, where none are known from another grid.
+    /// Requests the bounds of the dual problem on the grid, whatever other grids gave.
     pub(crate) const OF_GRID: Self = Self::Proved { known: None, accepted: 0.0 };
 }
 
-/// Solves all parts on one grid: the primal problem, and the dual one as far as it is needed. The linear solvers start from the potentials
-/// on a coarser grid, if there are any, and stop when their error is about `share` of the energy.
+/// Solves all parts on one grid: the primal problem, and the dual one as far as it is needed. The linear
+/// solvers start from the potentials on a coarser grid, if there are any, and stop when their error is about
+/// `share` of the energy.
 ///
 /// # Errors
 /// A grid whose matrices cannot be factorised, a request to stop.
@@ -102,9 +106,9 @@ pub(crate) fn on_grid(
     let mut out = Outcome { is_part: problem.is_part, ..Outcome::empty() };
     let (core, grid) = (grid, &grid.reflected(problem.reflected));
     let has_lower = !matches!(lower, Lower::None);
-    let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, own: &Mat<f64>| {
-        for (i, j) in (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j))) {
-            to[(at + i, at + j)] = part.copies * own[(i, j)];
+    let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, energies: &Mat<f64>| {
+        for (i, j) in (0..energies.nrows()).flat_map(|i| (0..energies.ncols()).map(move |j| (i, j))) {
+            to[(at + i, at + j)] = part.copies * energies[(i, j)];
         }
     };
     let mut at = 0;
@@ -143,14 +147,16 @@ pub(crate) fn on_grid(
             let dual = part.bent_lower(problem, share)?;
             add(&mut low, *at, part, &dual.matrix);
             match (&mut with_error, &dual.with_error_of_base) {
-                (Some(to), Some(own)) => to.iter_mut().zip(own).for_each(|(to, own)| add(to, *at, part, own)),
+                (Some(sums), Some(forms)) => {
+                    sums.iter_mut().zip(forms).for_each(|(sum, form)| add(sum, *at, part, form));
+                }
                 _ => with_error = None,
             }
             out.unknowns = out.unknowns.max(part.energies.unknowns + dual.unknowns);
             out.add_dual_cost(&dual);
         }
-        out.with_error_of_base = with_error.map(|own| {
-            let [lower, upper] = own.map(scaled);
+        out.with_error_of_base = with_error.map(|forms| {
+            let [lower, upper] = forms.map(scaled);
             let mut bounds = MatrixBounds { lower, upper };
             bounds.count_rounding(&out.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
             bounds
@@ -163,7 +169,7 @@ pub(crate) fn on_grid(
 }
 
 impl Outcome {
-    /// Before any part is solved.
+    /// The outcome before any part is solved.
     pub(super) fn empty() -> Self {
         let none = || MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) };
         Self {
@@ -184,12 +190,12 @@ impl Outcome {
 
     /// The potentials of all parts.
     pub(crate) fn potentials(&self) -> Potentials {
-        let of = |(first, part): &(usize, SolvedPart)| PartPotentials {
+        let part_potentials = |(first, part): &(usize, SolvedPart)| PartPotentials {
             first: *first,
             domain: part.domain.clone(),
             coefficients: part.energies.coefficients.clone(),
         };
-        Potentials(self.solved.iter().map(of).collect())
+        Potentials(self.solved.iter().map(part_potentials).collect())
     }
 
     /// Sets the bounds from energies of all conductors.
@@ -204,8 +210,8 @@ impl Outcome {
     ) -> Result<(), SolveError> {
         self.all = MatrixBounds { lower, upper };
         self.all.count_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
-        if let Some(what) = self.all.crossing() {
-            return Err(SolveError::Contradiction(what));
+        if let Some(contradiction) = self.all.crossing() {
+            return Err(SolveError::Contradiction(contradiction));
         }
         self.all.widen(&self.rounding, problem.left_out);
         self.all.uncross();
@@ -213,7 +219,7 @@ impl Outcome {
         Ok(())
     }
 
-    /// Adds what the problems of one part took.
+    /// Adds the unknowns, iterations and times of one part.
     fn add_cost(&mut self, primal: &Energies, dual: Option<&Energies>) {
         self.iterations += primal.iterations;
         self.converged &= primal.converged;
@@ -233,7 +239,8 @@ impl Outcome {
         self.repair_share = self.repair_share.max(dual.repair_share);
     }
 
-    /// The field of one state for export, which is that of the target ([`Target::shown`]); the floating conductors carry their charge.
+    /// The field for export, in the state that the target shows ([`Target::shown`]). Floating conductors
+    /// carry their given charges.
     pub(crate) fn field(&self, scene: &Scene, problem: &GridProblem<'_>) -> Field {
         let GridProblem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
@@ -275,8 +282,8 @@ impl Outcome {
         let driven = floating.driven.len();
         let factor = Lu::new(self.basis.as_ref());
         let of_driven = |v: &[f64]| {
-            let all = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
-            let weights = factor.solve(Mat::from_fn(n, 1, |i, _| all[i]).as_ref());
+            let potentials = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
+            let weights = factor.solve(Mat::from_fn(n, 1, |i, _| potentials[i]).as_ref());
             (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
         };
         // Weights of the right-hand sides in each state, and the state's energy.
@@ -286,13 +293,13 @@ impl Outcome {
             for (k, _) in &self.solved {
                 let v = self.basis.col(*k).as_mat();
                 let charges = dense::product(v.transpose(), self.all.upper.as_ref());
-                let own = (0..n).map(|i| f64::from(u8::from(i == *k))).collect();
-                states.push((own, dense::product(charges.as_ref(), v)[(0, 0)]));
+                let unit = (0..n).map(|i| f64::from(u8::from(i == *k))).collect();
+                states.push((unit, dense::product(charges.as_ref(), v)[(0, 0)]));
             }
         } else if let Some([first, second]) = target.opposite(driven) {
-            let own = self.bounds.of_rows(&[first, second]).upper;
+            let upper = self.bounds.of_rows(&[first, second]).upper;
             let charges = Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { -1.0 });
-            let voltages = Lu::new(own.as_ref()).solve(charges.as_ref());
+            let voltages = Lu::new(upper.as_ref()).solve(charges.as_ref());
             let energy = voltages[(0, 0)] - voltages[(1, 0)];
             if energy.is_finite() && energy > 0.0 {
                 let mut potentials = vec![0.0; driven];
@@ -319,16 +326,16 @@ impl Outcome {
         let mut total = Indicator::default();
         for (weights, energy) in states {
             for (first, part) in &self.solved {
-                let own = &weights[*first..*first + part.energies.coefficients.len()];
+                let weights = &weights[*first..*first + part.energies.coefficients.len()];
                 let mut note = |u: Option<Vec<f64>>| {
                     let Some(u) = u else { return };
-                    let own = indicator(&part.domain, &part.primal.slice_energies(&u));
-                    let own = folded(own, problem.reflected);
-                    add(&mut total, &own, part.copies * unit / energy);
+                    let missing = indicator(&part.domain, &part.primal.slice_energies(&u));
+                    let missing = folded(missing, problem.reflected);
+                    add(&mut total, &missing, part.copies * unit / energy);
                 };
-                note(combined(own, &part.energies.coefficients));
-                // What the grid misses of a base counts as well.
-                note(part.added.as_ref().and_then(|added| combined(own, &added.cut)));
+                note(combined(weights, &part.energies.coefficients));
+                // The error of the interpolation of a base counts as well.
+                note(part.added.as_ref().and_then(|added| combined(weights, &added.cut)));
             }
         }
         total
@@ -354,8 +361,9 @@ impl Outcome {
         (0..3).fold(ratio(tolerance), |last, _| ratio(tolerance / last))
     }
 
-    /// How much more energy the indicator says to be missing than any state of the target really misses: what it said that the
-    /// energies would fall by from a coarser grid, over what they fell by at most.
+    /// How much more energy the indicator says to be missing than any state of the target misses: the
+    /// decrease of the energies that it predicted on a coarser grid, over the largest decrease that was
+    /// observed.
     pub(crate) fn overstated(&self, coarser: &Coarser, missing: f64, settings: &Settings) -> Option<f64> {
         let falls = self.falls(&coarser.upper, settings);
         let most = falls.iter().fold(0.0_f64, |a, b| a.max(*b));
@@ -363,11 +371,11 @@ impl Outcome {
         (most > 0.0 && expected > 0.0).then(|| (expected / most).clamp(MOST_UNDERSTATED, MOST_OVERSTATED))
     }
 
-    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error, which is what the surplus
-    /// indicates (`missing`) and what open space adds (`beyond`).
+    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error, which is
+    /// what the surplus indicates (`missing`) and what open space adds (`beyond`).
     ///
-    /// The surplus is judged by a coarser grid, if there is one: what the energies fell from there, over what the surplus said that
-    /// they would.
+    /// The surplus is calibrated on a coarser grid, if there is one: by the observed decrease of the energies
+    /// over the decrease that the surplus predicted.
     pub(crate) fn estimate(
         &mut self,
         coarser: Option<&Coarser>,
@@ -386,7 +394,7 @@ impl Outcome {
         self.bounds.lower = self.bounds.upper.clone() * Scale(1.0 - lacking.min(1.0));
     }
 
-    /// How much the energies of the target fell from a coarser grid, relative, of each state that the target depends on.
+    /// The relative decrease of the energy from a coarser grid, for each state that the target depends on.
     fn falls(&self, coarser: &Mat<f64>, settings: &Settings) -> Vec<f64> {
         let fall = |before: f64, now: f64| if now > 0.0 { ((before - now) / now).max(0.0) } else { 0.0 };
         let (target, upper) = (settings.target, &self.bounds.upper);
@@ -412,28 +420,30 @@ impl Outcome {
         }
     }
 
-    /// The error of the target that the error of a base would leave if it were that of one part alone, and what of it a body sees. In
-    /// products with the error of what is added, it counts where that is.
-    pub(crate) fn of_base(&self, problem: &GridProblem<'_>, sight: &Sight) -> [f64; 2] {
-        let forms = |of: &dyn Fn(&OnBase, &Mat<f64>) -> Mat<f64>| {
+    /// The effective error of the base for the target, and the error that a body sees of it. The error of the
+    /// base enters in products with that of the added solution, so each part counts by the energy that is
+    /// added to it.
+    pub(crate) fn base_errors(&self, problem: &GridProblem<'_>, sight: &Sight) -> [f64; 2] {
+        let forms = |form: &dyn Fn(&OnBase, &Mat<f64>) -> Mat<f64>| {
             self.of_gaps(problem, |part| {
                 let none = || Mat::zeros(0, 0);
-                part.added.as_ref().map_or_else(none, |added| of(added, &part.energies.matrix))
+                part.added.as_ref().map_or_else(none, |added| form(added, &part.energies.matrix))
             })
         };
         let known = forms(&|added, _| added.base[0].clone());
         let seen = forms(&|added, _| &added.base[0] * Scale(sight.share(added.is_odd)));
         let added = forms(&|added, energies| energies - &added.base[1]);
-        let all = added.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
+        let total = added.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
         let root: f64 = known
             .iter()
             .zip(&added)
-            .map(|(known, added)| (known * (added.abs() / all).max(LEAST_OF_PART)).sqrt())
+            .map(|(known, added)| (known * (added.abs() / total).max(LEAST_OF_PART)).sqrt())
             .sum();
         [root * root, SEEN_BESIDE * seen.iter().sum::<f64>()]
     }
 
-    /// For each part the spread of the target that a gap in the energies of the part causes, over the target's value.
+    /// For each part, the spread of the target that a gap in the energies of the part causes, over the
+    /// target's value.
     pub(in crate::boxes) fn of_gaps(
         &self,
         problem: &GridProblem<'_>,
@@ -441,27 +451,28 @@ impl Outcome {
     ) -> Vec<f64> {
         let (n, unit) = (self.basis.nrows(), VACUUM_PERMITTIVITY * problem.layout.unit);
         let target = problem.settings.target;
-        let value = target.within(&self.bounds).map_or(f64::NAN, |own| own.value.abs());
+        let value = target.within(&self.bounds).map_or(f64::NAN, |bounded| bounded.value.abs());
         let of_part = |(at, part): &(usize, SolvedPart)| {
-            let (own, mut all) = (gap(part), Mat::zeros(n, n));
-            for (i, j) in (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j))) {
-                all[(at + i, at + j)] = unit * part.copies * own[(i, j)];
+            let (gap, mut spread) = (gap(part), Mat::zeros(n, n));
+            for (i, j) in (0..gap.nrows()).flat_map(|i| (0..gap.ncols()).map(move |j| (i, j))) {
+                spread[(at + i, at + j)] = unit * part.copies * gap[(i, j)];
             }
-            let bounds = MatrixBounds { lower: Mat::zeros(n, n), upper: from_energies(&self.basis, &all) };
-            target.within(&bounds).map_or(f64::NAN, |own| (own.upper - own.lower) / value)
+            let bounds = MatrixBounds { lower: Mat::zeros(n, n), upper: from_energies(&self.basis, &spread) };
+            target.within(&bounds).map_or(f64::NAN, |bounded| (bounded.upper - bounded.lower) / value)
         };
         self.solved.iter().map(of_part).collect()
     }
 
-    /// The error that rounding alone leaves of the target, however fine the grid: that of bounds which differ by no more.
+    /// The error of the target due to rounding alone, however fine the grid: that of bounds that differ by no
+    /// more.
     pub(crate) fn rounding_error(&self, problem: &GridProblem<'_>) -> f64 {
-        let all = self
+        let bounds = self
             .all
             .upper_with_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
-        error_of(&problem.floating.reduced(&all), problem.settings)
+        error_of(&problem.floating.reduced(&bounds), problem.settings)
     }
 
-    /// The solution: matrices with their bounds, and what they took.
+    /// The solution: matrices with their bounds, unknowns, iterations and times.
     pub(crate) fn finish(
         self,
         problem: &GridProblem<'_>,
@@ -523,11 +534,13 @@ impl Outcome {
 
 /// The relative spread of a linear target within bounds of a form that need not be a Maxwell matrix.
 fn linear_error(bounds: &MatrixBounds, settings: &Settings) -> f64 {
-    let relative = |own: Bounded| (own.upper - own.lower) / own.value.abs().max(settings.least_scale);
+    let relative =
+        |target: Bounded| (target.upper - target.lower) / target.value.abs().max(settings.least_scale);
     settings.target.within(bounds).map_or(f64::INFINITY, relative)
 }
 
-/// The largest relative spread of the target within bounds, or error estimate without; of small values over [`Settings::least_scale`].
+/// The largest relative spread of the target within bounds, or the error estimate without bounds. Values
+/// below [`Settings::least_scale`] are compared with that.
 pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
     let n = m.upper.nrows();
     let value = |lower: f64, upper: f64| if settings.bounds { 0.5 * (lower + upper) } else { upper };
@@ -535,23 +548,24 @@ pub(crate) fn error_of(m: &MatrixBounds, settings: &Settings) -> f64 {
         let scale = value(lower, upper).abs().max(settings.least_scale);
         if upper > 0.0 { (upper - lower) / scale } else { 0.0 }
     };
-    if let Some(own) = settings.target.of(m) {
-        return relative(own.lower, own.upper);
+    if let Some(target) = settings.target.of(m) {
+        return relative(target.lower, target.upper);
     }
     let pair = m.two_terminal().map(|t| relative(t.lower, t.upper));
-    // Limits of an entry may be narrower than its own energies make them, because of the sign rules.
+    // The bounds on an entry may be narrower than the gap of its energy, because of the sign rules.
     let bounded = settings.bounds.then(|| m.entries());
     let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
         let (lower, upper) = (&m.lower, &m.upper);
-        let own = bounded.as_ref().map(|entries| entries[i][j]);
+        let entry = bounded.as_ref().map(|entries| entries[i][j]);
         if i == j {
-            let (lower, upper) = own.map_or((lower[(i, i)], upper[(i, i)]), |own| (own.lower, own.upper));
+            let (lower, upper) =
+                entry.map_or((lower[(i, i)], upper[(i, i)]), |entry| (entry.lower, entry.upper));
             return relative(lower, upper);
         }
         let gap = |i: usize| (upper[(i, i)] - lower[(i, i)]).max(0.0);
         let least = (SHARE_OF_DIAGONAL * (upper[(i, i)] * upper[(j, j)]).sqrt()).max(settings.least_scale);
-        match own {
-            Some(own) => (own.upper - own.lower) / own.value.abs().max(least),
+        match entry {
+            Some(entry) => (entry.upper - entry.lower) / entry.value.abs().max(least),
             None => (gap(i) * gap(j)).sqrt() / upper[(i, j)].abs().max(least),
         }
     });

@@ -33,7 +33,8 @@ pub(super) struct Embedded<'a> {
 }
 
 impl Potentials {
-    /// The potentials of the part whose first right-hand side has the number `first`, on a finer grid; `None` where the grid is not finer.
+    /// The potentials of the part whose first right-hand side has the number `first`, on a finer grid; `None`
+    /// where the grid is not finer.
     pub(super) fn on(&self, first: usize, domain: &Domain) -> Option<Embedded<'_>> {
         let coarse = self.0.iter().find(|part| part.first == first)?;
         let of_axis =
@@ -56,7 +57,7 @@ impl Embedded<'_> {
     }
 }
 
-/// The upper problem of one part.
+/// One symmetric part after its primal problem was solved.
 pub(in crate::boxes) struct SolvedPart {
     pub(super) energies: Energies,
     pub(super) primal: Primal,
@@ -64,36 +65,36 @@ pub(in crate::boxes) struct SolvedPart {
     potentials: Vec<Vec<f64>>,
     /// Which right-hand sides are images of others.
     images: Vec<Option<Image>>,
-    /// The fluxes of the lower problem where the problem keeps them.
+    /// The fluxes of the dual problem, where the problem keeps them.
     pub(super) fluxes: Option<Fluxes>,
-    /// Lower energies, if they are known at once.
+    /// Lower energies, where they are computed together with the upper ones.
     pub(super) lower: Option<Mat<f64>>,
-    /// Where the solution is added to a base.
+    /// Set where the solution is added to a base.
     pub(super) added: Option<OnBase>,
     pub(super) domain: Domain,
     pub(super) odd: [bool; 3],
     pub(super) copies: f64,
 }
 
-/// The data that only a part that is added to a base has.
+/// The data of a part that is added to a base.
 pub(super) struct OnBase {
     /// The index of the part.
     pub(super) index: usize,
-    /// The energies of its own problem.
+    /// The energies of y under the map, see [`crate::boxes::superposed`].
     under_map: Mat<f64>,
-    /// The energies that the interpolated base misses, where they were needed.
+    /// The squares of z, where they were needed.
     missed: Mat<f64>,
     /// The interpolated base, for each right-hand side.
     pub(super) cut: Vec<Vec<f64>>,
-    /// By how much the energies of the base are known, and these.
+    /// The gap between the upper and lower energies of the base, and the upper energies.
     pub(super) base: [Mat<f64>; 2],
     /// Whether the base is odd across a mirror plane.
     pub(super) is_odd: bool,
 }
 
-/// Solves one part on one grid, given as that of the core and as it is reflected: its primal problem, and, except under a map, the energies
-/// of its dual one if `lower_too`. The potentials of
-/// a `coarser` grid come with the number of the part's first right-hand side.
+/// Solves one part on one grid, given as that of the core and as its reflected copy: the primal problem, and,
+/// except under a map, the dual one if `lower_too`. The potentials of a `coarser` grid come with the number
+/// of the part's first right-hand side.
 pub(super) fn solve_part(
     problem: &GridProblem<'_>,
     index: usize,
@@ -131,7 +132,7 @@ pub(super) fn solve_part(
     let base_energies = added.as_ref().map(Added::base_energies).unwrap_or_default();
     let drive = added.as_ref().map(|added| added.drive(&base_energies));
     let of_upper = || upper(&domain, &potentials, &starts, drive.as_ref(), share, cancel);
-    let mut own = None;
+    let mut on_base = None;
     let (energies, primal, dual, fluxes) = if domain.map.is_some() {
         let (mut energies, mut primal) = of_upper()?;
         if let Some(added) = &added {
@@ -145,7 +146,7 @@ pub(super) fn solve_part(
                 [added.about(&under_map, &energies.coefficients, &mut primal), Mat::zeros(0, 0)]
             };
             energies.matrix = upper;
-            own = Some((under_map, missed));
+            on_base = Some((under_map, missed));
         }
         (energies, primal, None, None)
     } else {
@@ -162,7 +163,7 @@ pub(super) fn solve_part(
         return Err(SolveError::Cancelled);
     }
     let (odd, copies) = (part.odd, part.copies);
-    let added = own.zip(added).map(|((under_map, missed), added)| OnBase {
+    let added = on_base.zip(added).map(|((under_map, missed), added)| OnBase {
         index,
         under_map,
         missed,
@@ -182,10 +183,18 @@ impl SolvedPart {
             let part = &problem.parts[*index];
             let held = part.layout.held();
             let added = Added::new(base, part, &self.domain, &held)?;
-            let own = (under_map, self.energies.coefficients.as_slice());
-            let with = (self.images.as_slice(), &self.primal);
+            let solution = (under_map, self.energies.coefficients.as_slice());
+            let problem_data = (self.images.as_slice(), &self.primal);
             let upper = [&self.energies.matrix, missed];
-            return added.lower(&self.domain, upper, own, with, problem.sight.as_ref(), share, cancel);
+            return added.lower(
+                &self.domain,
+                upper,
+                solution,
+                problem_data,
+                problem.sight.as_ref(),
+                share,
+                cancel,
+            );
         }
         let solved = Solved {
             coefficients: &self.energies.coefficients,

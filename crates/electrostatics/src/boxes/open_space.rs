@@ -1,4 +1,5 @@
-//! How far into open space a grid reaches before rays to infinity begin, and the error that comes from there.
+//! The distance to which a grid reaches into open space before rays to infinity begin, and the error that
+//! this causes.
 
 use crate::boxes::layout::Layout;
 use crate::floating::Floating;
@@ -6,22 +7,23 @@ use crate::solution::Settings;
 
 /// Open space around a layout.
 pub(crate) struct OpenSpace {
-    /// Terms `factor / distance^power`, of which the largest is the relative spread of the target that comes from where rays begin;
-    /// none in a closed scene.
+    /// Terms `factor / distance^power`: the largest is the relative spread of the target due to the distance
+    /// at which rays begin. Empty in a closed scene.
     falls: Vec<(f64, f64)>,
-    /// Share of the tolerance that is left to it.
+    /// Share of the tolerance that is allowed for this spread.
     share: f64,
 }
 
-/// The factor for the capacitance of one conductor, and for the entries of a matrix, whose relative errors may be several times as large:
-/// measured on FastCap's bus crossings.
+/// The factor for the capacitance of one conductor, and for the entries of a matrix, whose relative errors
+/// may be several times as large: measured on FastCap's bus crossings.
 const ALONE: f64 = 0.27;
 const COUPLED: f64 = 2.0;
 
 impl OpenSpace {
-    /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an electrode pair in a layer of
-    /// relative permittivity 1 to 80 that goes to infinity. That of a net charge was measured on a cube next to a small one, and
-    /// where the rays pass through different permittivities on a cube on a slab.
+    /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an
+    /// electrode pair in an infinite layer of relative permittivity 1 to 80. That for a net charge was
+    /// measured on a cube next to a small one; that for rays through different permittivities on a cube on a
+    /// slab.
     pub(crate) fn new(layout: &Layout, floating: &Floating, settings: &Settings) -> Self {
         let falls = match (layout.endless_contrast(), floating.is_neutral(settings.target)) {
             (None, _) => Vec::new(),
@@ -31,11 +33,13 @@ impl OpenSpace {
                 vec![(straight, 3.0), (0.32 * (contrast - 1.0).min(10.0), 1.8)]
             }
         };
-        // An estimate counts this error as often as entries of a matrix amplify it, so that less is left to it.
+        // An estimate counts this error as often as entries of a matrix amplify it, so that a smaller share
+        // is allowed.
         Self { falls, share: if settings.bounds { 0.3 } else { 0.1 } }
     }
 
-    /// Where rays begin for a tolerance: the distance from the pole over that of the farthest conductor.
+    /// The distance at which rays begin for a tolerance: from the pole, over the distance of the farthest
+    /// conductor.
     pub(crate) fn distance(&self, tolerance: f64) -> f64 {
         let left = self.share * tolerance;
         self.falls.iter().map(|(factor, power)| (factor / left).powf(1.0 / power)).fold(0.0, f64::max)

@@ -16,7 +16,8 @@ pub(crate) struct RayPermittivity {
 }
 
 impl RayPermittivity {
-    /// For a domain. Without rays, or with one permittivity, the tables are empty.
+    /// The extreme permittivities of a domain. Without rays, or with a uniform permittivity, the tables are
+    /// empty.
     pub(crate) fn new(domain: &Domain) -> Self {
         let cells = domain.cells();
         let uniform = domain.permittivity.iter().all(|e| *e == domain.permittivity[0]);
@@ -39,8 +40,8 @@ impl RayPermittivity {
 
     /// Permittivity of a cell over the least that rays from it meet.
     pub(crate) fn contrast(&self, domain: &Domain, cell: [usize; 3]) -> f64 {
-        let own = domain.permittivity_of(cell);
-        own / self.met(&self.least, cell).fold(own, f64::min)
+        let permittivity = domain.permittivity_of(cell);
+        permittivity / self.met(&self.least, cell).fold(permittivity, f64::min)
     }
 
     /// The largest contrast of any cell.

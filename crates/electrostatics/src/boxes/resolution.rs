@@ -1,4 +1,4 @@
-//! The first grid, the number of digits that iterations give, and the memory that a grid takes.
+//! The first grid of a search, the accuracy of the iterations, and the memory that a grid takes.
 
 use crate::boxes::layout::{Grid, Layout};
 use crate::solution::ResolutionLevel;
@@ -12,7 +12,7 @@ const RATIO: f64 = 0.13;
 /// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores.
 pub(crate) const MAX_UNKNOWNS: usize = 24_000_000;
 
-/// About the smallest spread that double precision allows. Grids are not refined further.
+/// Approximate smallest spread that double precision allows. Grids are not refined further.
 pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 
 /// Largest number of unknowns of a first grid that has a layer at every edge.
@@ -20,13 +20,13 @@ const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
 /// The first grid of a layout.
 pub(crate) fn first(layout: &Layout, far: f64) -> Grid {
-    let with = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
-    let layered = layout.grid(&with(1), far);
+    let resolution = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
+    let layered = layout.grid(&resolution(1), far);
     let (domain, _) = layout.domain(&layered);
     if domain.primal_dims().iter().product::<usize>() <= MAX_FIRST_UNKNOWNS {
         layered
     } else {
-        layout.grid(&with(0), far)
+        layout.grid(&resolution(0), far)
     }
 }
 
@@ -36,7 +36,7 @@ pub(crate) fn graded(level: ResolutionLevel) -> Resolution {
     Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) }
 }
 
-/// The grid below a fixed one, for the estimate without bounds.
+/// The resolution below a fixed one, for the error estimate without bounds.
 pub(crate) fn coarser(level: ResolutionLevel) -> ResolutionLevel {
     ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
 }
@@ -55,10 +55,10 @@ pub(crate) const USUAL_OVERLAP: f64 = 2.0;
 /// matrices, solutions of all parts.
 pub(crate) fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
-    // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the boxes
-    // ([`USUAL_OVERLAP`] times the array, two buffers each), the slopes for the indicator, and what is kept per right-hand side: a solution, the
-    // potential that it starts from, and what the repair needs.
-    let one = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 3 * 8 * right_hand_sides as u64);
+    // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the
+    // boxes ([`USUAL_OVERLAP`] times the array, two buffers each), the slopes for the indicator, and three
+    // vectors per right-hand side: a solution, the potential that it starts from, and the data of the repair.
+    let per_bound = n * (8 * 8 + 2 * 4 + 2 * 2 * 4 + 4 * 8 + 3 * 8 * right_hand_sides as u64);
     let lines: u64 = dims.iter().map(|d| (d * d * 8 * 24) as u64).sum();
-    (if bounds { 2 } else { 1 }) * (one + lines) + (16 << 20)
+    (if bounds { 2 } else { 1 }) * (per_bound + lines) + (16 << 20)
 }

@@ -70,7 +70,8 @@ impl<T: Real> SeparableBox<T> {
         Self { scaling: Some(scaling), ..self }
     }
 
-    /// Applies the inverse to the box's part of `r` and writes the result to `out` (contiguous, in the box's own shape).
+    /// Applies the inverse to the box's part of `r` and writes the result to `out` (contiguous, in the shape
+    /// of the box).
     pub(crate) fn solve(&self, r: &[T], dims: Dims, work: &mut Vec<T>, out: &mut Vec<T>) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
@@ -84,7 +85,7 @@ impl<T: Real> SeparableBox<T> {
         let stride = dims[1] * dims[2];
         // Along the last two axes, slab by slab, straight from the array.
         let batch = slab_batch(plane);
-        let scaling = |i: usize| self.scaling.as_ref().map(|all| &all[i * plane..(i + 1) * plane]);
+        let scaling = |i: usize| self.scaling.as_ref().map(|factors| &factors[i * plane..(i + 1) * plane]);
         work.par_chunks_mut(plane).enumerate().with_min_len(batch).for_each_init(
             || vec![T::default(); plane],
             |tmp, (i, slab)| {
@@ -116,8 +117,9 @@ impl<T: Real> SeparableBox<T> {
         );
     }
 
-    /// Along the first axis there and back, with the division by the sums of eigenvalues between. Entries of such lines lie far apart: a
-    /// few lines side by side are copied to where both products find them in the caches.
+    /// Multiplies along the first axis there and back, with the division by the sums of eigenvalues in
+    /// between. Entries of such lines lie far apart: a few neighbouring lines are copied to a buffer where
+    /// both products find them in the caches.
     fn solve_lines(&self, work: &mut [T]) {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
@@ -148,14 +150,14 @@ impl<T: Real> SeparableBox<T> {
         let mut bundles: Vec<Vec<&mut [T]>> =
             (0..plane.div_ceil(LINES)).map(|_| Vec::with_capacity(n0)).collect();
         for slab in work.chunks_exact_mut(plane) {
-            for (own, row) in bundles.iter_mut().zip(slab.chunks_mut(LINES)) {
-                own.push(row);
+            for (bundle_rows, row) in bundles.iter_mut().zip(slab.chunks_mut(LINES)) {
+                bundle_rows.push(row);
             }
         }
         let batch = slab_batch(n0 * LINES);
         bundles.into_par_iter().enumerate().with_min_len(batch).for_each_init(
             || [n0 * LINES, n0 * LINES, LINES].map(|n| vec![T::default(); n]),
-            |buffers, own| bundle(own, buffers),
+            |buffers, rows| bundle(rows, buffers),
         );
     }
 }
@@ -182,7 +184,8 @@ pub(crate) struct Schwarz<T> {
     folded: Option<Box<Folded<T>>>,
 }
 
-/// Boxes on two quarters of a scene, for what is odd across the middle of the last axis of a half of it, and what is even.
+/// Boxes on two quarters of a scene: one for functions that are odd across the middle of the last axis, one
+/// for even functions.
 #[derive(Debug)]
 struct Folded<T> {
     fold: Fold,

@@ -1,4 +1,4 @@
-//! The box solver from a scene to its Maxwell matrix: the grid that is asked for, or the search for one, and what it gives.
+//! The box solver, from a scene to its Maxwell matrix: on a grid of given resolution, or by a search for one.
 
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search;
@@ -23,11 +23,11 @@ pub fn solve(scene: &Scene, settings: &Settings) -> Result<Solution, SolveError>
     solve_under(scene, None, settings)
 }
 
-/// Solves for the Maxwell capacitance matrix of the bodies that a map makes of a scene of boxes and sheets, as [`solve`] does of the
-/// boxes. The walls of the scene go where the map takes them.
+/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets that a map bends, as [`solve`]
+/// does of the boxes. The walls of the scene move with the map.
 ///
-/// The integrals of the tensor that the map makes of the permittivity are by Gauss's rule; by how much a finer rule differs is in the
-/// bounds.
+/// The integrals of the permittivity tensor under the map are computed by Gauss's rule; the difference to a
+/// finer rule is included in the bounds.
 ///
 /// # Errors
 /// As for [`solve`]; a map that turns space inside out, or moves points where it ends in the scene.
@@ -35,9 +35,10 @@ pub fn solve_mapped(scene: &Scene, map: &Arc<SceneMap>, settings: &Settings) -> 
     solve_under(scene, Some(map), settings)
 }
 
-/// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to the solution of a `base` what
-/// the bodies change that the base does not have. These are conductors that stand behind those of the base in the scene, and the map bends
-/// nothing but the space around them. The solution comes without its field. The source describes the method, in `boxes/superposed`.
+/// Solves for the Maxwell capacitance matrix of a scene under a map, as [`solve_mapped`] does, by adding to
+/// the solution of a `base` the change due to bodies that the base does not have. These are conductors that
+/// follow those of the base in the scene, and the map bends nothing but the space around them. The solution
+/// comes without its field. The source describes the method, in `boxes/superposed`.
 ///
 /// # Errors
 /// As for [`solve_mapped`]; [`SolveError::Superposition`] where the scene cannot be solved in this way.
@@ -93,8 +94,8 @@ fn solve_in(
             None => grid_search::adaptive(&problem)?,
         },
     };
-    // Nobody waits for the field of a solve that was broken off. One that was complete when the request came keeps its field: its
-    // step counts as solved.
+    // The field of an interrupted solve is not computed. A solve that was complete when the request came
+    // keeps its field: its step counts as solved.
     let wanted =
         settings.field && !problem.opposite_alone && (found.shortfall.is_none() || !problem.cancelled());
     let field = wanted.then(|| {
@@ -104,15 +105,15 @@ fn solve_in(
             None => straight,
         }
     });
-    let all = found.outcome.all.clone();
+    let bounds = found.outcome.all.clone();
     let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
     solution.grids = found.grids;
     solution.seconds.setup += setup;
     solution.seconds.choosing = found.choosing;
     solution.foresight = found.foresight;
     solution.field = field;
-    match contradiction(&solution, &all, &problem.floating) {
-        Some(what) => Err(SolveError::Contradiction(what)),
+    match contradiction(&solution, &bounds, &problem.floating) {
+        Some(contradiction) => Err(SolveError::Contradiction(contradiction)),
         None => Ok(solution),
     }
 }

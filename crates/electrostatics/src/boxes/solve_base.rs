@@ -1,4 +1,4 @@
-//! The scene without the body that comes near: solved once, for all its positions.
+//! The solution of a scene without the body that comes near: solved once, for all positions of the body.
 
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_refinement::{missing, refine};
@@ -16,48 +16,51 @@ use elastocap_geometry::scene::Scene;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// The largest relative spread of a base over the tolerance of what is added to it, and over the one aimed for, where that is a small share.
-const MOST: f64 = 0.8;
-const MOST_OF_SHARE: f64 = 2.0;
+/// Largest accepted spread of a base, over the tolerance of the scenes, and over the spread aimed for where
+/// that is smaller.
+const MAX_SPREAD: f64 = 0.8;
+const MAX_SPREAD_OF_GOAL: f64 = 2.0;
 
-/// The additions that a base is made for: their reach, their effect on the target, and the accuracy that they need.
+/// What is to be added to a base: the reach of the scenes, their effect on the target, and the accuracy that
+/// they need.
 #[derive(Debug, Clone, Copy)]
 pub struct Additions {
     /// Distance from the middle of the conductors beyond which no face of any scene lies, m.
     pub reach: f64,
-    /// The largest change of the target that they cause, over its value without them; one where nothing is known of it. Where the grids end in
-    /// open space follows from it: bounds hold whatever is given, but too small a value makes them wide.
+    /// The largest change of the target that they cause, over its value without them; 1 if nothing is known
+    /// of it. It decides where the grids end in open space: bounds hold whatever is given, but too small a
+    /// value makes them wide.
     pub change: f64,
-    /// Relative spread to aim for of the base, over the tolerance that the scenes are to have.
+    /// Relative spread of the base to aim for, over the tolerance of the scenes.
     pub share: f64,
-    /// Set where differences between the scenes alone are to be known to the tolerance: how much nearer to the conductors of the base, m,
-    /// than in the scene that is given the body may be.
+    /// Set where only differences between the scenes need to meet the tolerance: how much nearer to the
+    /// conductors of the base than in the given scene the body may come, m.
     pub nearer: Option<f64>,
 }
 
-/// The largest share of the error of a base that a body may see where it is to cancel.
-const MOST_SEEN: f64 = 0.35;
+/// Largest share of the error of a base that a body may see where the error is to cancel.
+const MAX_SEEN: f64 = 0.35;
 
-/// The error of each part of a base that a body may see, over the tolerance; and the largest error of a part, over the tolerance: a larger
-/// one counts too much in the product with the error of the solution that is added.
+/// The error of each part of a base that a body may see, over the tolerance; and the largest error of a part,
+/// over the tolerance: it enters in a product with the error of the added solution.
 const SEEN: f64 = 0.2;
-const MOST_OF_PART: f64 = 1.2;
+const MAX_PART_ERROR: f64 = 1.2;
 
-/// The largest error that the base may leave by itself, over the tolerance.
-const LEFT: f64 = 0.6;
+/// Largest error that the base may cause by itself, over the tolerance.
+const MAX_BASE_ERROR: f64 = 0.6;
 
-/// The largest relative error of a part.
+/// Largest relative error of a part.
 const ROUGH: f64 = 0.1;
 
-/// Where rays begin at least, over the distance of the farthest face: twice as far as any plane, and a little more for the places from which
-/// the two distances are measured.
+/// Least distance at which rays begin, over the distance of the farthest face: twice as far as any plane, and
+/// a little more because the two distances are measured from different points.
 const NEAREST: f64 = 2.5;
 
-/// The energy of what is added over the change that it makes, where the grids end.
+/// Energy of the added solution over the change of the target, for the choice of where the grids end.
 const ENERGY: f64 = 2.0;
 
-/// Solves a scene as the base of others, for the tolerance that these are to have. `like` is one of these, whose symmetry all have. `None`
-/// where the scene cannot serve as a base.
+/// Solves a scene as the base of others, for the tolerance of those. `like` is one of them; all have its
+/// symmetry. `None` where the scene cannot serve as a base.
 ///
 /// # Errors
 /// The errors of [`crate::solve`].
@@ -98,16 +101,17 @@ pub fn solve_base(
         (out.parts, out.spread, out.value, out.unknowns) = (Vec::new(), 0.0, None, 0);
     }
     let goal = additions.share * tolerance;
-    let accepted = (MOST_OF_SHARE * additions.share).min(MOST) * tolerance;
+    let accepted = (MAX_SPREAD_OF_GOAL * additions.share).min(MAX_SPREAD) * tolerance;
     Ok(if out.solve(problem, goal, accepted)? { Some(out) } else { None })
 }
 
-/// Missing energy and error of the linear solver, over the energy, for a first look: shares of the parts are known to a twentieth then.
+/// Missing energy and error of the linear solver of a rough solution, over the energy: the shares of the
+/// parts are then known to a twentieth.
 const ROUGH_ENERGY: f64 = 0.2;
 const ROUGH_SHARE: f64 = 1e-3;
 
-/// For each part the spread of the target that a gap as large as the energies of the part would cause, over the target's value: from a small
-/// grid.
+/// For each part, the spread of the target that a gap as large as the energies of the part would cause, over
+/// the target's value; from a small grid.
 fn weights(problem: &GridProblem<'_>) -> Result<Vec<f64>, SolveError> {
     let settings = problem.settings;
     let far =
@@ -140,13 +144,14 @@ fn sight(
     let can_cancel = settings.target.is_linear(scene.driven().count())
         && scene.floating().next().is_none()
         && scene.conductors().count() > base.conductors().count();
-    let own = || Sight::of(scene, map, base.conductors().count(), frame, nearer);
-    can_cancel.then(own).flatten().filter(|sight| sight.share(false) <= MOST_SEEN)
+    let sight = || Sight::of(scene, map, base.conductors().count(), frame, nearer);
+    can_cancel.then(sight).flatten().filter(|sight| sight.share(false) <= MAX_SEEN)
 }
 
 impl Base {
-    /// Each part on a grid of its own, so that the error cancels in differences between what is added to it. Says whether it is then known
-    /// well enough: where it is not, the body sees more of the error than was expected.
+    /// Solves each part on a separate grid, so that the error cancels in differences between the scenes that
+    /// are added. Returns whether the base is then accurate enough; if not, the body sees more of the error
+    /// than was expected.
     fn solve_in_parts(
         &mut self,
         (scene, like): (&Scene, (&Scene, &Arc<SceneMap>)),
@@ -159,20 +164,20 @@ impl Base {
         let weights = weights(problem)?;
         let solved = (0..problem.parts.len()).filter(|k| !problem.parts[*k].potentials.is_empty());
         for (k, weight) in solved.zip(&weights) {
-            let mut own = GridProblem::new(scene, None, Some(in_frame), settings)?;
-            let is_odd = own.parts[k].odd.contains(&true);
-            own.leave_part(k);
-            own.seen_by = Some(*sight);
-            let goal = (SEEN / sight.share(is_odd)).min(MOST_OF_PART) * tolerance / weight;
+            let mut part_problem = GridProblem::new(scene, None, Some(in_frame), settings)?;
+            let is_odd = part_problem.parts[k].odd.contains(&true);
+            part_problem.leave_part(k);
+            part_problem.seen_by = Some(*sight);
+            let goal = (SEEN / sight.share(is_odd)).min(MAX_PART_ERROR) * tolerance / weight;
             let goal = if goal.is_finite() { goal.min(ROUGH) } else { return Ok(false) };
-            if !self.solve(own, goal, MOST_OF_SHARE * goal)? {
+            if !self.solve(part_problem, goal, MAX_SPREAD_OF_GOAL * goal)? {
                 return Ok(false);
             }
         }
         match self.least_apart(like, sight, settings) {
             Ok(apart) => {
-                let all: f64 = apart.iter().zip(&weights).map(|(apart, weight)| apart * weight).sum();
-                Ok(all <= LEFT * tolerance)
+                let total: f64 = apart.iter().zip(&weights).map(|(apart, weight)| apart * weight).sum();
+                Ok(total <= MAX_BASE_ERROR * tolerance)
             }
             Err(SolveError::Superposition) => Ok(false),
             Err(other) => Err(other),
@@ -204,7 +209,7 @@ impl Base {
         solved.into_par_iter().map(of_part).collect()
     }
 
-    /// Solves for the parts of a problem and takes them over; says whether an error that is accepted was reached.
+    /// Solves the parts of a problem and stores them. Returns whether the accepted error was reached.
     fn solve(&mut self, mut problem: GridProblem<'_>, goal: f64, accepted: f64) -> Result<bool, SolveError> {
         problem.keeps_fluxes = true;
         let mut search = Search::new(&problem)?;
@@ -218,21 +223,21 @@ impl Base {
         self.radius = found.grid.radius;
         self.spread += found.outcome.error(settings);
         let value = match self.cancels {
-            true => settings.target.within(&found.outcome.bounds).map(|own| own.value),
+            true => settings.target.within(&found.outcome.bounds).map(|target| target.value),
             false => settings.target.value(&found.outcome.bounds.upper),
         };
         self.value = value.map(|value| self.value.unwrap_or(0.0) + value);
         self.unknowns = self.unknowns.max(found.outcome.unknowns);
         let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
-        for (part, (_, own)) in solved.zip(found.outcome.solved) {
-            let (Some(mut fluxes), Some(lower)) = (own.fluxes, own.lower) else { return Ok(false) };
+        for (part, (_, solved)) in solved.zip(found.outcome.solved) {
+            let (Some(mut fluxes), Some(lower)) = (solved.fluxes, solved.lower) else { return Ok(false) };
             fluxes.prepare()?;
             self.parts.push(BasePart {
                 odd: part.odd,
                 potentials: part.potentials.clone(),
-                domain: own.domain,
-                coefficients: own.energies.coefficients,
-                upper: own.energies.matrix,
+                domain: solved.domain,
+                coefficients: solved.energies.coefficients,
+                upper: solved.energies.matrix,
                 lower,
                 fluxes,
             });

@@ -19,15 +19,16 @@ pub(crate) struct Part {
     /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
     /// its energy is known to be zero.
     pub fieldless: Vec<Vec<f64>>,
-    /// Potentials of grounded conductors alone, or others that nobody asks for. Nothing is solved for them: they are there to complete the
-    /// basis.
+    /// Potentials of grounded conductors alone, or others that are not needed. Nothing is solved for them;
+    /// they complete the basis.
     pub unsolved: Vec<Vec<f64>>,
-    /// Where the potential is even or odd under a half turn, the halves of the scene that it is solved on, the layout among them.
+    /// Set where the potential is even or odd under a half turn: the halves of the scene that it is solved
+    /// on, the layout among them.
     pub turn: Option<Box<Halves>>,
 }
 
 impl Part {
-    /// All its potentials: what is solved for, then the others.
+    /// All potentials of the part: those that are solved for, then the others.
     pub(crate) fn basis(&self) -> impl Iterator<Item = &Vec<f64>> {
         self.potentials.iter().chain(&self.fieldless).chain(&self.unsolved)
     }
@@ -92,22 +93,22 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
     out
 }
 
-/// Leaves of the parts to be solved only what opposite potentials of two conductors take, with all others at potential zero, where a part on
-/// half of the scene has these among its own: a half turn, or a mirror besides, puts each in the place of the other. Says whether that is
-/// so.
+/// Leaves of the parts only the state with opposite potentials of two conductors, and all others at potential
+/// zero, to be solved. This needs a part on half of the scene that has the state: a half turn, or a mirror
+/// besides, exchanges the two conductors. Returns whether there is one.
 pub(crate) fn leave_opposite(parts: &mut [Part], [one, other]: [usize; 2]) -> bool {
     let is_opposite = |v: &Vec<f64>| {
         v.iter().enumerate().all(|(c, x)| (*x != 0.0) == (c == one || c == other)) && v[one] == -v[other]
     };
-    let has_it = |part: &Part| part.turn.is_some() && part.potentials.iter().any(is_opposite);
-    if !parts.iter().any(has_it) {
+    let has_state = |part: &Part| part.turn.is_some() && part.potentials.iter().any(is_opposite);
+    if !parts.iter().any(has_state) {
         return false;
     }
     for part in parts {
-        let (kept, left): (Vec<_>, Vec<_>) =
+        let (opposite, others): (Vec<_>, Vec<_>) =
             std::mem::take(&mut part.potentials).into_iter().partition(is_opposite);
-        part.potentials = kept;
-        part.unsolved.splice(0..0, left);
+        part.potentials = opposite;
+        part.unsolved.splice(0..0, others);
     }
     true
 }

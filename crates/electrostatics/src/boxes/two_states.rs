@@ -1,25 +1,28 @@
 //! The mutual capacitance of two conductors from two grids, one for each state.
 //!
-//! It is the product of two fields: that of one conductor at 1 V, and that of the other. Each is singular at edges of its own: that of
-//! a guarded plate at the slit to its guard, that of the plate opposite at the edge of that plate. A grid for both is fine at all
-//! edges along all axes, and both fields are solved on it. Two grids are each fine where their own field is singular.
+//! It is the product of two fields: that of one conductor at 1 V, and that of the other. Each is singular at
+//! different edges: that of a guarded plate at the slit to its guard, that of the plate opposite at the edge
+//! of that plate. One grid for both fields is fine at all edges along all axes. Each of two grids is fine
+//! only where its field is singular.
 //!
-//! On grids of their own the potentials u_1 and u_2 are still functions of one space, that of the common refinement of the two, and so
-//! are the fluxes f_1 and f_2: there the products of gradients, U_ij, and those of fluxes, L_ij ([`crate::boxes::dual::across_grids`]),
-//! are computed. U - C is the product of the errors e of the potentials, C - L that of the errors q of the fluxes, both hence positive
-//! semidefinite. With G_i = U_ii - L_ii, proved on the grid of state i alone,
+//! On two grids the potentials u_1 and u_2 are still functions of one space, that of the common refinement,
+//! and so are the fluxes f_1 and f_2: there the products of gradients, U_ij, and those of fluxes, L_ij
+//! ([`crate::boxes::dual::across_grids`]), are computed. U - C is the product of the errors e of the
+//! potentials, C - L that of the errors q of the fluxes, both hence positive semidefinite. With G_i = U_ii -
+//! L_ii, proved on the grid of state i alone,
 //!
 //! |(U_12 + L_12) / 2 - C_12| = |(e_1, e_2) - (q_1, q_2)| / 2 <= (|e_1| |e_2| + |q_1| |q_2|) / 2 <= sqrt(G_1 G_2) / 2,
 //!
-//! as |e_i|^2 + |q_i|^2 <= G_i, with equality but for what the energies of repairs and of rays are overestimated by: by Cauchy and
-//! Schwarz twice, for U - C and C - L as forms, and once for the sum. That is what one grid for both states proves from the same gaps,
-//! so that two pay where they need fewer unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
+//! as |e_i|^2 + |q_i|^2 <= G_i, with equality except for the overestimated energies of repairs and of rays.
+//! The inequality of Cauchy and Schwarz is used twice, for U - C and C - L as forms, and once for the sum.
+//! One grid for both states proves the same from the same gaps, so that two grids pay where they need fewer
+//! unknowns. Without the product of the fluxes, U_12 alone is known to sqrt(G_1 G_2) only.
 
 use crate::boxes::common_line::common_line;
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{functions_wanted, missing, refine};
-use crate::boxes::grid_search::{Found, OneState, STEP, Search, goal};
+use crate::boxes::grid_search::{OneState, STEP, Search, SearchResult, goal};
 use crate::boxes::layout::Grid;
 use crate::boxes::one_grid::{Lower, Outcome, error_of, on_grid};
 use crate::boxes::open_space::OpenSpace;
@@ -34,74 +37,78 @@ use elastocap_geometry::scene::{Potential, Role, Scene};
 use faer::Mat;
 use std::time::Instant;
 
-/// Unknowns of two grids over those of one for both states, each times the number of right-hand sides, up to which two are used.
-const PAYS: f64 = 0.8;
+/// Largest number of unknowns of two grids, each times its number of right-hand sides, over that of one grid
+/// for both states, for which two grids are used.
+const MAX_COST_RATIO: f64 = 0.8;
 
 /// Goal of the linear solvers over the spread that the energies may have.
-const ITERATIONS: f64 = 0.01;
+const SOLVER_SHARE: f64 = 0.01;
 
-/// How far the energy of the first state may miss its tolerance; the second makes up for it.
-const FIRST: f64 = 1.6;
+/// Accepted error of the energy of the first state over its tolerance; the second state makes up for it.
+const FIRST_ACCEPTED: f64 = 1.6;
 
-/// How far the energy of the second state may miss its tolerance; refining the cheaper one of both a little more makes up for it.
-const SECOND: f64 = 1.3;
+/// Accepted error of the energy of the second state over its tolerance; further refinement of the cheaper
+/// state makes up for it.
+const SECOND_ACCEPTED: f64 = 1.3;
 
-/// How often the cheaper state is refined further.
-const MORE: usize = 4;
+/// Number of times that the cheaper state is refined further.
+const EXTRA_REFINEMENTS: usize = 4;
 
-/// How the two states of a target are to be solved.
+/// A plan to solve the two states of a target on two grids.
 pub(crate) struct Plan {
-    /// The scene with one driven conductor, for each of the two.
+    /// The scene with one driven conductor, for each of the two states.
     pub(crate) scenes: [Scene; 2],
-    /// How it is solved, to the relative spread of either energy that meets the tolerance of the target.
+    /// Settings for each of them. The tolerance is the relative spread of either energy that meets the
+    /// tolerance of the target.
     pub(crate) settings: Settings,
-    /// That spread.
+    /// That relative spread.
     spread: f64,
-    /// Where rays to infinity begin, as [`OpenSpace::distance`] has it.
+    /// Where rays to infinity begin, as in [`OpenSpace::distance`].
     distance: f64,
     /// The state that takes more unknowns.
     larger: usize,
 }
 
-/// Searches for a grid for each state of a mutual capacitance; `None` where one grid for both is better, or two did not do.
+/// Searches for a grid for each state of a mutual capacitance; `None` where one grid for both is better, or
+/// where two grids did not meet the tolerance.
 ///
 /// # Errors
 /// A grid whose matrices cannot be factorised, a first one that is too large, a request to stop before anything is known.
-pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<Found>, SolveError> {
+pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<SearchResult>, SolveError> {
     let begin = Instant::now();
     let Some(plan) = plan(scene, problem, &mut |_, _| true)? else { return Ok(None) };
     let settings = problem.settings;
-    let own = OneState { distance: plan.distance, share: ITERATIONS * plan.spread };
+    let one_state = OneState { distance: plan.distance, share: SOLVER_SHARE * plan.spread };
     let [first, second] =
         plan.scenes.each_ref().map(|scene| GridProblem::new(scene, None, None, &plan.settings));
     let mut problems = [first?, second?];
     problems.iter_mut().for_each(|problem| problem.keeps_fluxes = true);
-    let [first, second] = problems.each_ref().map(|problem| Search::of_one_state(problem, own));
+    let [first, second] = problems.each_ref().map(|problem| Search::of_one_state(problem, one_state));
     let mut searches = [first?, second?];
 
     let (larger, smaller) = (plan.larger, 1 - plan.larger);
-    let mut going_on = searches[larger].pursue(plan.spread, FIRST * plan.spread)?;
+    let mut may_refine = searches[larger].pursue(plan.spread, FIRST_ACCEPTED * plan.spread)?;
     let proved = |search: &Search<'_, '_>| search.best().map_or(f64::INFINITY, |(error, _)| error);
-    if going_on {
+    if may_refine {
         let left = plan.spread * (plan.spread / proved(&searches[larger])).clamp(0.25, 4.0);
-        going_on = searches[smaller].pursue(left, SECOND * left)?;
+        may_refine = searches[smaller].pursue(left, SECOND_ACCEPTED * left)?;
     }
-    for _ in 0..=MORE {
+    for _ in 0..=EXTRA_REFINEMENTS {
         let [Some((_, a)), Some((_, b))] = searches.each_ref().map(Search::best) else { break };
         let Some(bounds) = joined(problem, a, b)? else { return Ok(None) };
         let error = error_of(&problem.floating.reduced(&bounds), settings);
         let met = error <= settings.relative_tolerance;
-        if met || !going_on {
+        if met || !may_refine {
             if !met && !problem.cancelled() {
                 return Ok(None);
             }
             let [a, b] = searches;
-            return Ok(Some(together(problem, bounds, a.finish(met)?, b.finish(met)?, begin)));
+            return Ok(Some(merged(problem, bounds, a.finish(met)?, b.finish(met)?, begin)));
         }
-        let unknowns = |f: &Found| f.outcome.unknowns;
+        let unknowns = |f: &SearchResult| f.outcome.unknowns;
         let cheaper = usize::from(unknowns(b) < unknowns(a));
         let left = proved(&searches[cheaper]) * (settings.relative_tolerance / error).powi(2);
-        going_on = searches[cheaper].pursue(0.9 * left, 0.98 * left)?;
+        may_refine = searches[cheaper].pursue(0.9 * left, 0.98 * left)?;
     }
     if problem.cancelled() { Err(SolveError::Cancelled) } else { Ok(None) }
 }
@@ -123,8 +130,8 @@ fn is_suited(problem: &GridProblem<'_>) -> bool {
         && solved.next().is_none()
 }
 
-/// The scene with one driven conductor; the other is at potential zero.
-fn only(scene: &Scene, conductor: usize) -> Scene {
+/// The scene with one driven conductor; all others are at potential zero.
+fn with_one_driven(scene: &Scene, conductor: usize) -> Scene {
     let mut out = scene.clone();
     let conductors = out.bodies.iter_mut().filter_map(|body| match &mut body.role {
         Role::Conductor { potential } => Some(potential),
@@ -136,15 +143,16 @@ fn only(scene: &Scene, conductor: usize) -> Scene {
     out
 }
 
-/// How two grids are to be found, from two small ones for both states; `None` where one grid for both is better, or where a grid may not be
-/// solved: `may` is asked with the number of iterations on the one before.
+/// A plan for two grids, from two small ones for both states; `None` where one grid for both is better, or
+/// where a small grid may not be solved. `may_solve` decides on that, given the number of iterations on the
+/// grid before.
 ///
 /// # Errors
 /// As for [`search`].
 pub(crate) fn plan(
     scene: &Scene,
     problem: &GridProblem<'_>,
-    may: &mut impl FnMut(&Grid, Option<usize>) -> bool,
+    may_solve: &mut impl FnMut(&Grid, Option<usize>) -> bool,
 ) -> Result<Option<Plan>, SolveError> {
     const SHARE: f64 = 1e-3;
     if !is_suited(problem) {
@@ -155,14 +163,14 @@ pub(crate) fn plan(
     let distance = open_space.distance(settings.relative_tolerance);
     let mut grid = first(&problem.core, distance);
     problem.check_memory(&grid)?;
-    if !may(&grid, None) {
+    if !may_solve(&grid, None) {
         return Ok(None);
     }
     let outcome = on_grid(problem, &grid, SHARE, Lower::None, None)?;
     let indicator = outcome.indicator(problem);
     let step = STEP * missing(&grid, &indicator);
     refine(&mut grid, &indicator, step);
-    if !may(&grid, Some(outcome.iterations)) {
+    if !may_solve(&grid, Some(outcome.iterations)) {
         return Ok(None);
     }
     let outcome = on_grid(problem, &grid, SHARE, Lower::None, Some(&outcome.potentials()))?;
@@ -176,13 +184,13 @@ pub(crate) fn plan(
         let indicator = outcome.indicator_of(problem, target);
         functions_wanted(&grid, &indicator, goal(true) * spread).iter().map(|n| *n as f64).product::<f64>()
     };
-    // The indicator for both is the sum of theirs.
-    let both = 2.0 * unknowns(settings.target, 2.0 * spread);
-    let each = [0, 1].map(|row| unknowns(Target::Own(row), spread));
-    if each[0] + each[1] >= PAYS * both {
+    // The indicator for both states is the sum of their indicators.
+    let one_grid = 2.0 * unknowns(settings.target, 2.0 * spread);
+    let two_grids = [0, 1].map(|row| unknowns(Target::Own(row), spread));
+    if two_grids[0] + two_grids[1] >= MAX_COST_RATIO * one_grid {
         return Ok(None);
     }
-    let scenes = [0, 1].map(|row| only(scene, problem.floating.driven[row]));
+    let scenes = [0, 1].map(|row| with_one_driven(scene, problem.floating.driven[row]));
     let settings = Settings {
         target: Target::Own(0),
         relative_tolerance: spread,
@@ -191,11 +199,17 @@ pub(crate) fn plan(
         foresight: None,
         ..settings.clone()
     };
-    Ok(Some(Plan { scenes, settings, spread, distance, larger: usize::from(each[1] > each[0]) }))
+    let larger = usize::from(two_grids[1] > two_grids[0]);
+    Ok(Some(Plan { scenes, settings, spread, distance, larger }))
 }
 
-/// Bounds on the matrix of all conductors from a grid for each state; `None` where the two have no common refinement.
-fn joined(problem: &GridProblem<'_>, a: &Found, b: &Found) -> Result<Option<MatrixBounds>, SolveError> {
+/// Bounds on the matrix of all conductors from a grid for each state; `None` where the grids have no common
+/// refinement.
+fn joined(
+    problem: &GridProblem<'_>,
+    a: &SearchResult,
+    b: &SearchResult,
+) -> Result<Option<MatrixBounds>, SolveError> {
     let [Some((first, one)), Some((second, other))] = [a, b].map(|found| found.outcome.solved.first()) else {
         return Ok(None);
     };
@@ -205,45 +219,52 @@ fn joined(problem: &GridProblem<'_>, a: &Found, b: &Found) -> Result<Option<Matr
     let (Some(u), Some(v)) = (embedded(0, *first), embedded(1, *second)) else { return Ok(None) };
     let mutual = Primal::without_preconditioner(&domain)?.product_of(&u, &v);
     let (Some(f), Some(g)) = (&one.fluxes, &other.fluxes) else { return Ok(None) };
-    let Some(of_fluxes) = f.joint(0, (g, 0), &domain)? else { return Ok(None) };
+    let Some(flux_product) = f.joint(0, (g, 0), &domain)? else { return Ok(None) };
     let unit = VACUUM_PERMITTIVITY * problem.layout.unit * one.copies;
     let n = problem.layout.conductors.len();
     let (mut upper, mut lower) = (Mat::zeros(n, n), Mat::zeros(n, n));
     for (found, &row) in [a, b].into_iter().zip(&problem.floating.driven) {
-        let own = &found.outcome.bounds;
-        upper[(row, row)] = own.upper[(0, 0)];
-        lower[(row, row)] = own.lower[(0, 0)];
+        let bounds = &found.outcome.bounds;
+        upper[(row, row)] = bounds.upper[(0, 0)];
+        lower[(row, row)] = bounds.lower[(0, 0)];
         let others = problem.floating.driven.iter().filter(|other| **other != row);
         for &other in others {
             upper[(row, other)] = unit * mutual;
-            lower[(row, other)] = unit * of_fluxes;
+            lower[(row, other)] = unit * flux_product;
         }
     }
     let mut bounds = MatrixBounds { lower, upper };
     let rounding = rounding(&bounds);
     bounds.count_rounding(&rounding, of_squares(contrast_of(&problem.layout.permittivity)));
-    if let Some(what) = bounds.crossing() {
-        return Err(SolveError::Contradiction(what));
+    if let Some(contradiction) = bounds.crossing() {
+        return Err(SolveError::Contradiction(contradiction));
     }
     Ok(Some(bounds))
 }
 
-/// The form that rounding is a share of: the states are unit potentials of the conductors.
+/// The form that the rounding error is proportional to: the states are unit potentials of the conductors.
 fn rounding(bounds: &MatrixBounds) -> Mat<f64> {
     let upper = &bounds.upper;
     Mat::from_fn(upper.nrows(), upper.nrows(), |i, j| if i == j { upper[(i, i)].abs() } else { 0.0 })
 }
 
-/// The result of the search, as if both states had been solved on one grid: the larger of their two grids is reported.
-fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, begin: Instant) -> Found {
+/// The result of both searches, as if both states had been solved on one grid: the larger of the two is
+/// reported.
+fn merged(
+    problem: &GridProblem<'_>,
+    bounds: MatrixBounds,
+    a: SearchResult,
+    b: SearchResult,
+    begin: Instant,
+) -> SearchResult {
     let larger = if b.outcome.unknowns > a.outcome.unknowns { &b } else { &a };
     let (grid, grids) = (larger.grid.clone(), a.grids + b.grids);
     let shortfall = a.shortfall.or(b.shortfall);
     let mut outcome = Outcome::empty();
-    outcome.rounding = rounding(&all);
+    outcome.rounding = rounding(&bounds);
     outcome.basis = problem.basis();
-    outcome.bounds = problem.floating.reduced(&all);
-    outcome.all = all;
+    outcome.bounds = problem.floating.reduced(&bounds);
+    outcome.all = bounds;
     let mut last = 0.0;
     for (row, found) in [a.outcome, b.outcome].into_iter().enumerate() {
         outcome.unknowns = outcome.unknowns.max(found.unknowns);
@@ -257,7 +278,7 @@ fn together(problem: &GridProblem<'_>, all: MatrixBounds, a: Found, b: Found, be
         outcome.solved.extend(found.solved.into_iter().map(|(_, part)| (row, part)));
     }
     let choosing = (begin.elapsed().as_secs_f64() - last).max(0.0);
-    Found { outcome, grid, shortfall, grids, choosing, foresight: None }
+    SearchResult { outcome, grid, shortfall, grids, choosing, foresight: None }
 }
 
 /// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or where nodes that should
@@ -321,28 +342,28 @@ mod tests {
     #[test]
     fn a_mutual_capacitance_from_a_grid_for_each_state_meets_that_from_one_for_both() {
         let scene = guarded_plate();
-        let both = settings(Target::Mutual([0, 1]), 5e-3);
-        let problem = GridProblem::new(&scene, None, None, &both).unwrap();
+        let fine = settings(Target::Mutual([0, 1]), 5e-3);
+        let problem = GridProblem::new(&scene, None, None, &fine).unwrap();
         let grid = adaptive(&problem).unwrap();
-        let exact = both.target.of(&grid.outcome.bounds).unwrap();
+        let exact = fine.target.of(&grid.outcome.bounds).unwrap();
         for target in [Target::Mutual([0, 1]), Target::Mutual([1, 0])] {
-            let own = Settings { field: true, ..settings(target, 1e-2) };
-            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
+            let solve_settings = Settings { field: true, ..settings(target, 1e-2) };
+            let problem = GridProblem::new(&scene, None, None, &solve_settings).unwrap();
             let found =
                 search(&scene, &problem).unwrap().expect("the fields are singular at different edges");
-            let all = found.outcome.all.clone();
+            let bounds = found.outcome.all.clone();
             let field = found.outcome.field(&scene, &problem);
             let solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
             let measured = solution.measured.unwrap();
             assert!(solution.reached && measured.spread_over_value() <= 1e-2, "{solution:?}");
             assert!(measured.lower <= exact.upper && exact.lower <= measured.upper, "{measured:?} {exact:?}");
             for i in 0..2 {
-                let own = solution.maxwell[i][i];
+                let entry = solution.maxwell[i][i];
                 let (lower, upper) = (grid.outcome.bounds.lower[(i, i)], grid.outcome.bounds.upper[(i, i)]);
-                assert!(own.lower <= upper && lower <= own.upper, "{own:?} {lower} {upper}");
-                assert!(own.spread_over_value() < 5e-3, "{own:?}");
+                assert!(entry.lower <= upper && lower <= entry.upper, "{entry:?} {lower} {upper}");
+                assert!(entry.spread_over_value() < 5e-3, "{entry:?}");
             }
-            assert_eq!(contradiction(&solution, &all, &problem.floating), None);
+            assert_eq!(contradiction(&solution, &bounds, &problem.floating), None);
             // The state that is shown is that with 1 V on the conductor that is named first.
             let highest = field.potential.iter().copied().fold(0.0, f64::max);
             assert!((highest - 1.0).abs() < 1e-9, "{highest}");
@@ -356,9 +377,9 @@ mod tests {
             let second = Body::conductor("second", sheet(0.0, [0.05, size], [-1.0, 1.0]));
             in_open_space(vec![first, second])
         };
-        let own = settings(Target::Mutual([0, 1]), 5e-3);
+        let settings = settings(Target::Mutual([0, 1]), 5e-3);
         for scene in [pair(1.0), pair(1.2)] {
-            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
+            let problem = GridProblem::new(&scene, None, None, &settings).unwrap();
             assert!(search(&scene, &problem).unwrap().is_none());
         }
     }
@@ -368,9 +389,9 @@ mod tests {
         let scene = guarded_plate();
         let others = [Target::Matrix, Target::TwoTerminal, Target::Own(0), Target::Mutual([1, 1])];
         let without = Settings { bounds: false, ..settings(Target::Mutual([0, 1]), 1e-2) };
-        for own in others.map(|target| settings(target, 1e-2)).into_iter().chain([without]) {
-            let problem = GridProblem::new(&scene, None, None, &own).unwrap();
-            assert!(search(&scene, &problem).unwrap().is_none(), "{:?}", own.target);
+        for settings in others.map(|target| settings(target, 1e-2)).into_iter().chain([without]) {
+            let problem = GridProblem::new(&scene, None, None, &settings).unwrap();
+            assert!(search(&scene, &problem).unwrap().is_none(), "{:?}", settings.target);
         }
     }
 }

@@ -20,8 +20,9 @@ pub(super) fn with_open_sides(walls: [Wall; 2], open: Wall) -> [Wall; 2] {
     walls.map(|wall| if wall == Wall::Open { open } else { wall })
 }
 
-/// How far out open sides may end at most, in sizes of the scene: along the axis, whose elements grow with the distance; in a plan that
-/// grows with it in both directions; and in one whose closed sides do not let triangles grow.
+/// Largest distance of open sides, in sizes of the scene: along the axis, whose elements grow with the
+/// distance; in a plan that grows with it in both directions; and in one whose closed sides do not let
+/// triangles grow.
 const FARTHEST_ALONG_AXIS: f64 = 4e3;
 const FARTHEST_IN_PLAN: f64 = 1e3;
 const FARTHEST_IN_CHANNEL: f64 = 60.0;
@@ -31,7 +32,7 @@ const FARTHEST_IN_CHANNEL: f64 = 60.0;
 /// Beyond the bodies a field between grounded walls falls exponentially. Between insulated walls across one axis that of a neutral set of
 /// conductors falls like that of a dipole in the plane, and across two axes it tends to a constant, which may differ from end to end.
 pub(super) fn distance_of_ends(layout: &Layout, walls: [[Wall; 2]; 3], tolerance: f64) -> f64 {
-    let left = 0.25 * tolerance;
+    let allowed = 0.25 * tolerance;
     let is_closed = |a: &usize| !walls[*a].contains(&Wall::Open);
     let closed: Vec<usize> = (0..3).filter(is_closed).collect();
     let grounded = closed.iter().any(|a| walls[*a].contains(&Wall::Grounded));
@@ -40,11 +41,11 @@ pub(super) fn distance_of_ends(layout: &Layout, walls: [[Wall; 2]; 3], tolerance
     // The slowest mode of a field between walls one of which is grounded falls by exp(-pi / 2) over their distance, and its energy by
     // the square of that.
     let width = closed.iter().map(|a| layout.width(*a)).fold(0.0, f64::max);
-    let exponential = reach + width * (1.0 / left).ln().max(1.0) / PI;
+    let exponential = reach + width * (1.0 / allowed).ln().max(1.0) / PI;
     let far = match (grounded, closed.len(), sides) {
         (true, ..) | (false, 2, 1) => exponential,
-        (false, 1, _) => reach * (0.5 / left).sqrt(),
-        (false, ..) => reach * (0.5 / left),
+        (false, 1, _) => reach * (0.5 / allowed).sqrt(),
+        (false, ..) => reach * (0.5 / allowed),
     };
     let in_plan = across(layout.axis);
     let farthest = match in_plan.map(|a| walls[a].contains(&Wall::Open)) {

@@ -23,9 +23,10 @@ use faer::Mat;
 /// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
 const MEAN: f64 = 1.5;
 
-/// Share of a residual that the repair may leave. A pass in single precision usually leaves 1e-5 to 1e-3 of what it starts from; where
-/// [`PASSES`] of them leave more than this share, the inverses are made anew in double precision.
-const ENOUGH: f64 = 1e-6;
+/// Share of a residual that the repair may leave. A pass in single precision usually leaves 1e-5 to 1e-3 of
+/// the residual before it; where [`PASSES`] of them leave more than this share, the inverses are recomputed
+/// in double precision.
+const RESIDUAL_GOAL: f64 = 1e-6;
 const PASSES: usize = 6;
 
 /// The lower problem on one mesh.
@@ -36,7 +37,7 @@ pub(super) struct Dual {
     regions: Vec<Inverse>,
     workspace: Workspace,
     repair: Repair,
-    /// For each interval and edge what is known of the trace there.
+    /// The trace on each edge in each interval.
     traces: Vec<Vec<Trace>>,
     /// For each interval and triangle the root of the permittivity, zero in conductors.
     roots: Vec<Vec<f64>>,
@@ -52,23 +53,24 @@ enum Trace {
     Unknown,
     /// The potential of the conductor with this index.
     Held(u32),
-    /// Zero: a grounded wall, or inside a conductor.
+    /// Zero, on a grounded wall.
     Zero,
 }
 
-/// The whole scene without conductors, inverted.
+/// The inverse for the whole scene without conductors, whose permittivity is a product.
 #[derive(Debug)]
 struct Repair {
     fluxes: Fluxes,
-    /// For all modes together, or the lowest apart from the others; with the modes.
+    /// One inverse for all modes, or one for the lowest mode and one for the others; each with its modes.
     inverses: Vec<(Inverse, LineModes)>,
     /// Whether no flux can leave the scene.
     singular: bool,
-    /// Its permittivity over the true one at most.
+    /// Largest ratio of the permittivity of the repair to the true one.
     excess: f64,
     /// Edges whose traces are zero.
     grounded: Vec<usize>,
-    /// For each interval and triangle the root of the true permittivity over its own; empty where they agree.
+    /// For each interval and triangle the root of the true permittivity over that of the repair; empty where
+    /// they agree.
     ratios: Vec<Vec<f64>>,
 }
 
@@ -114,7 +116,7 @@ impl Dual {
         })
     }
 
-    /// The array with the traces of conductors at these potentials, and zeros.
+    /// The unknowns with the traces on conductors at these potentials, and zero elsewhere.
     fn held(&self, potentials: &[f64]) -> Vec<f64> {
         let mut x = vec![0.0; self.unknowns()];
         let width = self.fluxes.width;
@@ -161,7 +163,7 @@ impl Dual {
         }
     }
 
-    /// Products of the fluxes of several solutions, each with the potentials that it belongs to.
+    /// Energy products of the fluxes of several solutions, each with the potentials that it belongs to.
     pub(super) fn energies(&self, mesh: &PlanMesh, x: &[&[f64]], potentials: &[Vec<f64>]) -> Mat<f64> {
         let whole: Vec<Vec<f64>> = x
             .iter()
@@ -196,7 +198,7 @@ impl Dual {
         }
     }
 
-    /// The potential 1 wherever it is unknown.
+    /// The constant potential 1 where the potential is unknown, and zero elsewhere.
     fn constant(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.unknowns()];
         let width = self.fluxes.width;
@@ -206,12 +208,12 @@ impl Dual {
                 row.iter_mut().zip(&self.ones[range.clone()]).for_each(|(x, one)| *x = length.sqrt() * one);
             }
             for (t, root) in self.roots[m].iter().enumerate() {
-                for (k, own) in self.cells.cells[t].one.iter().enumerate() {
+                for (k, coefficient) in self.cells.cells[t].one.iter().enumerate() {
                     let row = self.cells.numbering.inner_rows[t] as usize + k;
                     let row = &mut x[row * width..][range.clone()];
                     row.iter_mut()
                         .zip(&self.ones_of_line[range.clone()])
-                        .for_each(|(x, one)| *x = -root * own * one);
+                        .for_each(|(x, one)| *x = -root * coefficient * one);
                 }
             }
         }
@@ -224,14 +226,15 @@ impl Dual {
         let mut target = r.to_vec();
         self.rescale(&mut target);
         let (mut psi, mut left) = self.repair.cancel(&self.cells, &target, &mut self.workspace);
-        if left > ENOUGH && self.repair.in_double(&self.cells) {
+        if left > RESIDUAL_GOAL && self.repair.in_double(&self.cells) {
             (psi, left) = self.repair.cancel(&self.cells, &target, &mut self.workspace);
         }
         self.rescale(&mut psi);
         (psi, left)
     }
 
-    /// From the scale of the scene's permittivity to that of the repair's.
+    /// Multiplies values inside triangles by the ratios of the repair: residuals before it, potentials after
+    /// it.
     fn rescale(&self, x: &mut [f64]) {
         let width = self.fluxes.width;
         for (range, ratios) in self.ranges.iter().zip(&self.repair.ratios) {
@@ -243,7 +246,8 @@ impl Dual {
         }
     }
 
-    /// Largest factor by which the energy of the repair exceeds the one with its own permittivity.
+    /// Largest ratio of the repair's energy in the true permittivity to that in the permittivity of the
+    /// repair.
     pub(super) fn repair_excess(&self) -> f64 {
         self.repair.excess
     }
@@ -274,7 +278,7 @@ impl Operator for Dual {
     }
 }
 
-/// The traces on the edges in an interval, as far as they are known.
+/// The traces on the edges in an interval.
 fn traces(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], m: usize) -> Vec<Trace> {
     let mut out: Vec<Trace> = (0..mesh.edges.len())
         .map(|e| if mesh.wall(e, walls) == Some(Wall::Grounded) { Trace::Zero } else { Trace::Unknown })
@@ -328,7 +332,9 @@ fn region(
     Ok(inverse)
 }
 
-/// Values inside triangles are scaled by the root of the scene's permittivity, an inverse's own by that of its product: their ratio.
+/// The factors between the unknowns of the scene and those of a region's inverse. Values inside triangles are
+/// scaled by the root of the permittivity, which is that of the scene for the former and a product for the
+/// latter.
 fn scaling(
     mesh: &PlanMesh,
     axis: &Axis,
@@ -364,7 +370,8 @@ fn scaling(
     Scaling { pieces, factors }
 }
 
-/// Edges of a part of the plan that it does not share with the rest, and that are not grounded.
+/// For each edge whether its trace is unknown: it is not grounded, and no triangle outside the part of the
+/// plan adjoins it.
 fn free_edges(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], weights: &[Option<f64>]) -> Vec<bool> {
     let mut free: Vec<bool> =
         (0..mesh.edges.len()).map(|e| mesh.wall(e, walls) != Some(Wall::Grounded)).collect();
@@ -376,7 +383,7 @@ fn free_edges(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], weights: &[Option<f64>]) 
     free
 }
 
-/// The forms of what continues beyond the frame: at each of its open edges the same `conductance` to infinity.
+/// The forms of the flux beyond the frame: at each of its open edges the same `conductance` to infinity.
 fn beyond_frame(
     mesh: &PlanMesh,
     walls: &[[Wall; 2]; 2],
@@ -405,7 +412,7 @@ impl Repair {
         let n = axis.intervals();
         let whole = [0, n];
         let across: Vec<f64> = mesh.columns.iter().map(|c| product.across(c, whole)).collect();
-        // The scene as if its permittivity were a product and there were no conductors.
+        // The scene with a product permittivity and without conductors.
         let columns: Vec<Column> = across
             .iter()
             .map(|a| Column {
@@ -415,29 +422,29 @@ impl Repair {
             })
             .collect();
         let (mut excess, mut agree) = (1.0_f64, true);
-        for (own, column) in columns.iter().zip(&mesh.columns) {
+        for (product_column, column) in columns.iter().zip(&mesh.columns) {
             for m in (0..n).filter(|&m| column.conductor[m].is_none()) {
-                let ratio = own.permittivity[m] / column.permittivity[m];
+                let ratio = product_column.permittivity[m] / column.permittivity[m];
                 excess = excess.max(ratio);
                 agree &= (ratio - 1.0).abs() < 1e-14;
             }
         }
         let ratio = |t: usize, m: usize| {
-            let (own, column) = (&columns[mesh.column[t] as usize], mesh.column_of(t));
+            let (product_column, column) = (&columns[mesh.column[t] as usize], mesh.column_of(t));
             match column.conductor[m] {
                 Some(_) => 1.0,
-                None => (column.permittivity[m] / own.permittivity[m]).sqrt(),
+                None => (column.permittivity[m] / product_column.permittivity[m]).sqrt(),
             }
         };
         let ratios = match agree {
             true => Vec::new(),
             false => (0..n).map(|m| (0..mesh.triangles.len()).map(|t| ratio(t, m)).collect()).collect(),
         };
-        // Every ray is as oblique, and meets as low a permittivity, as any.
+        // All rays count as the most oblique one, through the lowest permittivity.
         let least = |met: &[[f64; 2]]| met.iter().map(|e| e[0]).fold(f64::INFINITY, f64::min);
-        let most =
+        let greatest =
             columns.iter().flat_map(|c| &c.permittivity).chain(&product.along).copied().fold(0.0, f64::max);
-        let contrast = rays.map_or(1.0, |(_, met)| (most / least(met)).max(1.0));
+        let contrast = rays.map_or(1.0, |(_, met)| (greatest / least(met)).max(1.0));
         let worst = match rays {
             None => fluxes::Beyond::Closed,
             Some((radius, _)) => fluxes::Beyond::Worst { radius, contrast },
@@ -474,7 +481,7 @@ impl Repair {
         Ok(Self { fluxes, inverses, singular, excess, grounded, ratios })
     }
 
-    /// Makes the inverses anew in double precision. Returns whether any was in single precision.
+    /// Recomputes the inverses in double precision. Returns whether any was in single precision.
     fn in_double(&mut self, cells: &Cells) -> bool {
         let mut changed = false;
         for (inverse, modes) in &mut self.inverses {
@@ -493,7 +500,7 @@ impl Repair {
         for _ in 0..PASSES {
             self.pass(cells, target, &mut psi, &mut rest, workspace);
             left = if size > 0.0 { dot(&rest, &rest).sqrt() / size } else { 0.0 };
-            if left <= ENOUGH {
+            if left <= RESIDUAL_GOAL {
                 break;
             }
         }
@@ -527,7 +534,7 @@ impl Repair {
     }
 }
 
-/// The lowest mode, and the others.
+/// A split of modes into the lowest one and the others.
 trait Parted: Sized {
     fn parted(self) -> (Self, Self);
 }

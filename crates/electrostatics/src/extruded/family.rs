@@ -1,5 +1,5 @@
-//! The meshes that a scene may be solved on, and the error expected on each: from what the upper bound falls by on the first ones, and
-//! from what the last functions along the axis carry there.
+//! The meshes that a scene may be solved on, and the error expected on each. It follows from how far the
+//! upper bound falls on the first meshes, and from the energy in the last functions along the axis there.
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ impl Level {
     }
 }
 
-/// The results of the meshes that were explored.
+/// Results of the meshes that are solved for the upper bound first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gained {
     /// The relative fall of the upper bound from the first mesh to the second.
@@ -51,11 +51,13 @@ const SHARE_OF_FALL: f64 = 0.2;
 /// multiplies it; without and with sheets, whose edges are more singular than those of bodies. The rest comes from the degrees.
 const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
 
-/// Errors with two layers and the third degree along the axis over what the last functions of the axis carry, at edges and elsewhere.
+/// Errors with two layers and the third degree along the axis over the shares of the energy in the last
+/// functions of the axis, at edges and elsewhere.
 const OF_LAST: [f64; 2] = [1.0, 0.45];
 
-/// The shares of the errors by layers and by degrees that are left for the plan at least, where the axis seems to have more.
-const LEAST_OF_PLAN: [f64; 2] = [0.25, 0.35];
+/// Smallest shares of the errors by layers and by degrees that count for the plan, even where the axis seems
+/// to cause more.
+const MIN_SHARES_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
 /// The factor by which each degree beyond the third multiplies the error; and the error with the second degree over that with the third.
 const BY_DEGREE: f64 = 0.18;
@@ -68,7 +70,7 @@ const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 /// nonetheless, another mesh is solved.
 const SAFETY: f64 = 1.15;
 
-/// The error expected at least, where the upper bound did not fall: what is found can correct it.
+/// Smallest expected error, where the upper bound did not fall; [`Expectation::learn`] can correct it.
 const LEAST: f64 = 1e-12;
 
 /// The highest degree.
@@ -85,12 +87,12 @@ pub(super) struct Expectation {
     /// The relative error that comes from the edges on meshes without strips, at the third degree.
     without_strips: f64,
     sheets: bool,
-    /// Triangles of the meshes that were explored, but for the last.
+    /// Numbers of triangles of the first three meshes.
     triangles: [f64; 3],
 }
 
 impl Expectation {
-    /// The expectation from what was learnt, and from the numbers of triangles of the first three meshes.
+    /// The expectation from the results of the first meshes and the numbers of triangles of three of them.
     pub(super) fn new(gained: Gained, triangles: [usize; 3], sheets: bool) -> Self {
         let error = (SHARE_OF_FALL * gained.refined).max(LEAST);
         let (share, by_layers) = BY_LAYERS[usize::from(sheets)];
@@ -101,9 +103,9 @@ impl Expectation {
             of_layers = of_layers.min(2.0 * gained.layered / (1.0 - by_layers));
         }
         let of_axis =
-            |k: usize, all: f64| (OF_LAST[k] * gained.last_along_axis[k]).clamp(LEAST.min(all), all);
+            |k: usize, total: f64| (OF_LAST[k] * gained.last_along_axis[k]).clamp(LEAST.min(total), total);
         let along_axis = [of_axis(0, of_layers), of_axis(1, of_degrees)];
-        let of_plan = |k: usize, all: f64| (all - along_axis[k]).max(LEAST_OF_PLAN[k] * all);
+        let of_plan = |k: usize, total: f64| (total - along_axis[k]).max(MIN_SHARES_OF_PLAN[k] * total);
         Self {
             two_layers: [of_plan(0, of_layers), along_axis[0]],
             third_degree: [of_plan(1, of_degrees), along_axis[1]],
@@ -116,9 +118,9 @@ impl Expectation {
 
     /// The relative error expected on a mesh.
     pub(super) fn error(&self, level: Level) -> f64 {
-        let beyond = |n: usize, of: usize| n as i32 - of as i32;
-        let by_layers = |n: usize| BY_LAYERS[usize::from(self.sheets)].1.powi(beyond(n, 2));
-        let by_degree = |p: usize| if p < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(beyond(p, 3)) };
+        let above = |n: usize, base: usize| n as i32 - base as i32;
+        let by_layers = |n: usize| BY_LAYERS[usize::from(self.sheets)].1.powi(above(n, 2));
+        let by_degree = |p: usize| if p < 3 { SECOND_DEGREE } else { BY_DEGREE.powi(above(p, 3)) };
         let strips = BY_STRIPS[usize::from(self.sheets)].powi(level.strips as i32)
             * (3.0 / level.degree as f64).powi(2);
         self.two_layers[0] * by_layers(level.layers)
@@ -128,21 +130,22 @@ impl Expectation {
             + self.without_strips * strips
     }
 
-    /// Corrects what is expected by the error that was found on a mesh.
-    pub(super) fn learn(&mut self, level: Level, found: f64) {
-        let factor = found / self.error(level);
-        self.two_layers.iter_mut().chain(&mut self.third_degree).for_each(|error| *error *= factor);
+    /// Scales the expected errors so that the one on a mesh is `error`.
+    pub(super) fn learn(&mut self, level: Level, error: f64) {
+        let factor = error / self.error(level);
+        self.two_layers.iter_mut().chain(&mut self.third_degree).for_each(|share| *share *= factor);
         self.without_strips *= factor;
     }
 
-    /// The mesh with the fewest unknowns, of those that are in no way coarser than `least` and have at most `most`, that is expected
-    /// to meet a tolerance; where none is, that with the least error. `functions` gives the functions of the line for a degree and a
-    /// number of layers of the axis.
+    /// The mesh with the fewest unknowns that is expected to meet a tolerance, or, where none is, the one
+    /// with the least error; of those that are in no way coarser than `least` and have fewer than
+    /// `max_unknowns`. `functions` gives the number of functions of the line for a degree and a number of
+    /// layers of the axis.
     pub(super) fn cheapest(
         &self,
         tolerance: f64,
         least: Option<Level>,
-        most: f64,
+        max_unknowns: f64,
         functions: impl Fn(usize, usize) -> usize,
     ) -> Option<(Level, f64)> {
         let least =
@@ -150,7 +153,7 @@ impl Expectation {
         let mut best: Option<(Level, f64, bool)> = None;
         let mut consider = |level: Level, line: f64| {
             let unknowns = self.triangles(level) * per_triangle(level.degree) * line;
-            if unknowns >= most {
+            if unknowns >= max_unknowns {
                 return;
             }
             let meets = SAFETY * self.error(level) <= tolerance;
@@ -163,7 +166,7 @@ impl Expectation {
                 best = Some((level, unknowns, meets));
             }
         };
-        // More layers than that bring nothing without a higher degree.
+        // Further layers bring nothing without a higher degree.
         let layers_for = |degree: usize| degree + usize::from(self.sheets);
         for axis_degree in least.axis_degree..=HIGHEST {
             // The degree along the axis grows by one from layer to layer, so that fewer do not reach it.
@@ -181,7 +184,8 @@ impl Expectation {
         best.map(|(level, unknowns, _)| (level, unknowns))
     }
 
-    /// Triangles of a mesh, about: each layer and each strip adds as many as the ones explored.
+    /// Approximate number of triangles of a mesh: each layer and each strip adds as many as in the first
+    /// meshes.
     fn triangles(&self, level: Level) -> f64 {
         let [first, second, striped] = self.triangles;
         let layers = (level.layers as f64 - 2.0) * (second - first);
@@ -189,7 +193,8 @@ impl Expectation {
     }
 }
 
-/// Unknowns of both problems for each triangle and function of the line, about: a triangle has half a corner and one and a half sides.
+/// Approximate number of unknowns of both problems for each triangle and function of the line: a triangle has
+/// half a corner and one and a half sides.
 fn per_triangle(degree: usize) -> f64 {
     let p = degree as f64;
     let upper = 0.5 + 1.5 * (p - 1.0) + 0.5 * (p - 1.0) * (p - 2.0);
@@ -283,7 +288,7 @@ mod tests {
         let (smallest, few) = uniform.cheapest(1e-6, None, ANY, functions).unwrap();
         uniform.learn(smallest, 2e-6);
         assert!(uniform.cheapest(1e-6, Some(smallest), ANY, functions).unwrap().1 > few);
-        // Where what would do is out of reach, the best of what remains.
+        // Where a mesh that meets the tolerance is out of reach, the best of the others.
         let (coarse, fewer) = expected.cheapest(1e-3, None, unknowns, functions).unwrap();
         assert!(fewer < unknowns && expected.error(coarse) > 1e-3);
     }

@@ -1,9 +1,11 @@
-//! The operator of Thomson's principle on a mesh: how far fluxes between given potentials are from having no divergence.
+//! The operator of Thomson's principle on a mesh: the divergence of fluxes between given potentials.
 //!
-//! Unknowns are an array of rows with a number for each discontinuous function of the line. Rows are the traces of the potential on
-//! the sides of triangles, and its values inside with the opposite sign, both multiplied by the root of the permittivity: of that of
-//! the interval for traces, of the cell's own for values. From these each triangle has the flux along the plan, and each line the
-//! flux along the axis, of least energy; the operator is what they diverge and how they differ across sides.
+//! Unknowns are an array of rows with a number for each discontinuous function of the line. Rows are the
+//! traces of the potential on the sides of triangles, and its values inside with the opposite sign. Traces
+//! are multiplied by the root of the permittivity of the interval ([`Product::along`]), values by the root of
+//! the permittivity of the cell. They determine the flux of least energy along the plan in each triangle, and
+//! along the axis on each line; the operator gives the divergence of these fluxes and their jumps across
+//! sides.
 
 use super::columns::Column;
 use super::free_regions::Product;
@@ -43,11 +45,11 @@ pub(super) struct Cells {
 impl Cells {
     pub(super) fn new(mesh: &PlanMesh, degree: usize) -> Result<Self, SolveError> {
         let integrals = FluxIntegrals::new(degree);
-        let both: Vec<(Local, Cell)> = (0..mesh.triangles.len())
+        let triangles: Vec<(Local, Cell)> = (0..mesh.triangles.len())
             .into_par_iter()
             .map(|t| cell(&integrals, mesh, t, degree))
             .collect::<Result<_, SolveError>>()?;
-        let (locals, cells) = both.into_iter().unzip();
+        let (locals, cells) = triangles.into_iter().unzip();
         let (edges, p, inner) = (mesh.edges.len() as u32, degree as u32, divergences(degree) as u32);
         let numbering = Numbering {
             entities: mesh.sides.iter().map(|s| s.to_vec()).collect(),
@@ -95,21 +97,22 @@ fn cell(
     Ok((local, Cell { flux: Dense::from_mat(flux.as_ref()), one }))
 }
 
-/// A part of the line between two obstacles.
+/// A part of the line between two conductors or ends.
 #[derive(Debug)]
 struct Run {
-    /// Its functions.
+    /// Functions of the line on this part.
     range: Range<usize>,
     segment: usize,
     /// The conductors at its ends.
     ends: [Option<u32>; 2],
 }
 
+/// The flux along the axis on a run.
 #[derive(Debug)]
 struct Segment {
-    /// Energies are sums of squares of it.
+    /// The energy of unknowns x is the square of the norm of `root * x`.
     root: Dense<f64>,
-    /// Its square.
+    /// `root` transposed times `root`.
     operator: Condensed,
     /// Flux, and its divergence, for unit potential at either end.
     face: [Vec<f64>; 2],
@@ -123,7 +126,7 @@ struct Bundle {
     runs: Vec<Run>,
 }
 
-/// The plan as it is in one or several intervals: the operator by rows.
+/// The operator of the plan, by rows, in one or several intervals that are filled alike.
 #[derive(Debug)]
 struct Sheet {
     starts: Vec<usize>,
@@ -136,13 +139,13 @@ struct Sheet {
 /// The flux that leaves an edge of the frame along rays.
 #[derive(Debug)]
 struct Leaving {
-    /// First row and number of rows of an edge.
+    /// Rows of the edge.
     rows: Range<usize>,
     /// For each function of the line the inverse resistance.
     conductance: Vec<f64>,
 }
 
-/// The operator.
+/// The operator of the fluxes on a mesh.
 #[derive(Debug)]
 pub(super) struct Fluxes {
     pub width: usize,
@@ -180,11 +183,11 @@ impl Beyond<'_> {
     }
 }
 
-/// Rows of one task.
+/// Rows that one parallel task computes.
 const ROWS: usize = 64;
 
 impl Fluxes {
-    /// For columns that may differ from those of the mesh.
+    /// Assembles the operator for `columns`, which may differ from those of the mesh.
     pub(super) fn new(
         mesh: &PlanMesh,
         columns: &[Column],
@@ -227,7 +230,7 @@ impl Fluxes {
                 let leaves = [lo == 0 && !free[0], hi == n && !free[1]];
                 let open = [0, 1].map(|side| leaves[side] && axis.walls[side] == Wall::Open);
                 let distance = if open.contains(&true) { mesh.distance[first] } else { 0 };
-                let own = mesh.column[first] as usize;
+                let column_index = mesh.column[first] as usize;
                 let same = |k: &(usize, [usize; 2], [bool; 2], u8)| {
                     k.1 == [lo, hi]
                         && k.2 == free
@@ -243,7 +246,7 @@ impl Fluxes {
                             true => beyond.of_end(m, column.permittivity[m], distance),
                             false => 0.0,
                         });
-                        keys.push((own, [lo, hi], free, distance));
+                        keys.push((column_index, [lo, hi], free, distance));
                         segments.push(line_segment(
                             axis,
                             [lo, hi],
@@ -291,9 +294,9 @@ impl Fluxes {
         let mut rest = inner;
         let mut parts = Vec::new();
         for bundle in &self.bundles {
-            let (own, others) = rest.split_at_mut(bundle.triangles.len() * per * width);
+            let (bundle_rows, others) = rest.split_at_mut(bundle.triangles.len() * per * width);
             rest = others;
-            for (k, part) in own.chunks_mut(ROWS * width).enumerate() {
+            for (k, part) in bundle_rows.chunks_mut(ROWS * width).enumerate() {
                 parts.push((bundle, first + bundle.triangles.start * per + k * ROWS, part));
             }
         }
@@ -316,7 +319,8 @@ impl Fluxes {
         }
     }
 
-    /// Takes the divergence of the fluxes from conductors at these potentials, where these lie above or below, off `b`.
+    /// Subtracts from `b` the divergence of the fluxes from conductors above or below a cell, at these
+    /// potentials.
     pub(super) fn subtract_sources(&self, cells: &Cells, potentials: &[f64], b: &mut [f64]) {
         self.at_ends(cells, potentials, |segment, side, row, range, drive| {
             for (b, s) in b[row * self.width..][range].iter_mut().zip(&segment.source[side]) {
@@ -350,7 +354,8 @@ impl Fluxes {
         }
     }
 
-    /// Products of the fluxes of several arrays, each with the potentials of the conductors that it belongs to.
+    /// Energy products of the fluxes of several arrays, each with the potentials of the conductors that it
+    /// belongs to.
     pub(super) fn energies(
         &self,
         cells: &Cells,
@@ -424,11 +429,11 @@ impl Fluxes {
                                 .iter()
                                 .zip(potentials)
                                 .map(|(x, v)| {
-                                    let own = &x[(first + k) * width..][run.range.clone()];
+                                    let values = &x[(first + k) * width..][run.range.clone()];
                                     let mut flux = vec![0.0; segment.root.rows];
                                     let root = segment.root.data.chunks_exact(segment.root.cols);
                                     for (f, line) in flux.iter_mut().zip(root) {
-                                        *f = line.iter().zip(own).map(|(a, b)| a * b).sum();
+                                        *f = line.iter().zip(values).map(|(a, b)| a * b).sum();
                                     }
                                     for side in 0..2 {
                                         let Some(c) = run.ends[side] else { continue };
@@ -467,7 +472,8 @@ impl Fluxes {
     }
 }
 
-/// The pieces of a column between conductors, each with what lies at its ends.
+/// The pieces of a column between conductors: the first interval, one past the last, and the conductors at
+/// both ends.
 fn pieces(column: &Column) -> Vec<(usize, usize, [Option<u32>; 2])> {
     let n = column.conductor.len();
     let mut out = Vec::new();
@@ -517,14 +523,16 @@ fn sheet(mesh: &PlanMesh, cells: &Cells, ratios: Vec<Option<f64>>) -> Sheet {
         let inner = numbering.inner_rows[t]..numbering.inner_rows[t + 1];
         let (n, count) = (local.outer, inner.len());
         for (i, row) in outer.iter().enumerate() {
-            let own = &mut entries[*row as usize];
-            own.extend(outer.iter().enumerate().map(|(j, c)| (*c, ratio * local.a[i * n + j])));
-            own.extend(inner.clone().enumerate().map(|(j, c)| (c, root * local.a_inner[i * count + j])));
+            let row_entries = &mut entries[*row as usize];
+            row_entries.extend(outer.iter().enumerate().map(|(j, c)| (*c, ratio * local.a[i * n + j])));
+            row_entries
+                .extend(inner.clone().enumerate().map(|(j, c)| (c, root * local.a_inner[i * count + j])));
         }
         for (j, row) in inner.clone().enumerate() {
-            let own = &mut entries[row as usize];
-            own.extend(outer.iter().enumerate().map(|(i, c)| (*c, root * local.a_inner[i * count + j])));
-            own.push((row, local.inner[j]));
+            let row_entries = &mut entries[row as usize];
+            row_entries
+                .extend(outer.iter().enumerate().map(|(i, c)| (*c, root * local.a_inner[i * count + j])));
+            row_entries.push((row, local.inner[j]));
         }
     }
     let mut out = Sheet { starts: vec![0], columns: Vec::new(), values: Vec::new(), ratios };

@@ -20,7 +20,7 @@ pub(super) struct FreeRegion {
 /// All maximal regions without conductors, for the columns and the chains of a plan.
 pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2]) -> Vec<FreeRegion> {
     let intervals = columns.first().map_or(0, |c| c.conductor.len());
-    let mut all: Vec<FreeRegion> = Vec::new();
+    let mut regions: Vec<FreeRegion> = Vec::new();
     // Ends may be held anywhere; at an outer cut that no wall holds they may be free as well.
     let ends = |side: usize| {
         let outer = if side == 0 { 0 } else { intervals };
@@ -43,33 +43,34 @@ pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2
             let columns: Vec<bool> = columns.iter().map(|c| is_free(&c.conductor, &c.held)).collect();
             let chains = chains.iter().map(|c| is_free(&c.conductor, &c.held)).collect();
             if columns.contains(&true) {
-                all.push(FreeRegion { cuts: [lo, hi], held: [held_lo, held_hi], columns, chains });
+                regions.push(FreeRegion { cuts: [lo, hi], held: [held_lo, held_hi], columns, chains });
             }
         }
     }
-    // Whether one region holds all functions of another.
+    // Whether all functions of region `a` are functions of region `b`.
     let within = |a: &FreeRegion, b: &FreeRegion| {
         let reaches = |side: usize| {
-            let (own, other) = (a.cuts[side], b.cuts[side]);
-            let farther = if side == 0 { other < own } else { other > own };
-            farther || (own == other && (a.held[side] || !b.held[side]))
+            let (cut, other) = (a.cuts[side], b.cuts[side]);
+            let farther = if side == 0 { other < cut } else { other > cut };
+            farther || (cut == other && (a.held[side] || !b.held[side]))
         };
         let holds = |a: &[bool], b: &[bool]| a.iter().zip(b).all(|(a, b)| !a || *b);
         a != b && reaches(0) && reaches(1) && holds(&a.columns, &b.columns) && holds(&a.chains, &b.chains)
     };
-    let maximal = |a: &&FreeRegion| !all.iter().any(|b| within(a, b));
-    all.iter().filter(maximal).cloned().collect()
+    let maximal = |a: &&FreeRegion| !regions.iter().any(|b| within(a, b));
+    regions.iter().filter(maximal).cloned().collect()
 }
 
-/// Permittivity as nearly as possible a product: a factor for each interval, and one for each column in a part of the axis.
+/// An approximation of the permittivity by a product: a factor for each interval, and one for each column in
+/// a part of the axis.
 #[derive(Debug, Clone)]
 pub(super) struct Product {
-    /// One for each interval.
+    /// The factor of each interval.
     pub along: Vec<f64>,
 }
 
 impl Product {
-    /// The geometric means over the plan, by area.
+    /// The factors of the intervals: geometric means of the permittivity over the plan, weighted by area.
     pub(super) fn new(mesh: &PlanMesh) -> Self {
         let mut area = vec![0.0; mesh.columns.len()];
         for t in 0..mesh.triangles.len() {
@@ -90,7 +91,8 @@ impl Product {
         Self { along }
     }
 
-    /// The factor of a column: the geometric mean of what the intervals leave.
+    /// The factor of a column in a part of the axis: the geometric mean of its permittivity over the factors
+    /// of the intervals.
     pub(super) fn across(&self, column: &Column, [lo, hi]: [usize; 2]) -> f64 {
         let ratios: Vec<f64> = (lo..hi)
             .filter(|&m| column.conductor[m].is_none())

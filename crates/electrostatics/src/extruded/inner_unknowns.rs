@@ -1,19 +1,19 @@
-//! The unknowns of single triangles, which are eliminated before those on corners and sides are solved for.
+//! Elimination of the unknowns inside triangles from the system for those on corners and sides.
 
 use super::local::{Local, Place};
 use elastocap_fem::tensor::Real;
 use elastocap_linalg::lanes::{LANES, Lane, vectorized};
 
-/// Unknowns on corners and sides of a triangle, and inner ones, at most.
-const MOST: usize = 64;
+/// Largest number of unknowns on the corners and sides of a triangle, and of inner ones.
+const MAX_UNKNOWNS: usize = 64;
 
-/// Rows or columns that are summed up at the same time: sums are chains of dependent additions.
+/// Rows or columns that are summed side by side, since each sum is a chain of dependent additions.
 const AT_ONCE: usize = 4;
 
 /// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
 #[derive(Debug)]
 pub(super) struct InnerUnknowns<T> {
-    /// Inner unknowns of each triangle.
+    /// Number of inner unknowns of each triangle.
     counts: Vec<usize>,
     /// The diagonal of A in them, triangle after triangle.
     diagonal: Vec<T>,
@@ -27,10 +27,10 @@ impl<T: Real> InnerUnknowns<T> {
     /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has the places of the unknowns
     /// on its corners and sides that are free.
     pub(super) fn new(locals: &[Local], triangles: &[(u32, f64)], places: &[Vec<Place>]) -> Self {
-        let own = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
-        let coupled = own().any(|((local, _), _)| !local.m_inner.is_empty());
+        let elements = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
+        let coupled = elements().any(|((local, _), _)| !local.m_inner.is_empty());
         let (mut a, mut m) = (Vec::new(), Vec::new());
-        for ((local, root), places) in own() {
+        for ((local, root), places) in elements() {
             let count = local.inner.len();
             for (i, _) in places {
                 let row = *i as usize * count..(*i as usize + 1) * count;
@@ -42,43 +42,45 @@ impl<T: Real> InnerUnknowns<T> {
             }
         }
         Self {
-            counts: own().map(|((local, _), _)| local.inner.len()).collect(),
-            diagonal: own().flat_map(|((local, _), _)| &local.inner).map(|x| T::from_f64(*x)).collect(),
+            counts: elements().map(|((local, _), _)| local.inner.len()).collect(),
+            diagonal: elements().flat_map(|((local, _), _)| &local.inner).map(|x| T::from_f64(*x)).collect(),
             a,
             m,
         }
     }
 
-    /// Divides the inner unknowns by their diagonal, and takes what they contribute off those of the skeleton. Each of `R` right-hand
-    /// sides has the `skeleton` first, and then the inner unknowns.
+    /// Divides the inner unknowns by their diagonal, and subtracts their contributions from the unknowns of
+    /// the skeleton. Each of the `R` right-hand sides has the `skeleton` unknowns on corners and sides first,
+    /// then the inner ones.
     pub(super) fn eliminate<const R: usize>(
         &self,
         places: &[Vec<Place>],
         lambda: &Lane<T>,
         skeleton: usize,
-        all: &mut [&mut [Lane<T>]; R],
+        vectors: &mut [&mut [Lane<T>]; R],
     ) {
         vectorized(|| match self.m.is_empty() {
-            true => self.eliminate_with::<R, false>(places, lambda, skeleton, all),
-            false => self.eliminate_with::<R, true>(places, lambda, skeleton, all),
+            true => self.eliminate_with::<R, false>(places, lambda, skeleton, vectors),
+            false => self.eliminate_with::<R, true>(places, lambda, skeleton, vectors),
         });
     }
 
-    /// Takes what the skeleton contributes off the inner unknowns.
+    /// Subtracts the contributions of the skeleton from the inner unknowns.
     pub(super) fn substitute<const R: usize>(
         &self,
         places: &[Vec<Place>],
         lambda: &Lane<T>,
         skeleton: usize,
-        all: &mut [&mut [Lane<T>]; R],
+        vectors: &mut [&mut [Lane<T>]; R],
     ) {
         vectorized(|| match self.m.is_empty() {
-            true => self.substitute_with::<R, false>(places, lambda, skeleton, all),
-            false => self.substitute_with::<R, true>(places, lambda, skeleton, all),
+            true => self.substitute_with::<R, false>(places, lambda, skeleton, vectors),
+            false => self.substitute_with::<R, true>(places, lambda, skeleton, vectors),
         });
     }
 
-    /// The couplings of a triangle, a row for each place, which begin at an offset.
+    /// The couplings of a triangle in A and M from `offset` on, a row for each place; those in A twice
+    /// without `WITH_M`.
     #[inline(always)]
     fn rows<const WITH_M: bool>(&self, offset: usize, entries: usize) -> (&[T], &[T]) {
         let a = &self.a[offset..][..entries];
@@ -91,9 +93,9 @@ impl<T: Real> InnerUnknowns<T> {
         places: &[Vec<Place>],
         lambda: &Lane<T>,
         skeleton: usize,
-        all: &mut [&mut [Lane<T>]; R],
+        vectors: &mut [&mut [Lane<T>]; R],
     ) {
-        let mut y = [[Lane::default(); R]; MOST];
+        let mut y = [[Lane::default(); R]; MAX_UNKNOWNS];
         let (mut first, mut offset) = (skeleton, 0);
         for (places, &count) in places.iter().zip(&self.counts) {
             let (a, m) = self.rows::<WITH_M>(offset, places.len() * count);
@@ -101,9 +103,9 @@ impl<T: Real> InnerUnknowns<T> {
             for (k, y) in y.iter_mut().enumerate() {
                 let inverse = inverse(self.diagonal[first - skeleton + k], lambda);
                 for s in 0..R {
-                    let own = &mut all[s][first + k];
-                    *own = own.times(inverse);
-                    y[s] = *own;
+                    let unknown = &mut vectors[s][first + k];
+                    *unknown = unknown.times(inverse);
+                    y[s] = *unknown;
                 }
             }
             let whole = places.len() / AT_ONCE * AT_ONCE;
@@ -120,7 +122,7 @@ impl<T: Real> InnerUnknowns<T> {
                 }
                 for i in 0..AT_ONCE {
                     for s in 0..R {
-                        let at = &mut all[s][places[row + i].1 as usize];
+                        let at = &mut vectors[s][places[row + i].1 as usize];
                         *at = at.minus(sum[i][s]);
                     }
                 }
@@ -134,7 +136,7 @@ impl<T: Real> InnerUnknowns<T> {
                     }
                 }
                 for s in 0..R {
-                    let at = &mut all[s][places[row].1 as usize];
+                    let at = &mut vectors[s][places[row].1 as usize];
                     *at = at.minus(sum[s]);
                 }
             }
@@ -149,16 +151,16 @@ impl<T: Real> InnerUnknowns<T> {
         places: &[Vec<Place>],
         lambda: &Lane<T>,
         skeleton: usize,
-        all: &mut [&mut [Lane<T>]; R],
+        vectors: &mut [&mut [Lane<T>]; R],
     ) {
-        let mut x = [[Lane::default(); R]; MOST];
+        let mut x = [[Lane::default(); R]; MAX_UNKNOWNS];
         let (mut first, mut offset) = (skeleton, 0);
         for (places, &count) in places.iter().zip(&self.counts) {
             let (a, m) = self.rows::<WITH_M>(offset, places.len() * count);
             let x = &mut x[..places.len()];
             for (x, (_, place)) in x.iter_mut().zip(places) {
                 for s in 0..R {
-                    x[s] = all[s][*place as usize];
+                    x[s] = vectors[s][*place as usize];
                 }
             }
             let whole = count / AT_ONCE * AT_ONCE;
@@ -176,8 +178,8 @@ impl<T: Real> InnerUnknowns<T> {
                 for i in 0..AT_ONCE {
                     let inverse = inverse(self.diagonal[first - skeleton + k + i], lambda);
                     for s in 0..R {
-                        let own = &mut all[s][first + k + i];
-                        *own = own.minus(sum[i][s].times(inverse));
+                        let unknown = &mut vectors[s][first + k + i];
+                        *unknown = unknown.minus(sum[i][s].times(inverse));
                     }
                 }
             }
@@ -191,8 +193,8 @@ impl<T: Real> InnerUnknowns<T> {
                 }
                 let inverse = inverse(self.diagonal[first - skeleton + k], lambda);
                 for s in 0..R {
-                    let own = &mut all[s][first + k];
-                    *own = own.minus(sum[s].times(inverse));
+                    let unknown = &mut vectors[s][first + k];
+                    *unknown = unknown.minus(sum[s].times(inverse));
                 }
             }
             first += count;
@@ -201,7 +203,7 @@ impl<T: Real> InnerUnknowns<T> {
     }
 }
 
-/// a + lambda m, where `m` counts only if it is not zero everywhere.
+/// a + lambda m; without `WITH_M`, m is zero.
 #[inline(always)]
 fn coupling<T: Real, const WITH_M: bool>(a: T, m: T, lambda: &Lane<T>) -> Lane<T> {
     if WITH_M { Lane::splat(a).plus(lambda.times(Lane::splat(m))) } else { Lane::splat(a) }

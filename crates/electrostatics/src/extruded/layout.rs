@@ -1,4 +1,5 @@
-//! A scene reduced to a plan and an axis: outlines, the planes between which bodies reach, and what fills each column of the plan.
+//! A scene reduced to a plan and an axis: outlines, the planes at which bodies begin and end, and the filling
+//! of each column over the plan.
 
 use super::columns::{Chain, ChainOfSide, Column};
 use super::marks::{dielectric_edges, marks};
@@ -9,16 +10,17 @@ use elastocap_geometry::scene::{Body, Box3, Scene, Wall, across};
 use elastocap_geometry::shapes::Shape;
 use std::collections::{HashMap, HashSet};
 
-/// Cells that the grid of a surface's coordinates may have when it is tested for being made of boxes.
-const MOST_CELLS: usize = 12_000;
+/// Largest number of cells in the grid of a surface's coordinates when the surface is tested for consisting
+/// of boxes.
+const MAX_CELLS: usize = 12_000;
 
-/// Coordinates along the axis that differ by less than this share of the scene's size are one.
+/// Coordinates along the axis that differ by less than this share of the scene's size count as equal.
 const SAME: f64 = 1e-12;
 
-/// Coordinates of outlines that differ by less than this share of the scene's size are one.
+/// Coordinates of outlines that differ by less than this share of the scene's size count as equal.
 const ALIKE: f64 = 1e-11;
 
-/// Conductors with less thickness along the axis are like sheets, as a share of the size of all conductors.
+/// Thickness along the axis below which a conductor counts as a sheet, over the size of all conductors.
 const SHEET: f64 = 1e-2;
 
 /// Points that are closer to a sheet than this share of the scene's size lie on it.
@@ -27,7 +29,8 @@ const ON_SHEET: f64 = 1e-10;
 /// An outline pulled along the axis.
 #[derive(Debug, Clone, PartialEq)]
 struct Solid {
-    /// In the plan, scaled: the body is what an odd number of them holds, so that the second is a hole in the first.
+    /// Scaled outlines in the plan. The body lies over the points that an odd number of them contain: a
+    /// second outline is a hole in the first.
     outlines: Vec<Outline>,
     /// Lower and upper end along the axis, scaled.
     ends: [f64; 2],
@@ -37,19 +40,19 @@ struct Solid {
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub axis: usize,
-    /// m.
+    /// Unit of length, in m.
     pub unit: f64,
-    /// m; where rays to infinity come from.
+    /// Origin of the plan, the axis and the rays to infinity, in m.
     pub origin: [f64; 3],
-    /// Along the axis, ascending.
+    /// Planes along the axis at which something begins or ends, ascending.
     pub planes: Vec<Plane>,
     pub axis_walls: [Wall; 2],
     pub plan_walls: [[Wall; 2]; 2],
     /// Lower and upper corner of the plan, infinite where it is open.
     frame: [[f64; 2]; 2],
-    /// Each with its conductor.
+    /// Conducting bodies, each with the index of its conductor.
     conductors: Vec<(u32, Solid)>,
-    /// Each with its permittivity, in the order in which they override one another.
+    /// Dielectric bodies, each with its permittivity; later ones override earlier ones.
     dielectrics: Vec<(f64, Solid)>,
     background: f64,
     /// Distance from the origin beyond which nothing begins or ends.
@@ -60,7 +63,7 @@ pub(super) struct Layout {
 const FAR: f64 = 1e9;
 
 impl Layout {
-    /// `None` where a body is not an outline pulled along the axis.
+    /// The layout of a scene along `axis`; `None` where a body is not an outline pulled along it.
     pub(super) fn new(scene: &Scene, axis: usize) -> Option<Self> {
         let parts = |body: &Body| -> Option<Vec<Solid>> {
             let parts: Option<Vec<Vec<Solid>>> = body.parts.iter().map(|part| solids(part, axis)).collect();
@@ -100,12 +103,12 @@ impl Layout {
         let ends = limits.map(|corner| corner[axis]);
         let (mut conductors, mut dielectrics) = (conductors, dielectrics);
         for k in 0..2 {
-            let all = conductors.iter_mut().map(|(_, s)| s).chain(dielectrics.iter_mut().map(|(_, s)| s));
+            let bodies = conductors.iter_mut().map(|(_, s)| s).chain(dielectrics.iter_mut().map(|(_, s)| s));
             let corners: Vec<&mut [f64; 2]> =
-                all.flat_map(|solid| solid.outlines.iter_mut().flat_map(Outline::places_mut)).collect();
+                bodies.flat_map(|solid| solid.outlines.iter_mut().flat_map(Outline::places_mut)).collect();
             join(corners.into_iter().map(|c| &mut c[k]).collect(), frame.map(|corner| corner[k]));
         }
-        // Mirror images, and what else lies beyond the ends.
+        // Bodies beyond the ends, such as mirror images, are dropped.
         let is_inside = |solid: &Solid| solid.ends[0] <= ends[1] && solid.ends[1] >= ends[0];
         let conductors: Vec<(u32, Solid)> = conductors.into_iter().filter(|(_, s)| is_inside(s)).collect();
         let dielectrics: Vec<(f64, Solid)> = dielectrics.into_iter().filter(|(_, s)| is_inside(s)).collect();
@@ -153,13 +156,14 @@ impl Layout {
         }
     }
 
-    /// Whether a conductor has no thickness, or so little along the axis that both its edges are like that of a sheet.
+    /// Whether a conductor has no thickness, or so little along the axis that its two edges act like that of
+    /// a sheet.
     pub(super) fn has_sheets(&self) -> bool {
         let is_sheet = |solid: &Solid| solid.ends[1] - solid.ends[0] < SHEET || solid.segment().is_some();
         self.conductors.iter().any(|(_, solid)| is_sheet(solid))
     }
 
-    /// Whether some conductors are sheets that contain the axis.
+    /// Whether some conductors are sheets parallel to the axis.
     pub(super) fn has_upright_sheets(&self) -> bool {
         self.conductors.iter().any(|(_, solid)| solid.segment().is_some())
     }
@@ -175,7 +179,7 @@ impl Layout {
         self.frame.map(|corner| corner.map(limit))
     }
 
-    /// The planes along the axis, with those among the edges where the dielectrics of a plan have edges.
+    /// The planes along the axis; those where the dielectrics of a plan have edges are marked as edges too.
     pub(super) fn planes_at_dielectrics(&self, plan: &Plan) -> Vec<Plane> {
         let shift = usize::from(self.axis_walls[0] == Wall::Open);
         let mut planes = self.planes.clone();
@@ -236,18 +240,19 @@ impl Layout {
         Ok(column)
     }
 
-    /// The chain that holds the segment between two points of the plan, if any does; the segment lies either wholly in that of a sheet or outside.
+    /// The chain that holds the segment between two points of the plan, if any does; the segment lies either
+    /// wholly in that of a sheet or outside it.
     ///
     /// # Errors
     /// Two conductors that touch or overlap there.
     fn chain(&self, ends: [[f64; 2]; 2]) -> Result<Option<Chain>, [u32; 2]> {
-        let own = || self.conductors.iter().filter(|(_, solid)| solid.stands_over(ends));
-        if own().next().is_none() {
+        let sheets = || self.conductors.iter().filter(|(_, solid)| solid.stands_over(ends));
+        if sheets().next().is_none() {
             return Ok(None);
         }
         let intervals = self.intervals();
         let mut chain = Chain { conductor: vec![None; intervals], held: vec![None; intervals + 1] };
-        for (conductor, solid) in own() {
+        for (conductor, solid) in sheets() {
             let [lo, hi] = solid.ends.map(|z| self.cut(z));
             let cuts: Vec<Option<u32>> =
                 (0..=intervals).map(|m| (lo..=hi).contains(&m).then_some(*conductor)).collect();
@@ -280,7 +285,8 @@ impl Layout {
         Ok((chains, of_side))
     }
 
-    /// The coarsest mesh of the plan, graded toward the edges of conductors and, where asked for, of dielectrics.
+    /// The coarsest mesh of the plan, to be graded toward the edges of conductors and, if `at_dielectrics`,
+    /// of dielectrics.
     ///
     /// # Errors
     /// [`PlanError`].
@@ -317,7 +323,7 @@ impl Layout {
 }
 
 impl Layout {
-    /// A conductor that touches a grounded wall.
+    /// A conductor that touches a grounded wall, if there is one.
     fn on_a_grounded_wall(
         &self,
         points: &[[f64; 2]],
@@ -351,7 +357,7 @@ pub(super) enum PlanError {
 /// For each point of a mesh the conductor that each cut belongs to there.
 ///
 /// # Errors
-/// Two conductors that have such a place in common.
+/// Two conductors that share a cut at a point.
 fn held_over_points(
     mesh: &Triangles,
     of_triangle: &[u32],
@@ -359,39 +365,39 @@ fn held_over_points(
 ) -> Result<Vec<Vec<Option<u32>>>, [u32; 2]> {
     let mut held: Vec<Vec<Option<u32>>> = vec![Vec::new(); mesh.points.len()];
     for (t, column) in mesh.triangles.iter().zip(of_triangle) {
-        let own = &columns[*column as usize].held;
+        let column_held = &columns[*column as usize].held;
         for p in t {
-            let here = &mut held[*p as usize];
-            here.resize(own.len(), None);
-            join_held(here, own)?;
+            let point_held = &mut held[*p as usize];
+            point_held.resize(column_held.len(), None);
+            join_held(point_held, column_held)?;
         }
     }
     Ok(held)
 }
 
-/// Adds the conductors that cuts belong to in one place to those of another.
+/// Adds to `held` the conductors that the cuts belong to in another place.
 ///
 /// # Errors
-/// Two conductors that have a cut in common.
-fn join_held(here: &mut [Option<u32>], other: &[Option<u32>]) -> Result<(), [u32; 2]> {
-    for (here, other) in here.iter_mut().zip(other) {
-        match (*here, *other) {
+/// Two conductors that share a cut.
+fn join_held(held: &mut [Option<u32>], other: &[Option<u32>]) -> Result<(), [u32; 2]> {
+    for (held, other) in held.iter_mut().zip(other) {
+        match (*held, *other) {
             (Some(a), Some(b)) if a != b => return Err([a.min(b), a.max(b)]),
-            (None, Some(b)) => *here = Some(b),
+            (None, Some(b)) => *held = Some(b),
             _ => {}
         }
     }
     Ok(())
 }
 
-/// The coarsest mesh of a plan, with what is over its triangles and where it has to be graded.
+/// The coarsest mesh of a plan, with the columns over its triangles and the places where it has to be graded.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub coarse: Coarse,
     pub columns: Vec<Column>,
     /// The column of each triangle.
     pub of_triangle: Vec<u32>,
-    /// The chains that the numbers in `marks` stand for.
+    /// The chains, as numbered in `marks`.
     pub chains: Vec<Chain>,
     pub marks: Marks,
     pub frame: [[f64; 2]; 2],
@@ -415,19 +421,19 @@ impl Plan {
     }
 }
 
-/// The outlines along an axis that a shape consists of, in m; `None` if it does not.
+/// The outlines pulled along an axis that a shape consists of, in m; `None` for other shapes.
 fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
     let [p, q] = across(axis);
     match shape {
-        Shape::Extrusion { axis: own, from, to, outline, arcs } if *own == axis => Some(vec![Solid {
+        Shape::Extrusion { axis: along, from, to, outline, arcs } if *along == axis => Some(vec![Solid {
             outlines: vec![Outline::with_arcs(outline, arcs)],
             ends: [from.min(*to), from.max(*to)],
         }]),
-        Shape::Cylinder { axis: own, base, radius, height } if *own == axis => {
+        Shape::Cylinder { axis: along, base, radius, height } if *along == axis => {
             let outline = Outline::Circle(Circle { center: [base[p], base[q]], radius: *radius });
             Some(vec![Solid { outlines: vec![outline], ends: [base[axis], base[axis] + height] }])
         }
-        Shape::Tube { axis: own, base, radii: [inner, outer], height } if *own == axis => {
+        Shape::Tube { axis: along, base, radii: [inner, outer], height } if *along == axis => {
             let circle = |radius| Outline::Circle(Circle { center: [base[p], base[q]], radius });
             let ends = [base[axis], base[axis] + height];
             Some(vec![Solid { outlines: vec![circle(*outer), circle(*inner)], ends }])
@@ -440,7 +446,7 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
             Some(prisms_of(surface, axis)?.into_iter().map(solid).collect())
         }
         Shape::Box(_) | Shape::Extrusion { .. } => {
-            let boxes = boxes_of(shape, MOST_CELLS)?;
+            let boxes = boxes_of(shape, MAX_CELLS)?;
             let solid = |b: &Box3| {
                 let flat = [p, q, axis].map(|a| b.min[a] == b.max[a]);
                 let [low, high] = [[b.min[p], b.min[q]], [b.max[p], b.max[q]]];
@@ -464,14 +470,15 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
 }
 
 impl Solid {
-    /// The segment of the plan over which a sheet stands that contains the axis; `None` if the body is none.
+    /// The segment of the plan over which the body stands, if it is a sheet parallel to the axis.
     fn segment(&self) -> Option<[[f64; 2]; 2]> {
         let [Outline::Path(sides)] = &self.outlines[..] else { return None };
         let &[a, b] = &sides[..] else { return None };
         (a.arc.is_none() && b.arc.is_none()).then_some([a.from, b.from])
     }
 
-    /// Whether it is a sheet that stands over a segment of the plan, which is a part of its own or outside it.
+    /// Whether the body is a sheet that stands over this segment of the plan; the segment lies either wholly
+    /// in that of the sheet or outside it.
     fn stands_over(&self, ends: [[f64; 2]; 2]) -> bool {
         let Some([a, b]) = self.segment() else { return false };
         let along = [b[0] - a[0], b[1] - a[1]];
@@ -491,11 +498,11 @@ impl Solid {
     }
 }
 
-/// Makes coordinates that rounding alone tells apart, from each other or from the ends of the frame, the same.
-fn join(mut all: Vec<&mut f64>, frame: [f64; 2]) {
-    all.sort_by(|a, b| a.total_cmp(b));
+/// Makes coordinates equal that differ by rounding alone, from each other or from the ends of the frame.
+fn join(mut coordinates: Vec<&mut f64>, frame: [f64; 2]) {
+    coordinates.sort_by(|a, b| a.total_cmp(b));
     let mut last = f64::NEG_INFINITY;
-    for x in all {
+    for x in coordinates {
         let near = |other: f64| (*x - other).abs() <= ALIKE;
         let alike = frame.into_iter().chain([last]).find(|other| near(*other));
         *x = alike.unwrap_or(*x);
@@ -506,15 +513,15 @@ fn join(mut all: Vec<&mut f64>, frame: [f64; 2]) {
 /// The coordinates along the axis at which something begins or ends between the ends of the scene.
 fn planes(conductors: &[(u32, Solid)], dielectrics: &[(f64, Solid)], ends: [f64; 2]) -> Vec<Plane> {
     let inside = |at: f64| ends[0] < at && at < ends[1] && at.abs() < FAR;
-    let of = |solid: &Solid, edge: bool| solid.ends.map(|at| Plane { at, edge });
-    let mut all: Vec<Plane> = conductors.iter().flat_map(|(_, s)| of(s, true)).collect();
-    all.extend(dielectrics.iter().flat_map(|(_, s)| of(s, false)));
-    all.retain(|plane| inside(plane.at));
-    all.extend(ends.iter().filter(|at| at.is_finite()).map(|at| Plane { at: *at, edge: false }));
-    all.sort_by(|a, b| a.at.total_cmp(&b.at));
-    let size = all.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
+    let end_planes = |solid: &Solid, edge: bool| solid.ends.map(|at| Plane { at, edge });
+    let mut planes: Vec<Plane> = conductors.iter().flat_map(|(_, s)| end_planes(s, true)).collect();
+    planes.extend(dielectrics.iter().flat_map(|(_, s)| end_planes(s, false)));
+    planes.retain(|plane| inside(plane.at));
+    planes.extend(ends.iter().filter(|at| at.is_finite()).map(|at| Plane { at: *at, edge: false }));
+    planes.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let size = planes.iter().map(|p| p.at.abs()).fold(0.0, f64::max);
     let mut out: Vec<Plane> = Vec::new();
-    for plane in all {
+    for plane in planes {
         match out.last_mut() {
             Some(last) if plane.at - last.at <= SAME * size => last.edge |= plane.edge,
             _ => out.push(plane),

@@ -81,7 +81,7 @@ pub(super) fn combined(a: f64, m: f64, lambda: &Lane<f64>) -> Lane<f64> {
     out
 }
 
-/// An entry of a matrix, of which nothing is stored where it is zero.
+/// An entry of a matrix, which is stored empty if it is zero.
 #[inline(always)]
 pub(super) fn at(matrix: &[f64], k: usize) -> f64 {
     matrix.get(k).copied().unwrap_or(0.0)

@@ -30,8 +30,8 @@ pub(super) fn marks(
     // Boundaries at each point, by their directions.
     let mut at_point: Vec<Vec<([f64; 2], Boundary)>> = vec![Vec::new(); mesh.points.len()];
     let mut edges = HashSet::new();
-    for (side, of) in &beside {
-        let (one, other) = match of[..] {
+    for (side, adjacent) in &beside {
+        let (one, other) = match adjacent[..] {
             [one, other] => (one, other),
             // On the frame.
             [one] => (one, one),
@@ -70,7 +70,7 @@ pub(super) fn marks(
                 let least = SMOOTH[usize::from(!metal)].to_radians().cos();
                 x != y || a[0] * b[0] + a[1] * b[1] > -least
             }
-            // The mirror image of what ends on the frame at a right angle goes on straight.
+            // A boundary that meets the frame at a right angle continues straight in its mirror image.
             [(a, _)] => {
                 let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
                 !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
@@ -109,7 +109,7 @@ impl Chain {
     }
 }
 
-/// Whether a conductor of one of two columns that the other has not got ends inside the scene: it has an edge there.
+/// Whether a conductor that only one of two columns has ends inside the scene: it has an edge there.
 fn ends_between(one: &Column, other: &Column) -> bool {
     let cuts = one.held.len();
     (1..cuts - 1).any(|m| {

@@ -1,4 +1,4 @@
-//! The graded mesh of a plan: triangles, sides, and what is over them.
+//! The graded mesh of a plan: triangles, sides, and the columns over them.
 
 use super::columns::{Chain, Column};
 use super::layout::Plan;
@@ -20,7 +20,7 @@ pub(super) struct PlanMesh {
     pub sides: Vec<[u32; 3]>,
     /// Ends of each side, ascending.
     pub edges: Vec<[u32; 2]>,
-    /// The sides of the frame that an edge lies on: which coordinate, and which of the two sides.
+    /// The side of the frame that each edge lies on, if any: which coordinate, and which of the two sides.
     pub on_frame: Vec<Option<[usize; 2]>>,
     /// The column of each triangle.
     pub column: Vec<u32>,
@@ -36,7 +36,7 @@ pub(super) struct PlanMesh {
 /// See [`PlanMesh::distance`].
 pub(super) const DISTANCE_STEP: f64 = 0.125;
 
-/// The bent triangle that another one is a part of, and where the corners of that are in it.
+/// The bent triangle that `triangle` is a part of, and where the corners of the latter lie in it.
 fn shares(triangle: &[u32; 3], bent: Bent, straight: &[[f64; 2]]) -> (Bent, [[f64; 2]; 3]) {
     (bent, triangle.map(|p| bent.shares(straight[p as usize])))
 }
@@ -49,7 +49,7 @@ impl PlanMesh {
             let squares = t.map(|p| mesh.points[p as usize].iter().map(|x| x * x).sum::<f64>());
             (squares.into_iter().fold(0.0, f64::max) / (half * half * DISTANCE_STEP)).ceil() as u8
         };
-        let mut of: Vec<(u32, u8, [u32; 3], Option<Bent>)> = mesh
+        let mut triangles: Vec<(u32, u8, [u32; 3], Option<Bent>)> = mesh
             .triangles
             .iter()
             .zip(parents.iter().zip(&bent))
@@ -59,10 +59,10 @@ impl PlanMesh {
                 (plan.of_triangle[*parent as usize], distance(t), corners, *bent)
             })
             .collect();
-        of.sort_by_key(|(column, distance, ..)| (*column, *distance));
+        triangles.sort_by_key(|(column, distance, ..)| (*column, *distance));
         let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
         let mut edges = Vec::new();
-        let sides = of
+        let sides = triangles
             .iter()
             .map(|(_, _, t, _)| {
                 SIDES.map(|ends| {
@@ -86,15 +86,18 @@ impl PlanMesh {
             .collect();
         Self {
             points: mesh.points,
-            triangles: of.iter().map(|(_, _, t, _)| *t).collect(),
-            bent: of.iter().map(|(_, _, t, bent)| bent.map(|bent| shares(t, bent, &straight))).collect(),
+            triangles: triangles.iter().map(|(_, _, t, _)| *t).collect(),
+            bent: triangles
+                .iter()
+                .map(|(_, _, t, bent)| bent.map(|bent| shares(t, bent, &straight)))
+                .collect(),
             sides,
             chain: edges.iter().map(|edge| chains.get(edge).copied()).collect(),
             chains: plan.chains.clone(),
             edges,
             on_frame,
-            column: of.iter().map(|(column, ..)| *column).collect(),
-            distance: of.iter().map(|(_, distance, ..)| *distance).collect(),
+            column: triangles.iter().map(|(column, ..)| *column).collect(),
+            distance: triangles.iter().map(|(_, distance, ..)| *distance).collect(),
             columns: plan.columns.clone(),
         }
     }

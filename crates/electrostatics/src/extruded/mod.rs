@@ -1,9 +1,10 @@
 //! The solver for extruded scenes: outlines pulled along one axis.
 //!
-//! The plan is divided into triangles that shrink geometrically towards corners and edges, the axis like one of the box solver; both
-//! carry polynomials of high degree. Upper bound, lower bound, Schwarz method, open space and Maxwell matrix are those of the box
-//! solver (ARCHITECTURE.md, "The method") with two of the three axes replaced by a mesh: the regions without conductors are parts of
-//! the plan times parts of the axis, and each is inverted by the modes of the axis and one sparse factor of the plan a mode.
+//! The plan is divided into triangles that shrink geometrically towards corners and edges, the axis like one
+//! of the box solver; both carry polynomials of high degree. Upper bound, lower bound, Schwarz method, open
+//! space and Maxwell matrix are those of the box solver (ARCHITECTURE.md, "The method") with two of the three
+//! axes replaced by a mesh: the regions without conductors are parts of the plan times parts of the axis, and
+//! each is inverted by the modes of the axis and one sparse factor of the plan per mode.
 
 mod columns;
 mod confined;

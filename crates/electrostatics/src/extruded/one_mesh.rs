@@ -1,4 +1,4 @@
-//! Both problems of one parity on one mesh.
+//! The upper and the lower problem of one mirror parity, on one mesh.
 
 use super::dual::Dual;
 use super::mesh::PlanMesh;
@@ -14,14 +14,15 @@ use faer::Mat;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// The residual that a repair leaves adds to its energy by this many times the share that is left, at most: a generous allowance.
-const LEFT_IN_ENERGY: f64 = 1e3;
+/// Safety allowance: a repair that leaves the share s of the residual counts with 1 + 1000 s times its
+/// energy.
+const RESIDUAL_ALLOWANCE: f64 = 1e3;
 
-/// Right-hand sides that are iterated on at once: factors are then read from memory once for all of them. More gain little and take
-/// memory.
-pub(super) const TOGETHER: usize = 4;
+/// Right-hand sides per batch of the linear solver, which reads its factors from memory once per batch.
+/// Larger batches gain little and take memory.
+pub(super) const BATCH_SIZE: usize = 4;
 
-/// A mesh with what holds at its ends, and the degree of the functions on it.
+/// A mesh with its boundary conditions, and the degree of the functions on it.
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
     pub mesh: &'a PlanMesh,
@@ -33,12 +34,12 @@ pub(super) struct Problem<'a> {
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// Energies V^T C V, per eps0 and in the scale of the mesh, of some right-hand sides.
+/// Energies V^T C V of some right-hand sides, over eps0 and in units of the mesh.
 #[derive(Debug)]
 pub(super) struct Energies {
     pub matrix: Mat<f64>,
     pub unknowns: usize,
-    /// The largest number that a right-hand side took.
+    /// Largest number of iterations that a right-hand side took.
     pub iterations: usize,
     /// Whether the linear solver reached its goal for every right-hand side.
     pub converged: bool,
@@ -49,7 +50,7 @@ pub(super) struct Energies {
 }
 
 impl Problem<'_> {
-    fn stop_if_asked(&self) -> Result<(), SolveError> {
+    fn stop_if_cancelled(&self) -> Result<(), SolveError> {
         if self.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             Err(SolveError::Cancelled)
         } else {
@@ -61,8 +62,8 @@ impl Problem<'_> {
         Goal { share, start, iteration_limit: ITERATION_LIMIT, cancel: self.cancel }
     }
 
-    /// Energies that are too large; `potentials` are those of the conductors for each right-hand side. The linear solver stops when its
-    /// error is about `share` of the energy.
+    /// Upper bounds on the energies; `potentials` are those of the conductors for each right-hand side. The
+    /// linear solver stops when its error is about `share` of the energy.
     pub(super) fn upper(
         &self,
         potentials: &[Vec<f64>],
@@ -71,11 +72,11 @@ impl Problem<'_> {
         let begin = Instant::now();
         let mut primal = Primal::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
         let assembled = Instant::now();
-        self.stop_if_asked()?;
+        self.stop_if_cancelled()?;
         let (mut iterations, mut converged) = (0, true);
-        let (mut found, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for together in potentials.chunks(TOGETHER) {
-            let lifts: Vec<Vec<f64>> = together.iter().map(|v| primal.lift(v)).collect();
+        let (mut solutions, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        for batch in potentials.chunks(BATCH_SIZE) {
+            let lifts: Vec<Vec<f64>> = batch.iter().map(|v| primal.lift(v)).collect();
             let (sources, goals): (Vec<Vec<f64>>, Vec<Goal<'_>>) = lifts
                 .iter()
                 .map(|lift| {
@@ -90,18 +91,18 @@ impl Problem<'_> {
             let ends = solve_together(&mut primal, &sources, &mut u, goals);
             iterations = ends.iter().map(|end| end.iterations).fold(iterations, usize::max);
             converged &= ends.iter().all(|end| end.reached);
-            self.stop_if_asked()?;
+            self.stop_if_cancelled()?;
             for (mut u, lift) in u.into_iter().zip(&lifts) {
                 u.iter_mut().zip(lift).for_each(|(u, l)| *u += l);
                 images.push(primal.full_product(&u));
-                found.push(u);
+                solutions.push(u);
             }
         }
-        let n = found.len();
+        let n = solutions.len();
         let mut matrix = Mat::zeros(n, n);
         for i in 0..n {
             for j in 0..=i {
-                let energy = 0.5 * (dot(&found[i], &images[j]) + dot(&found[j], &images[i]));
+                let energy = 0.5 * (dot(&solutions[i], &images[j]) + dot(&solutions[j], &images[i]));
                 (matrix[(i, j)], matrix[(j, i)]) = (energy, energy);
             }
         }
@@ -113,34 +114,34 @@ impl Problem<'_> {
             repair_share: 0.0,
             seconds: [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()],
         };
-        Ok((energies, primal, found))
+        Ok((energies, primal, solutions))
     }
 
-    /// Energies that are too small.
+    /// Lower bounds on the energies.
     pub(super) fn lower(&self, potentials: &[Vec<f64>], share: f64) -> Result<Energies, SolveError> {
         let begin = Instant::now();
         let mut dual = Dual::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
         let assembled = Instant::now();
-        self.stop_if_asked()?;
+        self.stop_if_cancelled()?;
         let mut fluxes: Vec<Flux> = Vec::new();
-        for together in potentials.chunks(TOGETHER) {
-            fluxes.extend(self.fluxes(&mut dual, together, share)?);
+        for batch in potentials.chunks(BATCH_SIZE) {
+            fluxes.extend(self.fluxes(&mut dual, batch, share)?);
         }
         let n = potentials.len();
-        // The share of the energy that is left may be larger than that of the residual.
+        // A repair may leave a larger share of the energy than of the residual.
         let left = fluxes.iter().map(|f| f.left).fold(0.0, f64::max);
-        let excess = dual.repair_excess() * (1.0 + LEFT_IN_ENERGY * left);
+        let excess = dual.repair_excess() * (1.0 + RESIDUAL_ALLOWANCE * left);
         let solutions: Vec<&[f64]> = fluxes.iter().map(|f| f.potential.as_slice()).collect();
         let mut matrix = dual.energies(self.mesh, &solutions, potentials);
         let mut repair_share = 0.0_f64;
-        for (i, own) in fluxes.iter().enumerate() {
-            repair_share = repair_share.max(excess * dot(&own.repair, &own.residual) / matrix[(i, i)]);
+        for (i, flux) in fluxes.iter().enumerate() {
+            repair_share = repair_share.max(excess * dot(&flux.repair, &flux.residual) / matrix[(i, i)]);
             for (j, other) in fluxes.iter().enumerate() {
                 matrix[(i, j)] -=
-                    excess * 0.5 * (dot(&own.repair, &other.residual) + dot(&other.repair, &own.residual));
+                    excess * 0.5 * (dot(&flux.repair, &other.residual) + dot(&other.repair, &flux.residual));
             }
         }
-        // Where the repair failed, that no energy is negative is all that is proved.
+        // Without a repair, zero is the only proved lower bound.
         if fluxes.iter().any(|flux| !flux.proved) {
             matrix = Mat::zeros(n, n);
         }
@@ -157,13 +158,13 @@ impl Problem<'_> {
     /// Iterates until the energies of the repairs are small compared with `share` of the energies, or further iterations gain little.
     fn fluxes(&self, dual: &mut Dual, potentials: &[Vec<f64>], share: f64) -> Result<Vec<Flux>, SolveError> {
         let excess = dual.repair_excess();
-        let mut all: Vec<Refined> = potentials
+        let mut states: Vec<FluxIteration> = potentials
             .iter()
             .map(|v| {
                 let b = dual.source(v);
                 let x = vec![0.0; b.len()];
                 let start = dual.energies(self.mesh, &[&x], std::slice::from_ref(v))[(0, 0)];
-                Refined {
+                FluxIteration {
                     r: b.clone(),
                     x,
                     b,
@@ -175,41 +176,41 @@ impl Problem<'_> {
                 }
             })
             .collect();
-        while all.iter().any(|own| own.flux.is_none()) {
-            let running: Vec<usize> = (0..all.len()).filter(|k| all[*k].flux.is_none()).collect();
-            let sources: Vec<Vec<f64>> = running.iter().map(|k| std::mem::take(&mut all[*k].r)).collect();
-            let goals = running.iter().map(|k| self.goal(all[*k].goal, all[*k].start)).collect();
+        while states.iter().any(|state| state.flux.is_none()) {
+            let running: Vec<usize> = (0..states.len()).filter(|k| states[*k].flux.is_none()).collect();
+            let sources: Vec<Vec<f64>> = running.iter().map(|k| std::mem::take(&mut states[*k].r)).collect();
+            let goals = running.iter().map(|k| self.goal(states[*k].goal, states[*k].start)).collect();
             let mut steps: Vec<Vec<f64>> = sources.iter().map(|r| vec![0.0; r.len()]).collect();
             let ends = solve_together(dual, &sources, &mut steps, goals);
-            self.stop_if_asked()?;
+            self.stop_if_cancelled()?;
             for (((k, mut r), step), end) in running.into_iter().zip(sources).zip(steps).zip(ends) {
-                let own = &mut all[k];
-                own.iterations += end.iterations;
-                own.x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+                let state = &mut states[k];
+                state.iterations += end.iterations;
+                state.x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
                 // The recursion's residual drifts by rounding; the bound rests on the true one.
-                dual.true_residual(&own.b, &own.x, &mut r);
-                dual.balance(&mut own.x, &mut r);
+                dual.true_residual(&state.b, &state.x, &mut r);
+                dual.balance(&mut state.x, &mut r);
                 let (repair, left) = dual.repair(&r);
                 let energy =
-                    dual.energies(self.mesh, &[&own.x], std::slice::from_ref(&potentials[k]))[(0, 0)];
+                    dual.energies(self.mesh, &[&state.x], std::slice::from_ref(&potentials[k]))[(0, 0)];
                 let cost = excess * dot(&repair, &r) / energy;
                 let proved = left < 1e-3 && cost >= 0.0;
                 let cheap = cost <= 20.0 * share;
-                let gains_little = cost > 0.5 * own.last;
-                if !proved || cheap || gains_little || own.iterations > ITERATION_LIMIT {
-                    let potential = std::mem::take(&mut own.x);
-                    let iterations = own.iterations;
+                let gains_little = cost > 0.5 * state.last;
+                if !proved || cheap || gains_little || state.iterations > ITERATION_LIMIT {
+                    let potential = std::mem::take(&mut state.x);
+                    let iterations = state.iterations;
                     let converged = proved && (end.reached || cheap);
-                    own.flux =
+                    state.flux =
                         Some(Flux { potential, residual: r, repair, left, proved, converged, iterations });
                 } else {
-                    own.start = energy;
-                    (own.last, own.goal) = (cost, own.goal * (share / cost).clamp(1e-6, 0.1));
-                    own.r = r;
+                    state.start = energy;
+                    (state.last, state.goal) = (cost, state.goal * (share / cost).clamp(1e-6, 0.1));
+                    state.r = r;
                 }
             }
         }
-        Ok(all.into_iter().filter_map(|own| own.flux).collect())
+        Ok(states.into_iter().filter_map(|state| state.flux).collect())
     }
 }
 
@@ -225,17 +226,17 @@ fn solve_together<O: Operator>(
     solve_all(operator, systems.map(|(((b, x), r), goal)| System { b, x, r, goal }).collect())
 }
 
-/// A flux on its way to a small repair.
-struct Refined {
+/// The iteration for one flux, until its repair is cheap.
+struct FluxIteration {
     b: Vec<f64>,
     x: Vec<f64>,
     /// b - A x.
     r: Vec<f64>,
-    /// Energy reached.
+    /// Energy of the current flux.
     start: f64,
-    /// Share of it at which the iterations stop.
+    /// Share of that energy at which the linear solver stops.
     goal: f64,
-    /// The cost of the last repair.
+    /// Energy of the last repair, as a share of that of the flux.
     last: f64,
     iterations: usize,
     flux: Option<Flux>,
@@ -244,13 +245,13 @@ struct Refined {
 /// The solution of the lower problem for one right-hand side.
 struct Flux {
     potential: Vec<f64>,
-    /// The divergence that the fluxes still have.
+    /// The divergence left by the linear solver.
     residual: Vec<f64>,
     /// The potential of the flux that cancels the residual.
     repair: Vec<f64>,
-    /// The share of the residual that it does not cancel.
+    /// Share of the residual that the repair does not cancel.
     left: f64,
-    /// Whether it does, so that the energy is a bound.
+    /// Whether the repair cancels the residual, so that the energy is a bound.
     proved: bool,
     converged: bool,
     iterations: usize,

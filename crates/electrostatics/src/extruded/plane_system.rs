@@ -1,7 +1,8 @@
-//! Sums A + lambda M on a part of the plan, for all modes of a line: what the preconditioner and the repair solve with.
+//! Direct solution with A + lambda M on a part of the plan, for all modes of a line, in the preconditioner
+//! and the repair.
 //!
-//! Each triangle has unknowns of its own, which are eliminated one by one because both of its matrices are diagonal in them; what
-//! remains lives on corners and sides and is factorised for [`LANES`] modes at a time.
+//! Both matrices of a triangle are diagonal in its inner unknowns, which are eliminated one by one. The
+//! remaining system for corners and sides is factorised for [`LANES`] modes at a time.
 
 use super::inner_unknowns::InnerUnknowns;
 use super::local::{Local, Place, at, combined};
@@ -9,7 +10,7 @@ use elastocap_fem::tensor::Real;
 use elastocap_linalg::lanes::{ABREAST, Elimination, Lane, LaneFactor, Root, vectorized};
 use elastocap_linalg::ordering::dissection_order;
 
-/// A form on some corners and sides besides those of the triangles: what continues beyond the frame.
+/// A form on some corners and sides besides those of the triangles: the energy beyond the frame.
 #[derive(Debug, Clone)]
 pub(super) struct Beyond {
     pub entities: Vec<u32>,
@@ -47,7 +48,7 @@ pub(super) struct PlaneSystem {
     elimination: Elimination,
     /// Triangles, each with the root of its weight.
     triangles: Vec<(u32, f64)>,
-    /// For each of them the places in its local matrices, and among the unknowns, of what is free of it.
+    /// For each triangle the places of its free unknowns, in its local matrices and among all unknowns.
     places: Vec<Vec<Place>>,
     beyond: Vec<(Beyond, Vec<Option<u32>>)>,
     /// The row of each unknown: those of the skeleton in the order of elimination, then inner ones.
@@ -55,7 +56,8 @@ pub(super) struct PlaneSystem {
 }
 
 impl PlaneSystem {
-    /// On the triangles with a weight; `free` tells which entities are unknown, `beyond` is added.
+    /// The system on the triangles with a weight, with the forms `beyond`; `free` says which entities are
+    /// unknown.
     pub(super) fn new(
         numbering: &Numbering,
         weights: &[Option<f64>],
@@ -91,20 +93,20 @@ impl PlaneSystem {
         let first = |group: &Vec<Option<u32>>| -> Vec<Option<u32>> {
             group.iter().map(|b| b.map(|b| starts[b as usize])).collect()
         };
-        let (own, others) = groups.split_at(triangles.len());
+        let (of_triangles, of_beyond) = groups.split_at(triangles.len());
         let of_triangle = |(group, (t, _)): (&Vec<Option<u32>>, &(u32, f64))| {
             places(&numbering.entities[*t as usize], &first(group), numbering)
         };
         Self {
             elimination: Elimination::new(&sizes, &groups),
-            places: own.iter().zip(&triangles).map(of_triangle).collect(),
-            beyond: beyond.into_iter().cloned().zip(others.iter().map(first)).collect(),
+            places: of_triangles.iter().zip(&triangles).map(of_triangle).collect(),
+            beyond: beyond.into_iter().cloned().zip(of_beyond.iter().map(first)).collect(),
             triangles,
             rows,
         }
     }
 
-    /// Factorises the sums for some modes. `None` if one is not positive definite.
+    /// Factorises A + lambda M for some modes. `None` if one of the matrices is not positive definite.
     pub(super) fn factorise<T: Real + Root>(
         &self,
         numbering: &Numbering,
@@ -149,10 +151,10 @@ impl PlaneSystem {
         inner: &InnerUnknowns<T>,
         lambda: &Lane<T>,
         factor: &LaneFactor<T>,
-        all: &mut [&mut [Lane<T>]],
+        vectors: &mut [&mut [Lane<T>]],
     ) {
-        for some in all.chunks_mut(ABREAST) {
-            match some {
+        for batch in vectors.chunks_mut(ABREAST) {
+            match batch {
                 [a] => self.solve_together(inner, lambda, factor, [&mut **a]),
                 [a, b] => self.solve_together(inner, lambda, factor, [&mut **a, &mut **b]),
                 [a, b, c] => self.solve_together(inner, lambda, factor, [&mut **a, &mut **b, &mut **c]),
@@ -169,16 +171,17 @@ impl PlaneSystem {
         couplings: &InnerUnknowns<T>,
         lambda: &Lane<T>,
         factor: &LaneFactor<T>,
-        mut all: [&mut [Lane<T>]; R],
+        mut vectors: [&mut [Lane<T>]; R],
     ) {
         let unknowns = self.elimination.unknowns();
-        couplings.eliminate(&self.places, lambda, unknowns, &mut all);
-        self.elimination.solve(factor, &mut all.each_mut().map(|x| &mut x[..unknowns]));
-        couplings.substitute(&self.places, lambda, unknowns, &mut all);
+        couplings.eliminate(&self.places, lambda, unknowns, &mut vectors);
+        self.elimination.solve(factor, &mut vectors.each_mut().map(|x| &mut x[..unknowns]));
+        couplings.substitute(&self.places, lambda, unknowns, &mut vectors);
     }
 }
 
-/// The places in a local matrix, and among the unknowns, of what is free of some entities, given the first unknown of each.
+/// The places of the free unknowns of some entities in a local matrix and among all unknowns, given the first
+/// unknown of each.
 fn places(entities: &[u32], firsts: &[Option<u32>], numbering: &Numbering) -> Vec<Place> {
     let mut out = Vec::new();
     let mut local = 0;
@@ -194,17 +197,17 @@ fn places(entities: &[u32], firsts: &[Option<u32>], numbering: &Numbering) -> Ve
 
 /// The order in which entities are eliminated.
 fn order(numbering: &Numbering, triangles: &[(u32, f64)]) -> Vec<u32> {
-    let of = |t: u32| &numbering.entities[t as usize];
-    match triangles.first().map(|(t, _)| of(*t).len()) {
+    let entities = |t: u32| &numbering.entities[t as usize];
+    match triangles.first().map(|(t, _)| entities(*t).len()) {
         None => Vec::new(),
         Some(3) => {
             let elements: Vec<[u32; 3]> =
-                triangles.iter().map(|(t, _)| [0, 1, 2].map(|k| of(*t)[k])).collect();
+                triangles.iter().map(|(t, _)| [0, 1, 2].map(|k| entities(*t)[k])).collect();
             dissection_order(&numbering.places, &elements)
         }
         Some(_) => {
             let elements: Vec<[u32; 6]> =
-                triangles.iter().map(|(t, _)| [0, 1, 2, 3, 4, 5].map(|k| of(*t)[k])).collect();
+                triangles.iter().map(|(t, _)| [0, 1, 2, 3, 4, 5].map(|k| entities(*t)[k])).collect();
             dissection_order(&numbering.places, &elements)
         }
     }

@@ -37,7 +37,7 @@ pub(super) struct Primal {
     held: Vec<Vec<(Range<usize>, u32)>>,
     /// Entities that the walls of the plan hold at zero.
     grounded: Vec<bool>,
-    /// Functions of the line that are 1 at a node.
+    /// Functions of the line that are 1 at a node of it.
     nodes: Vec<usize>,
     /// Triangle by triangle the part of the line where its inner functions are held.
     held_inner: Vec<Vec<Range<usize>>>,
@@ -47,7 +47,7 @@ pub(super) struct Primal {
 /// The triangles with one profile of permittivity along the axis.
 #[derive(Debug)]
 struct Profile {
-    /// Stiffness and mass of the plan on one pattern.
+    /// Stiffness and mass of the plan in compressed rows, with one pattern.
     starts: Vec<usize>,
     columns: Vec<u32>,
     stiffness: Vec<f64>,
@@ -57,7 +57,7 @@ struct Profile {
     line_stiffness: Dense<f64>,
 }
 
-/// Rows of one task.
+/// Rows that one parallel task computes.
 const ROWS: usize = 64;
 
 impl Primal {
@@ -70,27 +70,27 @@ impl Primal {
     ) -> Result<Self, SolveError> {
         let numbering = numbering(mesh, degree);
         let integrals = PotentialIntegrals::new(degree);
-        let both: Vec<(Local, Mat<f64>)> = (0..mesh.triangles.len())
+        let triangles: Vec<(Local, Mat<f64>)> = (0..mesh.triangles.len())
             .into_par_iter()
             .map(|t| local(&integrals, mesh, t, degree))
             .collect::<Result<_, SolveError>>()?;
-        let (locals, inner_bases): (Vec<Local>, Vec<Mat<f64>>) = both.into_iter().unzip();
+        let (locals, inner_bases): (Vec<Local>, Vec<Mat<f64>>) = triangles.into_iter().unzip();
         let trim = axis.functions();
         let width = trim.len();
         let cut = |m: Mat<f64>| Dense::from_mat(m.as_ref().submatrix(trim.start, trim.start, width, width));
-        // Permittivities along the axis, none in conductors.
+        // Triangles by their profile: the bits of the permittivities along the axis, zero in conductors.
         let mut kinds: Vec<(Vec<u64>, Vec<u32>)> = Vec::new();
         for t in 0..mesh.triangles.len() {
             let c = mesh.column_of(t);
-            let own: Vec<u64> = c
+            let profile: Vec<u64> = c
                 .conductor
                 .iter()
                 .zip(&c.permittivity)
                 .map(|(conductor, e)| if conductor.is_some() { 0.0_f64 } else { *e }.to_bits())
                 .collect();
-            match kinds.iter_mut().find(|(kind, _)| *kind == own) {
+            match kinds.iter_mut().find(|(kind, _)| *kind == profile) {
                 Some((_, triangles)) => triangles.push(t as u32),
-                None => kinds.push((own, vec![t as u32])),
+                None => kinds.push((profile, vec![t as u32])),
             }
         }
         let profiles = kinds
@@ -229,8 +229,8 @@ impl Primal {
             let rows = out.len() / width;
             let (mut k, mut m) = (vec![0.0; rows * width], vec![0.0; rows * width]);
             for profile in &self.profiles {
-                let own = profile.starts[task * ROWS]..profile.starts[task * ROWS + rows];
-                if !own.is_empty() {
+                let entries = profile.starts[task * ROWS]..profile.starts[task * ROWS + rows];
+                if !entries.is_empty() {
                     k.fill(0.0);
                     m.fill(0.0);
                     vectorized(|| {
@@ -271,7 +271,7 @@ impl Primal {
         let mut out = vec![0.0; width];
         for profile in &self.profiles {
             let of_rows = |task: usize| {
-                let mut own = vec![0.0; width];
+                let mut energies = vec![0.0; width];
                 let (mut k, mut m) = (vec![0.0; width], vec![0.0; width]);
                 for row in task * ROWS..((task + 1) * ROWS).min(profile.starts.len() - 1) {
                     let entries = profile.starts[row]..profile.starts[row + 1];
@@ -286,14 +286,14 @@ impl Primal {
                         axpy(&mut m, profile.mass[at], x);
                     }
                     let x = &u[row * width..][..width];
-                    for (f, own) in own.iter_mut().enumerate() {
+                    for (f, energy) in energies.iter_mut().enumerate() {
                         let diagonal = f * width + f;
                         let (mass, stiffness) =
                             (profile.line_mass.data[diagonal], profile.line_stiffness.data[diagonal]);
-                        *own += x[f] * (k[f] * mass + m[f] * stiffness);
+                        *energy += x[f] * (k[f] * mass + m[f] * stiffness);
                     }
                 }
-                own
+                energies
             };
             let tasks = (profile.starts.len() - 1).div_ceil(ROWS);
             let parts: Vec<Vec<f64>> = (0..tasks).into_par_iter().map(of_rows).collect();
@@ -302,7 +302,7 @@ impl Primal {
         out
     }
 
-    /// Sets to zero what conductors and walls hold.
+    /// Sets the unknowns that conductors and walls hold to zero.
     pub(super) fn clear_held<T: Copy + Default>(&self, y: &mut [T]) {
         let width = self.width;
         for (entity, parts) in self.held.iter().enumerate() {
@@ -351,13 +351,14 @@ impl Operator for Primal {
     }
 }
 
-/// An edge and its ends.
+/// The entities of an edge: its ends, and the edge itself.
 fn entities_of_edge(mesh: &PlanMesh, edge: usize) -> [usize; 3] {
     let [a, b] = mesh.edges[edge].map(|p| p as usize);
     [a, b, mesh.points.len() + edge]
 }
 
-/// The parts of the line where a column or a chain is held, each with its conductor: that of each interval and each cut is given.
+/// The parts of the line where conductors hold a column or a chain, each with its conductor; `of_intervals`
+/// and `of_cuts` give the conductor at each interval and each cut.
 fn held_parts(
     of_intervals: &[Option<u32>],
     of_cuts: &[Option<u32>],
@@ -377,7 +378,7 @@ fn held_parts(
     out
 }
 
-/// Corners, then sides, then what is inside.
+/// Numbers the unknowns: those at corners first, then those on sides, then those inside triangles.
 fn numbering(mesh: &PlanMesh, degree: usize) -> Numbering {
     let points = mesh.points.len() as u32;
     let per_edge = degree as u32 - 1;
@@ -426,9 +427,9 @@ fn local(
         let lower = factor.lower();
         let mut half = block(&stiffness, outer, outer, inner, inner);
         dense::solve_lower_triangular(lower, half.as_mut());
-        let mut both = half.transpose().to_owned();
-        dense::solve_lower_triangular(lower, both.as_mut());
-        let (mut vectors, values) = dense::symmetric_eigenvectors(both.as_ref()).map_err(failed)?;
+        let mut reduced = half.transpose().to_owned();
+        dense::solve_lower_triangular(lower, reduced.as_mut());
+        let (mut vectors, values) = dense::symmetric_eigenvectors(reduced.as_ref()).map_err(failed)?;
         dense::solve_upper_triangular(lower.transpose(), vectors.as_mut());
         let coupled =
             |m: &Mat<f64>| flat(&dense::product(block(m, 0, outer, outer, inner).as_ref(), vectors.as_ref()));
@@ -440,7 +441,8 @@ fn local(
     Ok((out, Mat::zeros(0, 0)))
 }
 
-/// Inner unknowns of a preconditioner are scaled by the root of the weight.
+/// For each row the factor that scales it in the preconditioner: the inverse root of the triangle's weight
+/// for inner unknowns, 1 for the others. Empty if all weights are 1.
 fn inner_scaling(numbering: &Numbering, weights: &[Option<f64>], rows: &[u32]) -> Vec<f64> {
     if weights.iter().flatten().all(|w| *w == 1.0) {
         return Vec::new();
@@ -477,10 +479,11 @@ fn assembled(
         let inner = numbering.inner_rows[t as usize]..numbering.inner_rows[t as usize + 1];
         let n = local.outer;
         for (i, row) in outer.iter().enumerate() {
-            let own = &mut entries[*row as usize];
-            own.extend(outer.iter().enumerate().map(|(j, c)| (*c, local.a[i * n + j], local.m[i * n + j])));
+            let row_entries = &mut entries[*row as usize];
+            row_entries
+                .extend(outer.iter().enumerate().map(|(j, c)| (*c, local.a[i * n + j], local.m[i * n + j])));
             let count = inner.len();
-            own.extend(
+            row_entries.extend(
                 inner
                     .clone()
                     .enumerate()
@@ -488,15 +491,15 @@ fn assembled(
             );
         }
         for (j, row) in inner.clone().enumerate() {
-            let own = &mut entries[row as usize];
+            let row_entries = &mut entries[row as usize];
             let count = inner.len();
-            own.extend(
+            row_entries.extend(
                 outer
                     .iter()
                     .enumerate()
                     .map(|(i, c)| (*c, local.a_inner[i * count + j], local.m_inner[i * count + j])),
             );
-            own.push((row, local.inner[j], 1.0));
+            row_entries.push((row, local.inner[j], 1.0));
         }
     }
     let mut out = Profile {

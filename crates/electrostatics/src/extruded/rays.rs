@@ -1,7 +1,9 @@
-//! Open space: potentials and fluxes that continue along rays from the origin beyond the frame and the ends of the axis.
+//! Open space: potentials that continue along rays from the origin beyond the frame and the ends of the axis,
+//! and the permittivities that rays meet.
 //!
-//! See `boxes/primal/faces.rs` and `boxes/dual/rays.rs` for the two continuations and their energies. Where rays cross different
-//! permittivities, the least favourable one that they can meet counts.
+//! See `boxes/primal/faces.rs` and `boxes/dual/rays.rs` for the continuations of potentials and fluxes, and
+//! their energies. Where rays cross different permittivities, the least favourable one that they can meet
+//! counts.
 
 use super::mesh::PlanMesh;
 use super::plane_system::Beyond;
@@ -20,14 +22,15 @@ use std::ops::Range;
 /// For each interval the least and the greatest permittivity that rays from it, or from the plan over it, can meet.
 pub(super) fn met_by_rays(mesh: &PlanMesh, axis: &Axis) -> Vec<[f64; 2]> {
     let n = axis.intervals();
-    let own: Vec<[f64; 2]> = (0..n)
+    let extremes: Vec<[f64; 2]> = (0..n)
         .map(|m| {
-            let all = mesh.columns.iter().filter(|c| c.conductor[m].is_none()).map(|c| c.permittivity[m]);
-            all.fold([f64::INFINITY, 0.0], |[a, b], e| [f64::min(a, e), f64::max(b, e)])
+            let permittivities =
+                mesh.columns.iter().filter(|c| c.conductor[m].is_none()).map(|c| c.permittivity[m]);
+            permittivities.fold([f64::INFINITY, 0.0], |[a, b], e| [f64::min(a, e), f64::max(b, e)])
         })
         .collect();
     let joined = |range: Range<usize>| {
-        own[range].iter().fold([f64::INFINITY, 0.0_f64], |[a, b], e| [a.min(e[0]), b.max(e[1])])
+        extremes[range].iter().fold([f64::INFINITY, 0.0_f64], |[a, b], e| [a.min(e[0]), b.max(e[1])])
     };
     let node = |m: usize| axis.line.nodes[axis.cuts[m]];
     (0..n)
@@ -47,11 +50,11 @@ type SparseRows = Vec<Vec<(u32, f64)>>;
 pub(super) struct PotentialRays {
     /// Rows of the functions on the open sides of the frame.
     rows: Vec<u32>,
-    /// Four matrices between them, by rows: column, values.
+    /// The four factors in the plan, by rows: column, values.
     plan: Vec<Vec<(usize, [f64; 4])>>,
     /// The four factors of the line side by side.
     line: Option<Dense<f64>>,
-    /// For each open end of the axis its function and a matrix of the plan.
+    /// For each open end of the axis the function of the line there, and a matrix of the plan.
     ends: Vec<(usize, SparseRows)>,
     /// Greatest permittivity at either end of the axis.
     greatest: [f64; 2],
@@ -82,8 +85,8 @@ fn along_edge(mesh: &PlanMesh, edge: usize, degree: usize) -> [Mat<f64>; 4] {
 }
 
 impl PotentialRays {
-    /// None without a radius. The inner functions of each triangle are the columns of its `inner_bases` in terms of those of the
-    /// integrals.
+    /// The energy beyond a frame at the distance `radius`; none without a radius. The inner functions of each
+    /// triangle are the columns of its `inner_bases` in terms of those of the integrals.
     pub(super) fn new(
         mesh: &PlanMesh,
         axis: &Axis,
@@ -100,7 +103,7 @@ impl PotentialRays {
         let mut rows = Vec::new();
         let mut plan: Vec<Vec<(usize, [f64; 4])>> = Vec::new();
         for e in (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open)) {
-            let own: Vec<usize> = edge_rows(mesh, e, degree)
+            let indices: Vec<usize> = edge_rows(mesh, e, degree)
                 .map(|row| {
                     *places.entry(row).or_insert_with(|| {
                         rows.push(row);
@@ -110,8 +113,8 @@ impl PotentialRays {
                 })
                 .collect();
             let [mass, stiffness, first, second] = along_edge(mesh, e, degree);
-            for (i, row) in own.iter().enumerate() {
-                for (j, column) in own.iter().enumerate() {
+            for (i, row) in indices.iter().enumerate() {
+                for (j, column) in indices.iter().enumerate() {
                     let oblique = (second[(i, j)] + first[(i, j)] + first[(j, i)] + mass[(i, j)]) / radius
                         + radius * stiffness[(i, j)];
                     let values = [oblique, mass[(i, j)], first[(i, j)] / radius, first[(j, i)] / radius];
@@ -122,7 +125,7 @@ impl PotentialRays {
                 }
             }
         }
-        let greatest: Vec<f64> = met.iter().map(|[_, most]| *most).collect();
+        let greatest: Vec<f64> = met.iter().map(|[_, greatest]| *greatest).collect();
         let along = per_element(axis, &greatest);
         let (mass, stiffness) = line_matrices(&axis.line, &along);
         let (first, second) = radial_matrices(&axis.line, &along, 0.0);
@@ -143,19 +146,19 @@ impl PotentialRays {
         let open = (0..2).filter(|side| axis.walls[*side] == Wall::Open);
         let ends: Result<Vec<_>, SolveError> = open
             .map(|side| {
-                let most = greatest[if side == 0 { 0 } else { greatest.len() - 1 }];
+                let permittivity = greatest[if side == 0 { 0 } else { greatest.len() - 1 }];
                 let mut matrix = vec![Vec::new(); points + mesh.edges.len() * (degree - 1)];
                 matrix.resize(matrix.len() + mesh.triangles.len() * inner(degree), Vec::new());
-                (if side == 0 { 0 } else { functions.len() - 1 }, most, matrix)
+                (if side == 0 { 0 } else { functions.len() - 1 }, permittivity, matrix)
             })
-            .map(|(function, most, mut matrix): (usize, f64, Vec<Vec<(u32, f64)>>)| {
+            .map(|(function, permittivity, mut matrix): (usize, f64, Vec<Vec<(u32, f64)>>)| {
                 for t in 0..mesh.triangles.len() {
-                    let own = integrals.beyond(&mesh.triangle(t), radius).map_err(|_| SolveError::NoPlan)?;
-                    let own = in_basis(&own, &inner_bases[t], degree);
+                    let form = integrals.beyond(&mesh.triangle(t), radius).map_err(|_| SolveError::NoPlan)?;
+                    let form = in_basis(&form, &inner_bases[t], degree);
                     let rows: Vec<u32> = triangle_rows(mesh, t, degree).collect();
                     for (i, row) in rows.iter().enumerate() {
                         matrix[*row as usize]
-                            .extend(rows.iter().enumerate().map(|(j, c)| (*c, most * own[(i, j)])));
+                            .extend(rows.iter().enumerate().map(|(j, c)| (*c, permittivity * form[(i, j)])));
                     }
                 }
                 Ok((function, matrix))
@@ -199,11 +202,11 @@ impl PotentialRays {
             let [mass, stiffness, ..] = along_edge(mesh, e, self.degree);
             let n = self.degree + 1;
             let [a, b] = mesh.edges[e];
-            let all = |f: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| f(k / n, k % n)).collect();
+            let table = |f: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| f(k / n, k % n)).collect();
             Beyond {
                 entities: vec![a, b, (mesh.points.len() + e) as u32],
-                a: all(&|i, j| radius * stiffness[(i, j)] + mass[(i, j)] / radius),
-                m: all(&|i, j| radius * mass[(i, j)]),
+                a: table(&|i, j| radius * stiffness[(i, j)] + mass[(i, j)] / radius),
+                m: table(&|i, j| radius * mass[(i, j)]),
             }
         })
         .collect()
@@ -247,7 +250,7 @@ fn inner(degree: usize) -> usize {
     continuous_functions(degree) - 3 * degree
 }
 
-/// Rows of the functions of an edge: its ends, then its own.
+/// Rows of the functions of an edge: those of its ends first, then those inside it.
 fn edge_rows(mesh: &PlanMesh, edge: usize, degree: usize) -> impl Iterator<Item = u32> {
     let first = (mesh.points.len() + edge * (degree - 1)) as u32;
     mesh.edges[edge].into_iter().chain(first..first + degree as u32 - 1)

@@ -1,8 +1,9 @@
 //! The search for a mesh of an extruded scene that meets the tolerance.
 //!
-//! Meshes differ in their degrees, layers and strips, in the plan and along the axis (`family.rs`). A few small ones are solved for the
-//! upper bound alone. From what it falls by, and from what the last functions along the axis carry, follows the mesh that should meet the
-//! tolerance, which is solved for both bounds.
+//! Meshes differ in their degrees, layers and strips, in the plan and along the axis (`family.rs`). A few
+//! small ones are solved for the upper bound alone. From the falls of that bound, and from the energy in the
+//! last functions along the axis, follows the mesh that should meet the tolerance, which is solved for both
+//! bounds.
 
 use super::confined::{changed, distance_of_ends, open_sides, with_open_sides, without_common_potential};
 use super::family::{Expectation, Gained, HIGHEST, Level};
@@ -44,9 +45,9 @@ const INTEGRALS: f64 = 1e-10;
 pub struct ExtrudedSolution {
     /// The capacitances.
     pub solution: Solution,
-    /// By which the scene was turned, if it was: planes and field are those of the turned scene.
+    /// The turn that was applied to the scene, if any: planes and field are those of the turned scene.
     pub turn: Option<Turn>,
-    /// Per axis the plane about which the scene is its own mirror image, if only one half was solved.
+    /// For each axis the mirror plane of the scene, if only one half was solved.
     pub planes: [Option<MirrorPlane>; 3],
     /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
     /// the potential with 1 V on it and 0 V on all others: V, at the points of the mesh. Where the mesh of the bounds has too many
@@ -54,40 +55,44 @@ pub struct ExtrudedSolution {
     pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
-/// Prisms that are shown at most.
-const MOST_SHOWN: usize = 60_000;
+/// Largest number of prisms in a mesh for a viewer.
+const MAX_SHOWN: usize = 60_000;
 
-/// Where rays to infinity begin for a tolerance, over the distance beyond which nothing begins or ends. The spread that comes from there
-/// was measured on a pad and a disc on a board of relative permittivity 4.5, and on plates in a uniform medium.
+/// The distance at which rays to infinity begin for a tolerance, over the distance beyond which nothing
+/// begins or ends. The spread due to the rays was measured on a pad and a disc on a board of relative
+/// permittivity 4.5, and on plates in a uniform medium.
 fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
-    let left = 0.25 * tolerance;
+    let allowed = 0.25 * tolerance;
     let far = if neutral {
-        (0.15 * contrast.powf(0.7) / left).powf(1.0 / 3.0)
+        (0.15 * contrast.powf(0.7) / allowed).powf(1.0 / 3.0)
     } else {
-        // Rays count as oblique as they are at the least favourable point of a triangle; that costs a share of the energy beyond.
-        let oblique = 0.1 / left;
-        let of_charge = (0.35 * (contrast - 1.0).min(10.0) / left).powf(1.0 / 1.9);
+        // Rays count as oblique as they are at the least favourable point of a triangle; that costs a share
+        // of the exterior energy.
+        let oblique = 0.1 / allowed;
+        let of_charge = (0.35 * (contrast - 1.0).min(10.0) / allowed).powf(1.0 / 1.9);
         of_charge.max(oblique)
     };
     far.clamp(1.5, 4e3)
 }
 
-/// An error that is this many times the one expected says that the expectation is wrong.
+/// Ratio of an error to the expected one above which the expectation counts as wrong.
 const SURPRISE: f64 = 2.0;
 
-/// An error that is so far from the tolerance, and not expected, may come from edges of dielectrics.
+/// Ratio of an unexpected error to the tolerance above which edges of dielectrics may be its cause.
 const FAR: f64 = 3.0;
 
-/// Unknowns of the next mesh at most over those of one that cannot be solved.
-const SMALLER: f64 = 0.7;
+/// Largest ratio of the unknowns of the next mesh to those of one that cannot be solved.
+const SHRINKAGE: f64 = 0.7;
 
-/// How often open sides may end farther out because finer meshes do not help, and by how much.
-const WIDEST: usize = 2;
-const WIDER: f64 = 4.0;
+/// How often open sides may be moved outward because finer meshes do not help, and by which factor.
+const MAX_WIDENINGS: usize = 2;
+const WIDENING: f64 = 4.0;
 
 /// The results of one mesh.
-struct Found {
-    all: MatrixBounds,
+struct MeshResult {
+    /// Bounds between all conductors.
+    unreduced: MatrixBounds,
+    /// Bounds between the driven conductors: see [`Floating::reduced`].
     bounds: MatrixBounds,
     unknowns: usize,
     iterations: usize,
@@ -102,13 +107,13 @@ struct Found {
 
 pub(super) struct Search<'a> {
     settings: &'a Settings,
-    /// The layout of the part of the scene that is solved.
+    /// The layout of the part of the scene above the mirror planes.
     layout: Layout,
     plan: Plan,
     /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to matter.
     axis_planes: Vec<Plane>,
     at_dielectrics: bool,
-    /// Where open sides end.
+    /// Distance at which open sides end.
     radius: Option<f64>,
     /// Whether the scene is confined and nothing but its conductors can hold charge.
     neutral: bool,
@@ -144,7 +149,7 @@ impl<'a> Search<'a> {
         let layout = Layout::new(&part, axis).ok_or(SolveError::NotExtruded)?;
         let floating = Floating::new(scene);
         let grounded: Vec<bool> =
-            scene.conductors().map(|own| own.potential == Potential::Grounded).collect();
+            scene.conductors().map(|conductor| conductor.potential == Potential::Grounded).collect();
         let mut permittivities = vec![scene.background_permittivity];
         permittivities.extend(scene.dielectrics().map(|d| d.relative_permittivity));
         let contrast = contrast_of(&permittivities);
@@ -193,20 +198,20 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Where rays begin.
+    /// Distance at which rays begin, if there are any.
     fn rays(&self) -> Option<f64> {
         self.radius.filter(|_| !self.layout.is_confined())
     }
 
-    /// Lets open sides end farther out. Returns whether there are any.
+    /// Moves open sides outward. Returns whether there are any, and a plan for the wider frame.
     fn widen(&mut self) -> bool {
-        let Some(radius) = self.radius.map(|radius| WIDER * radius) else { return false };
+        let Some(radius) = self.radius.map(|radius| WIDENING * radius) else { return false };
         let Ok(plan) = self.layout.plan(radius, self.at_dielectrics) else { return false };
         (self.plan, self.radius) = (plan, Some(radius));
         true
     }
 
-    /// Grades plan and axis toward the edges of dielectrics too. Returns whether there are any that were not graded toward.
+    /// Grades plan and axis toward the edges of dielectrics too. Returns whether that changes them.
     fn grade_at_dielectrics(&mut self) -> bool {
         if self.at_dielectrics {
             return false;
@@ -226,15 +231,15 @@ impl<'a> Search<'a> {
         self.cheapest(expected, None, f64::INFINITY).unwrap_or((Level::EXPLORED[0], 0.0))
     }
 
-    /// The mesh to be solved after one on which the error `spread` was found, with fewer than `most` unknowns.
+    /// The mesh to be solved after one with the error `spread`, with fewer than `max_unknowns`.
     fn finer(
         &self,
         expected: &mut Expectation,
         solved: Level,
         spread: f64,
-        most: f64,
+        max_unknowns: f64,
     ) -> Option<(Level, f64)> {
-        // Where much more was found than expected, it is not known where that comes from, and everything is made finer.
+        // The cause of an error far above the expected one is unknown, and everything is made finer.
         let higher = usize::from(spread > SURPRISE * expected.error(solved));
         if spread.is_finite() {
             expected.learn(solved, spread);
@@ -246,17 +251,22 @@ impl<'a> Search<'a> {
             axis_layers: solved.axis_layers + higher,
             ..solved
         };
-        self.cheapest(expected, Some(least), most)
+        self.cheapest(expected, Some(least), max_unknowns)
     }
 
     /// See [`Expectation::cheapest`].
-    fn cheapest(&self, expected: &Expectation, least: Option<Level>, most: f64) -> Option<(Level, f64)> {
+    fn cheapest(
+        &self,
+        expected: &Expectation,
+        least: Option<Level>,
+        max_unknowns: f64,
+    ) -> Option<(Level, f64)> {
         let functions = |axis_degree, axis_layers| {
             self.axis(Level { axis_degree, axis_layers, ..Level::EXPLORED[0] }).functions().len()
         };
-        // What is expected was wrong once where a mesh follows another.
+        // After a first mesh the expectation was wrong once, and needs a margin.
         let share = if least.is_some() { 0.8 } else { 1.0 };
-        expected.cheapest(share * self.settings.relative_tolerance, least, most, functions)
+        expected.cheapest(share * self.settings.relative_tolerance, least, max_unknowns, functions)
     }
 
     pub(super) fn axis(&self, level: Level) -> Axis {
@@ -282,7 +292,7 @@ impl<'a> Search<'a> {
     }
 
     /// Both bounds on one mesh, or the upper one alone.
-    fn on_mesh(&mut self, level: Level, share: f64, lower_too: bool) -> Result<Found, SolveError> {
+    fn on_mesh(&mut self, level: Level, share: f64, lower_too: bool) -> Result<MeshResult, SolveError> {
         let begin = Instant::now();
         self.meshes += 1;
         let mesh = self.mesh(level);
@@ -294,8 +304,8 @@ impl<'a> Search<'a> {
         }
         self.seconds.setup += begin.elapsed().as_secs_f64();
         let n = self.floating.conductors;
-        let mut found = Found {
-            all: MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) },
+        let mut result = MeshResult {
+            unreduced: MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) },
             bounds: MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) },
             unknowns: 0,
             iterations: 0,
@@ -304,25 +314,25 @@ impl<'a> Search<'a> {
             last_along_axis: [0.0; 2],
             field: None,
         };
-        let wanted = self.settings.field && prisms(&mesh, &axis) <= MOST_SHOWN;
+        let wanted = self.settings.field && prisms(&mesh, &axis) <= MAX_SHOWN;
         let shown = wanted.then(|| tetrahedra(&self.part, &self.layout, &mesh, &axis));
         let mut potentials_shown = vec![vec![0.0; shown.as_ref().map_or(0, |(_, places)| places.len())]; n];
 
         let copies = f64::from(1_u32 << self.planes.iter().flatten().count());
         let scale = VACUUM_PERMITTIVITY * self.layout.unit * copies;
         for parity in &self.parities {
-            let mut own = axis.clone();
+            let mut axis = axis.clone();
             let mut walls = self.layout.plan_walls;
             let [p, q] = across(self.layout.axis);
             for a in (0..3).filter(|a| parity.grounded[*a].is_some()) {
                 match a {
                     a if a == p => walls[0][0] = Wall::Grounded,
                     a if a == q => walls[1][0] = Wall::Grounded,
-                    _ => own.walls[0] = Wall::Grounded,
+                    _ => axis.walls[0] = Wall::Grounded,
                 }
             }
             let open = open_sides(self.layout.is_confined());
-            let axes = open.map(|open| Axis { walls: with_open_sides(own.walls, open), ..own.clone() });
+            let axes = open.map(|open| Axis { walls: with_open_sides(axis.walls, open), ..axis.clone() });
             let [above, below] = [0, 1].map(|problem| Problem {
                 mesh: &mesh,
                 axis: &axes[problem],
@@ -341,10 +351,10 @@ impl<'a> Search<'a> {
             let ((upper, primal, solutions), lower) = (upper?, lower?);
             if !lower_too {
                 // Elements at edges have the second degree.
-                let last = own.last_functions([2, level.axis_degree]);
+                let last = axis.last_functions([2, level.axis_degree]);
                 for (side, u) in solutions.iter().enumerate() {
                     let along = primal.energies_along_axis(u);
-                    for (largest, functions) in found.last_along_axis.iter_mut().zip(&last) {
+                    for (largest, functions) in result.last_along_axis.iter_mut().zip(&last) {
                         let energy: f64 = functions.iter().map(|f| along[*f]).sum();
                         *largest = largest.max(energy / upper.matrix[(side, side)]);
                     }
@@ -360,37 +370,37 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            found.all.upper += faer::Scale(scale) * parity.form_of_conductors(&upper.matrix);
+            result.unreduced.upper += faer::Scale(scale) * parity.form_of_conductors(&upper.matrix);
             let below = lower.as_ref().unwrap_or(&upper);
-            found.all.lower += faer::Scale(scale) * parity.form_of_conductors(&below.matrix);
+            result.unreduced.lower += faer::Scale(scale) * parity.form_of_conductors(&below.matrix);
             self.seconds.setup += upper.seconds[0];
             self.seconds.primal += upper.seconds[1];
-            found.note(&upper, lower.as_ref());
+            result.note(&upper, lower.as_ref());
             if let Some(lower) = &lower {
                 self.seconds.dual += lower.seconds.iter().sum::<f64>();
             }
         }
         if !self.plan.coarse.arcs.is_empty() {
             for i in 0..n {
-                found.all.upper[(i, i)] *= 1.0 + INTEGRALS;
-                found.all.lower[(i, i)] *= 1.0 - INTEGRALS;
+                result.unreduced.upper[(i, i)] *= 1.0 + INTEGRALS;
+                result.unreduced.lower[(i, i)] *= 1.0 - INTEGRALS;
             }
         }
-        let mut rounding = rounding_scale(&Mat::identity(n, n), &found.all.upper);
+        let mut rounding = rounding_scale(&Mat::identity(n, n), &result.unreduced.upper);
         if self.neutral {
-            let change = without_common_potential(&found.all.upper);
-            found.all.upper = changed(&found.all.upper, &change);
+            let change = without_common_potential(&result.unreduced.upper);
+            result.unreduced.upper = changed(&result.unreduced.upper, &change);
             rounding = changed(&rounding, &change);
         }
-        found.all.count_rounding(&rounding, of_products(self.contrast));
-        // Where the upper bound was solved for alone, what stands for the lower one proves nothing.
-        if let Some(what) = found.all.crossing().filter(|_| lower_too) {
+        result.unreduced.count_rounding(&rounding, of_products(self.contrast));
+        // Without a lower bound the upper one stands in for it, and a crossing by rounding proves nothing.
+        if let Some(what) = result.unreduced.crossing().filter(|_| lower_too) {
             return Err(SolveError::Contradiction(what));
         }
-        found.all.widen(&rounding, self.left_out);
-        found.all.uncross();
-        found.bounds = self.floating.reduced(&found.all);
-        found.field = shown.map(|(mesh, _)| {
+        result.unreduced.widen(&rounding, self.left_out);
+        result.unreduced.uncross();
+        result.bounds = self.floating.reduced(&result.unreduced);
+        result.field = shown.map(|(mesh, _)| {
             for (c, sum) in potentials_shown.iter_mut().enumerate() {
                 let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
                 let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
@@ -398,11 +408,11 @@ impl<'a> Search<'a> {
             }
             (mesh, potentials_shown)
         });
-        Ok(found)
+        Ok(result)
     }
 
-    /// How much the target fell from one upper bound to the next, relative.
-    fn fall(&self, before: &Found, now: &Found) -> f64 {
+    /// The relative change of the target from one upper bound to the next.
+    fn fall(&self, before: &MeshResult, now: &MeshResult) -> f64 {
         let relative = |a: f64, b: f64| ((a - b) / b).abs();
         let target = self.settings.target;
         if let Target::TwoTerminal | Target::Pair(_) = target
@@ -410,14 +420,14 @@ impl<'a> Search<'a> {
         {
             return relative(a, b);
         }
-        let m = |found: &Found, i: usize| found.bounds.upper[(i, i)];
+        let m = |result: &MeshResult, i: usize| result.bounds.upper[(i, i)];
         let rows = target.rows(now.bounds.upper.nrows()).into_iter();
         rows.map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
     }
 
     /// The largest ratio between the relative error of the target, or of an entry, and that of the energies it follows from.
-    fn amplification(&self, found: &Found) -> f64 {
-        let m = &found.bounds.upper;
+    fn amplification(&self, result: &MeshResult) -> f64 {
+        let m = &result.bounds.upper;
         let target = self.settings.target;
         let least = match (target, target.value(m)) {
             (Target::TwoTerminal | Target::Pair(_) | Target::Own(_), Some(_)) => return 1.0,
@@ -448,7 +458,7 @@ impl<'a> Search<'a> {
         Level::EXPLORED.into_iter().take(count)
     }
 
-    /// Solves the first meshes for the upper bound, from which follows what is to be expected of finer ones.
+    /// Solves the first meshes for the upper bound, from which the errors expected on finer ones follow.
     pub(super) fn explore(&mut self) -> Result<Expectation, SolveError> {
         let exploring = Instant::now();
         let loose = (1e-2 * self.settings.relative_tolerance).clamp(1e-8, 1e-4);
@@ -483,19 +493,19 @@ impl<'a> Search<'a> {
             let degree = order.max(1);
             let level =
                 Level { degree, layers: levels, strips: levels, axis_degree: degree, axis_layers: levels };
-            let found = self.on_mesh(level, iteration_share(tolerance), true)?;
-            let spread = error_of(&found.bounds, self.settings);
+            let result = self.on_mesh(level, iteration_share(tolerance), true)?;
+            let spread = error_of(&result.bounds, self.settings);
             let shortfall = (spread.is_nan() || spread > tolerance)
                 .then_some(Shortfall::FixedResolution { error: spread });
-            return self.finish(Some((spread, found, level)), shortfall);
+            return self.finish(Some((spread, result, level)), shortfall);
         }
         let mut expected = self.explore()?;
         let share = iteration_share(tolerance);
-        let mut best: Option<(f64, Found, Level)> = None;
-        let (mut most, mut widened, mut just_widened) = (f64::INFINITY, 0, false);
+        let mut best: Option<(f64, MeshResult, Level)> = None;
+        let (mut max_unknowns, mut widened, mut just_widened) = (f64::INFINITY, 0, false);
         let (mut level, mut unknowns) = self.first(&expected);
         loop {
-            let found = match self.on_mesh(level, share, true) {
+            let result = match self.on_mesh(level, share, true) {
                 Err(SolveError::Cancelled) if best.is_some() => {
                     return self.finish(best, Some(Shortfall::Stopped));
                 }
@@ -505,8 +515,8 @@ impl<'a> Search<'a> {
                     | SolveError::Eigenvalues
                     | SolveError::IllConditioned(_)),
                 ) if best.is_none() => {
-                    most = SMALLER * unknowns;
-                    match self.cheapest(&expected, None, most) {
+                    max_unknowns = SHRINKAGE * unknowns;
+                    match self.cheapest(&expected, None, max_unknowns) {
                         Some(next) => (level, unknowns) = next,
                         None => return Err(error),
                     }
@@ -517,36 +527,36 @@ impl<'a> Search<'a> {
                 Err(error) if best.is_some() => {
                     return self.finish(best, Some(Shortfall::FinerMesh(Box::new(error))));
                 }
-                found => found?,
+                result => result?,
             };
-            let spread = error_of(&found.bounds, self.settings);
+            let spread = error_of(&result.bounds, self.settings);
             let before = best.as_ref().map_or(f64::INFINITY, |(before, ..)| *before);
             let better = spread < before || before.is_nan();
-            // What does not fall with the mesh comes from open space.
+            // An error that stays while the mesh becomes finer comes from open space.
             let stays = spread > 0.6 * before && spread > tolerance;
             if better {
-                best = Some((spread, found, level));
+                best = Some((spread, result, level));
             }
             if spread <= tolerance {
                 return self.finish(best, None);
             }
-            if stays && widened < WIDEST && self.widen() {
+            if stays && widened < MAX_WIDENINGS && self.widen() {
                 (widened, just_widened) = (widened + 1, true);
                 continue;
             }
-            // Grading costs unknowns, and edges of dielectrics seldom matter: they do where the error is far from what was expected, and
-            // where no finer mesh helps.
+            // Grading costs unknowns, and edges of dielectrics seldom matter: they do where the error is far
+            // above the expected one, and where no finer mesh helps.
             let is_far = spread > FAR * tolerance && spread > SURPRISE * expected.error(level);
             if is_far && self.grade_at_dielectrics() {
-                (expected, just_widened, most) = (self.explore()?, true, f64::INFINITY);
+                (expected, just_widened, max_unknowns) = (self.explore()?, true, f64::INFINITY);
                 (level, unknowns) = self.first(&expected);
                 continue;
             }
-            let next = self.finer(&mut expected, level, spread, most);
+            let next = self.finer(&mut expected, level, spread, max_unknowns);
             match next.filter(|(next, _)| *next != level && (better || just_widened)) {
                 Some(next) => ((level, unknowns), just_widened) = (next, false),
                 None if self.grade_at_dielectrics() => {
-                    (expected, just_widened, most) = (self.explore()?, true, f64::INFINITY);
+                    (expected, just_widened, max_unknowns) = (self.explore()?, true, f64::INFINITY);
                     (level, unknowns) = self.first(&expected);
                 }
                 None => {
@@ -559,47 +569,47 @@ impl<'a> Search<'a> {
 
     fn finish(
         self,
-        best: Option<(f64, Found, Level)>,
+        best: Option<(f64, MeshResult, Level)>,
         shortfall: Option<Shortfall>,
     ) -> Result<ExtrudedSolution, SolveError> {
-        let Some((spread, found, level)) = best else { return Err(SolveError::Cancelled) };
-        if shortfall.is_some() && !is_usable(found.converged, spread) {
+        let Some((spread, result, level)) = best else { return Err(SolveError::Cancelled) };
+        if shortfall.is_some() && !is_usable(result.converged, spread) {
             return Err(SolveError::NotConverged);
         }
         let solution = Solution {
-            maxwell: found.bounds.entries(),
-            two_terminal: found.bounds.two_terminal(),
-            measured: self.settings.target.of(&found.bounds),
-            floating: self.floating.proved(&found.all),
+            maxwell: result.bounds.entries(),
+            two_terminal: result.bounds.two_terminal(),
+            measured: self.settings.target.of(&result.bounds),
+            floating: self.floating.proved(&result.unreduced),
             reached: shortfall.is_none(),
             shortfall,
-            unknowns: found.unknowns,
-            iterations: found.iterations,
+            unknowns: result.unknowns,
+            iterations: result.iterations,
             grids: self.meshes,
             mirrored: self.planes.each_ref().map(Option::is_some),
             resolution: Discretisation::Grid(ResolutionLevel {
                 order: level.degree.max(level.axis_degree),
                 levels: level.layers.max(level.axis_layers),
             }),
-            repair_share: found.repair_share,
+            repair_share: result.repair_share,
             seconds: self.seconds,
             field: None,
             foresight: None,
             with_error_of_base: None,
         };
-        match contradiction(&solution, &found.all, &self.floating) {
+        match contradiction(&solution, &result.unreduced, &self.floating) {
             Some(what) => Err(SolveError::Contradiction(what)),
             None => Ok(ExtrudedSolution {
                 solution,
                 turn: self.turn,
                 planes: self.planes,
-                field: found.field.or(self.coarse_field),
+                field: result.field.or(self.coarse_field),
             }),
         }
     }
 }
 
-impl Found {
+impl MeshResult {
     fn note(&mut self, upper: &Energies, lower: Option<&Energies>) {
         self.unknowns = self.unknowns.max(upper.unknowns + lower.map_or(0, |l| l.unknowns));
         self.converged &= upper.converged && lower.is_none_or(|l| l.converged);

@@ -1,4 +1,4 @@
-//! The solver for extruded scenes: which scenes these are, what they will take, and from a scene to its Maxwell matrix.
+//! Entry points of the solver for extruded scenes: recognition, forecast and solution.
 
 use super::family::Level;
 use super::layout::Layout;
@@ -17,14 +17,14 @@ use std::time::Instant;
 /// Seconds per unknown and right-hand side on two cores.
 const SECONDS: f64 = 1.0e-6;
 
-/// Unknowns times right-hand sides of the first meshes together that are solved for a forecast, some seconds, and the bytes that they
-/// may take.
+/// Largest sum of unknowns times right-hand sides of the first meshes, and largest memory in bytes, with
+/// which they are solved for a forecast: that takes some seconds.
 const MAX_EXPLORED: f64 = 3e6;
 const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 
-/// How many times as many unknowns as the finest of its first meshes a solve to a relative tolerance of a thousandth takes in the end,
-/// about, and with which power of the tolerance that number grows. Two discs and a star on a board take 0.8 and 0.2 times as many at
-/// 2e-2, 10 and 4 times at 1e-3, and the star 13 times at 1e-4.
+/// Approximate ratio of the unknowns of the last mesh to those of the finest of the first ones at a relative
+/// tolerance of 1e-3, and the power of the inverse tolerance that it grows with. Two discs and a star on a
+/// board take 0.8 and 0.2 times as many at 2e-2, 10 and 4 times at 1e-3, and the star 13 times at 1e-4.
 const USUAL_GROWTH: (f64, f64) = (10.0, 0.75);
 
 /// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
@@ -45,23 +45,23 @@ pub fn is_extruded(scene: &Scene, axis: usize) -> bool {
     Layout::new(scene, axis).is_some()
 }
 
-/// Whether a scene that [`is_extruded()`] is solved faster so than on tetrahedra: its outlines have few sides along which conductors
-/// end, each of which takes strips of triangles.
+/// Whether a scene that [`is_extruded()`] is solved faster as extruded than on tetrahedra: its outlines have
+/// few sides along which conductors end, each of which takes strips of triangles.
 pub fn has_few_edges(scene: &Scene) -> bool {
     // Mirror planes leave no more than a quarter of the sides to be meshed, to which others may add more.
-    if corners(scene) / 8 > MOST_EDGES {
+    if corners(scene) / 8 > MAX_EDGES {
         return false;
     }
     let Some(axis) = extrusion_axis(scene) else { return false };
     let (_, scene) = turned(scene, axis, true);
     let part = mirror::part(&scene, &mirror::planes(&scene));
     let Some(layout) = Layout::new(&part, axis) else { return false };
-    layout.plan(2.0 * layout.reach, false).is_ok_and(|plan| plan.marks.edges.len() <= MOST_EDGES)
+    layout.plan(2.0 * layout.reach, false).is_ok_and(|plan| plan.marks.edges.len() <= MAX_EDGES)
 }
 
 /// Corners of the outlines of all conductors.
 fn corners(scene: &Scene) -> usize {
-    let of = |shape: &Shape| match shape {
+    let count = |shape: &Shape| match shape {
         Shape::Extrusion { outline, .. } => outline.len(),
         Shape::Box(_)
         | Shape::Sphere { .. }
@@ -72,15 +72,16 @@ fn corners(scene: &Scene) -> usize {
         | Shape::Surface(_)
         | Shape::Physical(_) => 0,
     };
-    scene.conductor_parts().map(|(_, shape)| of(shape)).sum()
+    scene.conductor_parts().map(|(_, shape)| count(shape)).sum()
 }
 
 /// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
 /// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
-const MOST_EDGES: usize = 100;
+const MAX_EDGES: usize = 100;
 
-/// The growth that a rough count of memory allows for at least: a random scene to 1e-2 took five times what the growth above foretells.
-const LEAST_GROWTH_OF_MEMORY: f64 = 8.0;
+/// Smallest growth that a rough forecast of memory allows for: a random scene to 1e-2 took five times the
+/// forecast of [`USUAL_GROWTH`].
+const MIN_GROWTH_OF_MEMORY: f64 = 8.0;
 
 /// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random scenes in docs/forecasts.md took 1.45
 /// times as much.
@@ -106,7 +107,7 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
         let unknowns = first.iter().map(|size| size.unknowns).max().unwrap_or(0);
         let (at_a_thousandth, power) = USUAL_GROWTH;
         let growth = (at_a_thousandth * (1e-3 / settings.relative_tolerance).powf(power)).max(1.0);
-        let memory = SPARE * growth.max(LEAST_GROWTH_OF_MEMORY) * bytes as f64;
+        let memory = SPARE * growth.max(MIN_GROWTH_OF_MEMORY) * bytes as f64;
         ((growth * unknowns as f64) as usize, memory as u64)
     } else {
         let expected = search.explore()?;

@@ -43,8 +43,8 @@ pub fn solve_mesh(
     let mut coarser: Option<Coarser> = None;
     loop {
         meshes += 1;
-        let (found, bounds) = match task.bounded(&mesh, coarser.as_ref(), &mut seconds) {
-            Ok(found) => found,
+        let (parities, bounds) = match task.bounded(&mesh, coarser.as_ref(), &mut seconds) {
+            Ok(solved) => solved,
             Err(error @ SolveError::Contradiction(_)) => return Err(error),
             Err(error) => {
                 // The bounds on the mesh before are proved all the same.
@@ -58,7 +58,7 @@ pub fn solve_mesh(
                 return Ok(last);
             }
         };
-        iterations += found.iter().map(|side| side.potentials.iterations).max().unwrap_or(0);
+        iterations += parities.iter().map(|parity| parity.potentials.iterations).max().unwrap_or(0);
         let error = bounds.spread.error;
         let (next, shortfall) = if error <= settings.relative_tolerance {
             (None, bounds.spread.may_be_zero.then(|| task.may_be_zero()))
@@ -66,7 +66,7 @@ pub fn solve_mesh(
             (None, Some(Shortfall::Stopped))
         } else {
             let refining = Instant::now();
-            let refined = refinement.next(&task, &mesh, &bounds.all, &found, error);
+            let refined = refinement.next(&task, &mesh, &bounds.unreduced, &parities, error);
             seconds.setup += refining.elapsed().as_secs_f64();
             match refined {
                 Ok(finer) => (Some(finer), None),
@@ -74,15 +74,15 @@ pub fn solve_mesh(
             }
         };
         let solved = MeshSolution {
-            potentials: task.potentials(&found, mesh.points.len()),
+            potentials: task.potentials(&parities, mesh.points.len()),
             solution: Solution {
-                floating: task.floating.proved(&bounds.all),
+                floating: task.floating.proved(&bounds.unreduced),
                 maxwell: bounds.maxwell,
                 two_terminal: bounds.two_terminal,
                 measured: bounds.measured,
                 reached: shortfall.is_none() && next.is_none(),
                 shortfall,
-                unknowns: found.iter().map(|side| side.potentials.unknowns).max().unwrap_or(0),
+                unknowns: parities.iter().map(|parity| parity.potentials.unknowns).max().unwrap_or(0),
                 iterations,
                 grids: meshes,
                 mirrored: scene.mirrored(),
@@ -95,12 +95,12 @@ pub fn solve_mesh(
             },
             mesh,
         };
-        if let Some(what) = contradiction(&solved.solution, &bounds.all, &task.floating) {
+        if let Some(what) = contradiction(&solved.solution, &bounds.unreduced, &task.floating) {
             return Err(SolveError::Contradiction(what));
         }
         let Some(Bisected { mesh: finer, origin, .. }) = next else { return Ok(solved) };
         mesh = finer;
-        let potentials = found.into_iter().map(|side| side.potentials.into_coarser()).collect();
+        let potentials = parities.into_iter().map(|parity| parity.potentials.into_coarser()).collect();
         coarser = Some(Coarser { solved, potentials, origin, error });
     }
 }

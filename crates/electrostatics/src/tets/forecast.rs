@@ -1,4 +1,5 @@
-//! The cost of a solve on tetrahedra, forecast: a small mesh is solved, and the spread of its bounds extrapolated.
+//! Forecasts of the cost of a solve on tetrahedra: a small mesh is solved, and the spread of its bounds
+//! extrapolated.
 
 use crate::error::SolveError;
 use crate::parity::Parity;
@@ -14,11 +15,11 @@ use elastocap_geometry::meshing::tets::TetMesh;
 /// Largest number of tetrahedra of a mesh that is solved for a forecast, unless the initial mesh has more.
 const MAX_FORECAST_TETRAHEDRA: usize = 20_000;
 
-/// Seconds of a processor that solving the initial mesh may take, by count, and the bytes that it may take.
+/// Largest forecast of processor seconds and bytes for solving the initial mesh.
 const MAX_SECONDS: f64 = 3.0;
 const MAX_BYTES: u64 = 120 << 20;
 
-/// The spread on an initial mesh that is not solved, about, and unknowns per tetrahedron for each order.
+/// Approximate spread on an initial mesh that is not solved, and unknowns per tetrahedron for each order.
 const ROUGH_SPREAD: f64 = 0.4;
 const UNKNOWNS: [f64; 3] = [0.2, 1.4, 4.7];
 
@@ -34,12 +35,12 @@ const PACE: [f64; 3] = [3e-5, 2.7e-5, 8e-5];
 /// Time of each further right-hand side over that of the first.
 const FURTHER_SIDE: f64 = 0.25;
 
-/// More unknowns than the usual rate says where a small mesh does not reach the tolerance: 0.7 to 2.7 times as many were needed
-/// (docs/forecasts.md), most where edges have yet to be resolved.
+/// Factor on the unknowns from the usual rate where a small mesh does not reach the tolerance: 0.7 to 2.7
+/// times as many were needed (docs/forecasts.md), most where edges have yet to be resolved.
 const UNRESOLVED: f64 = 1.4;
 
-/// Safety factor on a forecast of memory, another one on the limit that the solver keeps to, and what the program takes without a mesh,
-/// bytes; see docs/forecasts.md for the scenes that they were chosen by.
+/// Safety factor on a forecast of memory, another one on the limit that the solver keeps to, and the memory
+/// of the program without a mesh, bytes; see docs/forecasts.md for the scenes behind these numbers.
 const SPARE: f64 = 2.0;
 const SPARE_OF_LIMIT: f64 = 1.25;
 const PROGRAM: u64 = 36 << 20;
@@ -87,7 +88,7 @@ pub fn forecast_mesh(
     let unresolved = if solution.reached { 1.0 } else { UNRESOLVED };
     let growth = (unresolved * far.powf(1.0 / RATE[order])).min(max_growth);
     let unknowns = (solution.unknowns as f64 * growth) as usize;
-    // Each parity has a matrix of its own, and the whole would have one.
+    // There is one matrix per parity; the whole scene would have a single one.
     let time = |matrices: usize, sides: usize| seconds_for(unknowns as f64, order, matrices, sides);
     let seconds = time(parities.len(), sides);
     let copies = scene.copies();
@@ -103,13 +104,14 @@ pub fn forecast_mesh(
     })
 }
 
-/// The memory of the program for a last mesh that takes so many bytes.
+/// The memory of the program for a last mesh of `bytes` bytes.
 fn with_spare(bytes: f64, settings: &TetrahedraSettings) -> u64 {
-    let most = SPARE_OF_LIMIT * bytes.max(settings.memory_limit as f64);
-    PROGRAM + (SPARE * bytes).min(most) as u64
+    let limit = SPARE_OF_LIMIT * bytes.max(settings.memory_limit as f64);
+    PROGRAM + (SPARE * bytes).min(limit) as u64
 }
 
-/// Seconds for matrices of so many unknowns and the right-hand sides of all of them together.
+/// Seconds for a number of matrices with `unknowns` unknowns; `sides` counts the right-hand sides of all of
+/// them.
 fn seconds_for(unknowns: f64, order: usize, matrices: usize, sides: usize) -> f64 {
     PACE[order] * unknowns * (matrices as f64 + FURTHER_SIDE * sides.saturating_sub(matrices) as f64)
 }
@@ -141,13 +143,14 @@ fn rough(
     }
 }
 
-/// A rough forecast for a scene with so many driven or floating conductors that takes too long to be meshed for one.
+/// A rough forecast for a scene that takes too long to be meshed for one; `sides` is the number of its driven
+/// and floating conductors.
 pub fn forecast_without_mesh(sides: usize, settings: &TetrahedraSettings) -> Forecast {
     let order = settings.order.clamp(1, 3) - 1;
     let (each, per_side) = BYTES[order];
     let bytes = ROUGH_TETRAHEDRA as u64 * (each + sides as u64 * per_side);
     let unknowns = UNKNOWNS[order] * ROUGH_TETRAHEDRA as f64;
-    let found = rough(unknowns, bytes, [1, sides.max(1)], [false; 3], settings);
-    // How large the mesh is that the solver begins with is not known: no mesh is made that would not fit into this.
-    Forecast { memory_bytes: settings.memory_limit, ..found }
+    let forecast = rough(unknowns, bytes, [1, sides.max(1)], [false; 3], settings);
+    // The size of the initial mesh is unknown, but the solver makes no mesh that would exceed this limit.
+    Forecast { memory_bytes: settings.memory_limit, ..forecast }
 }

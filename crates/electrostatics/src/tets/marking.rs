@@ -8,31 +8,31 @@ use faer::Mat;
 pub(super) struct State {
     /// The potentials of all conductors, or the shares of all right-hand sides, V.
     pub(super) potentials: Vec<f64>,
-    /// F V^2.
+    /// The energy form V . C V, F V^2.
     pub(super) energy: f64,
 }
 
 /// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones and no charge on the
 /// floating ones.
-pub(super) fn states(floating: &Floating, all: &MatrixBounds, rows: &[usize]) -> Vec<State> {
+pub(super) fn states(floating: &Floating, bounds: &MatrixBounds, rows: &[usize]) -> Vec<State> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
     rows.iter()
         .map(|&d| {
             let unit: Vec<f64> = (0..driven).map(|e| f64::from(u8::from(d == e))).collect();
-            let potentials = floating.potentials(&all.upper, &unit, &uncharged);
+            let potentials = floating.potentials(&bounds.upper, &unit, &uncharged);
             let n = potentials.len();
             let energy = (0..n)
                 .flat_map(|i| (0..n).map(move |j| (i, j)))
-                .map(|(i, j)| potentials[i] * all.upper[(i, j)] * potentials[j]);
+                .map(|(i, j)| potentials[i] * bounds.upper[(i, j)] * potentials[j]);
             let energy = energy.sum();
             State { potentials, energy }
         })
         .collect()
 }
 
-/// Share of a tetrahedron's gap that is left after so many bisections, its neighbours' included, as measured at edges (three halve
-/// all edges in most cases).
+/// Share of a tetrahedron's gap that is left after 0 to 3 bisections, those of its neighbours included, as
+/// measured at edges (three halve all edges in most cases).
 const LEFT: [f64; 4] = [1.0, 0.45, 0.3, 0.15];
 
 /// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two halves.
@@ -41,7 +41,7 @@ const ONCE_MORE: f64 = 4.0;
 /// Gaps that differ by less than this factor are treated as equal, so that few limits have to be tried.
 const STEP: f64 = 1.1;
 
-/// Largest and smallest gap that are told apart: no smaller ones matter.
+/// Ratio of the smallest gap that matters to the largest.
 const RANGE: f64 = 1e-12;
 
 /// How much of the gap each tetrahedron holds.
@@ -68,7 +68,7 @@ impl Gaps {
         Self { of_tets, total, largest }
     }
 
-    /// Whether no tetrahedron holds any.
+    /// Whether no tetrahedron holds any of the gap.
     pub(super) fn are_zero(&self) -> bool {
         self.largest <= 0.0
     }
@@ -80,7 +80,7 @@ impl Gaps {
     }
 
     /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it takes to leave this share
-    /// of the whole gap, as far as can be foreseen, but with no more tetrahedra than `growth` allows.
+    /// of the whole gap by forecast, but with no more tetrahedra than `growth` allows.
     pub(super) fn bisected_to(&self, share: f64, growth: &Growth) -> Bisections {
         let mut sizes: Vec<(usize, f64)> = Vec::new();
         let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
@@ -95,7 +95,7 @@ impl Gaps {
         // Each of the smallest may be bisected as often as any.
         let places = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
         let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
-        // The limit and what is left with it, of the finest mesh that is allowed as one of several.
+        // The limit and the remaining share of the finest mesh that is allowed as one of several.
         let mut usual = None;
         let mut last = None;
         for limit in (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))) {
@@ -117,18 +117,20 @@ impl Gaps {
                 break;
             }
         }
-        // All that matter, if that is not enough.
+        // If that is not enough, all gaps that matter.
         let (limit, left) = last.or(usual).unwrap_or((RANGE * self.largest, LEFT[3]));
         let times = self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect();
         Bisections { times, left }
     }
 }
 
-/// How many times the tetrahedra of the mesh before a mesh may have, not counting what conformity adds.
+/// Largest ratios of the tetrahedra of a mesh to those of the mesh before, without the bisections for
+/// conformity.
 pub(super) struct Growth {
-    /// Where more meshes are to come: gaps on a coarse mesh say little of where a much finer one should be fine.
+    /// Where further meshes follow: gaps on a coarse mesh say little about where a much finer one should be
+    /// fine.
     pub(super) usual: f64,
-    /// Where the goal is met by it, so that none is to come.
+    /// Where the mesh is forecast to meet the goal, so that no other follows.
     pub(super) last: f64,
 }
 
@@ -142,16 +144,16 @@ pub(super) struct Bisections {
 
 /// The share of the spread (upper minus lower bound) that lies in open space beyond the mesh.
 ///
-/// There the potential and the flux are continued along rays, each by its own law. Refining the mesh reduces this part only as
-/// long as the two differ on the outer faces because the mesh is coarse. `gap` is over the mesh, m; `scale`, F/m, includes all
-/// mirrored copies.
-pub(super) fn beyond(states: &[State], all: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
+/// There the potential and the flux are continued along rays, by different laws. Refining the mesh reduces
+/// this part only as long as the two differ on the outer faces because the mesh is coarse. `gap` is over the
+/// mesh, m; `scale`, F/m, includes all mirrored copies.
+pub(super) fn beyond(states: &[State], bounds: &MatrixBounds, gap: &Mat<f64>, scale: f64) -> f64 {
     let (mut inside, mut total) = (0.0, 0.0);
     for State { potentials, energy } in states.iter().filter(|state| state.energy > 0.0) {
         for (i, v) in potentials.iter().enumerate() {
             for (j, w) in potentials.iter().enumerate() {
                 inside += v * w * scale * gap[(i, j)] / energy;
-                total += v * w * (all.upper[(i, j)] - all.lower[(i, j)]) / energy;
+                total += v * w * (bounds.upper[(i, j)] - bounds.lower[(i, j)]) / energy;
             }
         }
     }
@@ -173,27 +175,27 @@ mod tests {
     fn tetrahedra_with_more_of_the_gap_are_bisected_more_often_until_so_much_is_left() {
         let gaps = falling(100, 0.8);
         for share in [0.9, 0.6, 0.3] {
-            let Bisections { times, left: foretold } =
+            let Bisections { times, left: forecast } =
                 gaps.bisected_to(share, &Growth { usual: 10.0, last: 10.0 });
             assert!(times.is_sorted_by(|a, b| a >= b), "{times:?}");
             let left: f64 =
                 times.iter().enumerate().map(|(t, &k)| LEFT[usize::from(k)] * 0.8_f64.powi(t as i32)).sum();
             let left = left / gaps.total;
             assert!(left <= 1.02 * share && left > 0.7 * share, "{left} of {share}");
-            assert!((foretold / left - 1.0).abs() < 0.1, "{foretold} and {left}");
+            assert!((forecast / left - 1.0).abs() < 0.1, "{forecast} and {left}");
         }
     }
 
     #[test]
     fn no_more_tetrahedra_are_made_than_allowed_and_equal_ones_are_treated_alike() {
-        let made = |share: f64, last: f64| -> usize {
-            let found = falling(1000, 0.999).bisected_to(share, &Growth { usual: 1.5, last });
-            found.times.iter().map(|&k| 1 << k).sum()
+        let count = |share: f64, last: f64| -> usize {
+            let bisections = falling(1000, 0.999).bisected_to(share, &Growth { usual: 1.5, last });
+            bisections.times.iter().map(|&k| 1 << k).sum()
         };
-        assert!((1500..1700).contains(&made(0.1, 1.5)));
+        assert!((1500..1700).contains(&count(0.1, 1.5)));
         // More of them if they are enough, and not if they are not.
-        assert!((1900..3000).contains(&made(0.4, 3.0)), "{}", made(0.4, 3.0));
-        assert!((1500..1700).contains(&made(0.1, 3.0)));
+        assert!((1900..3000).contains(&count(0.4, 3.0)), "{}", count(0.4, 3.0));
+        assert!((1500..1700).contains(&count(0.1, 3.0)));
         let equal = falling(1000, 1.0).bisected_to(0.5, &Growth { usual: 1.1, last: 1.1 }).times;
         assert!(equal.iter().all(|k| *k == equal[0]) && equal[0] > 0);
     }
@@ -211,8 +213,8 @@ mod tests {
     fn a_state_with_conductors_at_several_potentials_holds_no_more_than_its_parts_may_add_up_to() {
         let gaps: [&[f64]; 2] = [&[1.0, 4.0], &[9.0, 0.0]];
         let state = State { potentials: vec![1.0, -2.0], energy: 7.0 };
-        let found = Gaps::new(&[state], &gaps);
-        assert_eq!(found.of_tets, [49.0 / 7.0, 4.0 / 7.0]);
-        assert!(!found.are_zero() && Gaps::new(&[], &gaps).are_zero());
+        let weighted = Gaps::new(&[state], &gaps);
+        assert_eq!(weighted.of_tets, [49.0 / 7.0, 4.0 / 7.0]);
+        assert!(!weighted.are_zero() && Gaps::new(&[], &gaps).are_zero());
     }
 }

@@ -12,7 +12,7 @@ pub struct MeshScene<'a> {
     pub permittivity: &'a [f64],
     /// How the potential of each conductor of the whole scene is determined.
     pub potentials: &'a [Potential],
-    /// For each axis the plane about which the scene is its own mirror image, if the mesh is the half above it. The results are
+    /// For each axis the mirror plane of the scene, if the mesh is the half above it. The results are
     /// those of the whole scene, by whose conductors the faces of the mesh are numbered.
     pub planes: &'a [Option<MirrorPlane>; 3],
 }
@@ -23,6 +23,8 @@ impl MeshScene<'_> {
         1 << self.planes.iter().flatten().count()
     }
 
+    /// Checks that every mirror plane has an image for each conductor.
+    ///
     /// # Errors
     /// [`SolveError::MirrorPlane`] if a plane does not have an image among the conductors for each of them.
     pub(super) fn check(&self) -> Result<(), SolveError> {

@@ -61,7 +61,7 @@ pub(super) struct Task<'a> {
 /// Bounds found on one mesh.
 pub(super) struct MeshBounds {
     /// Bounds on the capacitance matrix of all conductors, the floating ones included.
-    pub(super) all: MatrixBounds,
+    pub(super) unreduced: MatrixBounds,
     /// The Maxwell matrix of the driven conductors, F.
     pub(super) maxwell: Vec<Vec<Bounded>>,
     /// Two-terminal capacitance, F.
@@ -74,8 +74,8 @@ pub(super) struct MeshBounds {
 impl<'a> Task<'a> {
     pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of(scene.potentials);
-        let all = parities(mesh, scene.planes, scene.potentials);
-        let (constant, parities) = all.into_iter().partition(Parity::is_constant);
+        let parities = parities(mesh, scene.planes, scene.potentials);
+        let (constant, parities) = parities.into_iter().partition(Parity::is_constant);
         Self {
             scene,
             settings,
@@ -88,24 +88,25 @@ impl<'a> Task<'a> {
 
     /// Potentials and fluxes on one mesh, and the bounds that follow.
     ///
-    /// Whatever potentials there are give bounds. Those that the linear solver did not bring to its goal are an error only where the
-    /// bounds are too far apart for that reason: other tetrahedra would serve better then.
+    /// Any potentials give bounds. Those that the linear solver did not bring to its goal are an error only
+    /// where the bounds are too far apart for that reason: other tetrahedra would serve better then.
     pub(super) fn bounded(
         &self,
         mesh: &TetMesh,
         coarser: Option<&Coarser>,
         seconds: &mut PhaseSeconds,
     ) -> Result<(Vec<SolvedParity>, MeshBounds), SolveError> {
-        let found = self.on_mesh(mesh, coarser, seconds)?;
-        let bounds = self.bounds(&found)?;
+        let solved = self.on_mesh(mesh, coarser, seconds)?;
+        let bounds = self.bounds(&solved)?;
         let tolerance = self.settings.relative_tolerance;
-        match found.iter().find_map(|side| side.potentials.shortfall) {
+        match solved.iter().find_map(|parity| parity.potentials.shortfall) {
             Some(short)
-                if bounds.spread.error > tolerance && self.rounding_spread(&bounds.all) <= tolerance =>
+                if bounds.spread.error > tolerance
+                    && self.rounding_spread(&bounds.unreduced) <= tolerance =>
             {
                 Err(short.into())
             }
-            _ => Ok((found, bounds)),
+            _ => Ok((solved, bounds)),
         }
     }
 
@@ -118,7 +119,8 @@ impl<'a> Task<'a> {
     ) -> Result<Vec<SolvedParity>, SolveError> {
         let (settings, permittivity) = (self.settings, self.scene.permittivity);
         let share = (ITERATION * settings.relative_tolerance).min(1e-6);
-        let how = PotentialSettings { order: settings.order, share, cancel: settings.cancel.as_deref() };
+        let potential_settings =
+            PotentialSettings { order: settings.order, share, cancel: settings.cancel.as_deref() };
         let one = |(k, parity): (usize, &Parity)| {
             let begin = Instant::now();
             let mesh = mesh_of(parity, mesh);
@@ -128,9 +130,9 @@ impl<'a> Task<'a> {
                 potentials: &c.potentials[k],
                 origin: &c.origin,
             });
-            let found = Potentials::solve_from(problem, how, first);
+            let potentials = Potentials::solve_from(problem, potential_settings, first);
             seconds.primal += begin.elapsed().as_secs_f64();
-            let potentials = found?;
+            let potentials = potentials?;
             let begin = Instant::now();
             let gradients: Vec<_> =
                 (0..parity.sides()).map(|side| potentials.gradients(&mesh, side)).collect();
@@ -146,31 +148,32 @@ impl<'a> Task<'a> {
     ///
     /// # Errors
     /// Bounds that contradict each other.
-    fn bounds(&self, found: &[SolvedParity]) -> Result<MeshBounds, SolveError> {
+    fn bounds(&self, solved: &[SolvedParity]) -> Result<MeshBounds, SolveError> {
         let n = self.scene.potentials.len();
-        let mut all = MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) };
-        for (parity, SolvedParity { potentials, flux }) in self.parities.iter().zip(found) {
+        let mut bounds = MatrixBounds { lower: Mat::zeros(n, n), upper: Mat::zeros(n, n) };
+        for (parity, SolvedParity { potentials, flux }) in self.parities.iter().zip(solved) {
             let units = Mat::<f64>::identity(flux.charges.nrows(), parity.sides());
-            all.lower += faer::Scale(self.scale) * parity.form_of_conductors(&flux.lower(units.as_ref()));
-            all.upper += faer::Scale(self.scale) * parity.form_of_conductors(&potentials.energies);
+            bounds.lower += faer::Scale(self.scale) * parity.form_of_conductors(&flux.lower(units.as_ref()));
+            bounds.upper += faer::Scale(self.scale) * parity.form_of_conductors(&potentials.energies);
         }
-        all.count_rounding(&self.rounding_scale(&all), of_squares(contrast_of(self.scene.permittivity)));
-        if let Some(what) = all.crossing() {
+        bounds
+            .count_rounding(&self.rounding_scale(&bounds), of_squares(contrast_of(self.scene.permittivity)));
+        if let Some(what) = bounds.crossing() {
             return Err(SolveError::Contradiction(what));
         }
-        all.uncross();
-        Ok(self.reduced(all))
+        bounds.uncross();
+        Ok(self.reduced(bounds))
     }
 
     /// For each conductor, the potential with 1 V on it, V, at the first `points` of the mesh.
-    pub(super) fn potentials(&self, found: &[SolvedParity], points: usize) -> Vec<Vec<f64>> {
+    pub(super) fn potentials(&self, solved: &[SolvedParity], points: usize) -> Vec<Vec<f64>> {
         let n = self.scene.potentials.len();
         let unit = |c: usize| (0..n).map(|k| f64::from(u8::from(k == c))).collect::<Vec<f64>>();
         let one = |c: usize| {
             let unit = unit(c);
             let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
             let mut sum = vec![constant; points];
-            for (parity, SolvedParity { potentials, .. }) in self.parities.iter().zip(found) {
+            for (parity, SolvedParity { potentials, .. }) in self.parities.iter().zip(solved) {
                 for (v, u) in parity.of(&unit).zip(&potentials.values).filter(|(v, _)| *v != 0.0) {
                     sum.iter_mut().zip(u).for_each(|(sum, u)| *sum += v * u);
                 }
@@ -181,44 +184,44 @@ impl<'a> Task<'a> {
     }
 
     /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their bounds are.
-    fn reduced(&self, all: MatrixBounds) -> MeshBounds {
-        let reduced = self.floating.reduced(&all);
+    fn reduced(&self, bounds: MatrixBounds) -> MeshBounds {
+        let reduced = self.floating.reduced(&bounds);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
         let measured = self.settings.target.of(&reduced);
         // The capacitance of each driven conductor with all others at zero potential.
-        let alone: Vec<f64> = self.floating.driven.iter().map(|&i| all.upper[(i, i)]).collect();
+        let alone: Vec<f64> = self.floating.driven.iter().map(|&i| bounds.upper[(i, i)]).collect();
         let spread = spread(&maxwell, two_terminal.as_ref(), measured.as_ref(), &alone, self.settings);
-        MeshBounds { all, maxwell, two_terminal, measured, spread }
+        MeshBounds { unreduced: bounds, maxwell, two_terminal, measured, spread }
     }
 
     /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors themselves.
-    fn rounding_scale(&self, all: &MatrixBounds) -> Mat<f64> {
-        let n = all.upper.nrows();
-        rounding_scale(&Mat::identity(n, n), &all.upper)
+    fn rounding_scale(&self, bounds: &MatrixBounds) -> Mat<f64> {
+        let n = bounds.upper.nrows();
+        rounding_scale(&Mat::identity(n, n), &bounds.upper)
     }
 
     /// The spread that rounding alone leaves, however fine the mesh.
-    pub(super) fn rounding_spread(&self, all: &MatrixBounds) -> f64 {
+    pub(super) fn rounding_spread(&self, bounds: &MatrixBounds) -> f64 {
         let factor = of_squares(contrast_of(self.scene.permittivity));
-        self.reduced(all.upper_with_rounding(&self.rounding_scale(all), factor)).spread.error
+        self.reduced(bounds.upper_with_rounding(&self.rounding_scale(bounds), factor)).spread.error
     }
 
     /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies beyond the mesh.
-    pub(super) fn gaps(&self, found: &[SolvedParity], all: &MatrixBounds) -> (Gaps, f64) {
+    pub(super) fn gaps(&self, solved: &[SolvedParity], bounds: &MatrixBounds) -> (Gaps, f64) {
         let rows = self.settings.target.rows(self.floating.driven.len());
-        let states = states(&self.floating, all, &rows);
+        let states = states(&self.floating, bounds, &rows);
         let on_sides = |state: &State| State {
             potentials: self.parities.iter().flat_map(|parity| parity.of(&state.potentials)).collect(),
             energy: state.energy,
         };
         let on_sides: Vec<State> = states.iter().map(on_sides).collect();
         let gaps: Vec<&[f64]> =
-            found.iter().flat_map(|one| one.flux.gaps.iter().map(Vec::as_slice)).collect();
-        let mut gap = Mat::zeros(all.upper.nrows(), all.upper.nrows());
-        for (parity, one) in self.parities.iter().zip(found) {
+            solved.iter().flat_map(|one| one.flux.gaps.iter().map(Vec::as_slice)).collect();
+        let mut gap = Mat::zeros(bounds.upper.nrows(), bounds.upper.nrows());
+        for (parity, one) in self.parities.iter().zip(solved) {
             gap += parity.form_of_conductors(&one.flux.gap);
         }
-        (Gaps::new(&on_sides, &gaps), beyond(&states, all, &gap, self.scale))
+        (Gaps::new(&on_sides, &gaps), beyond(&states, bounds, &gap, self.scale))
     }
 
     pub(super) fn may_be_zero(&self) -> Shortfall {

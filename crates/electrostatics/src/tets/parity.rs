@@ -13,7 +13,7 @@ pub(super) fn parities(
     potentials: &[Potential],
 ) -> Vec<Parity> {
     let mut present = vec![false; potentials.len()];
-    let grounded: Vec<bool> = potentials.iter().map(|own| *own == Potential::Grounded).collect();
+    let grounded: Vec<bool> = potentials.iter().map(|potential| *potential == Potential::Grounded).collect();
     let mut enclosed = true;
     for face in &mesh.boundary {
         match face.role {
@@ -24,7 +24,8 @@ pub(super) fn parities(
     Parity::all(planes, &present, &grounded, enclosed)
 }
 
-/// The part's mesh with what holds on its boundary for one parity. Conductors are numbered by right-hand sides.
+/// The mesh of the part with the boundary conditions of one parity. Conductors are numbered by right-hand
+/// sides.
 pub(super) fn mesh_of<'m>(parity: &Parity, mesh: &'m TetMesh) -> Cow<'m, TetMesh> {
     let same = parity.side.iter().enumerate().all(|(c, side)| *side == Some(c as u32));
     if same && parity.grounded == [None; 3] {

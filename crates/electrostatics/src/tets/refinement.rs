@@ -1,4 +1,4 @@
-//! From one mesh to the next: bisected where the bounds differ most, as far as the goal needs.
+//! Refinement of meshes: bisection where the bounds differ most, as far as the tolerance needs.
 //!
 //! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal.
 //! 15, 1978), nearer to an edge of a conductor if they touch one ([`Grading`]).
@@ -9,17 +9,18 @@ use crate::tets::marking::Growth;
 use crate::tets::one_mesh::{SolvedParity, Task, memory_of};
 use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
 
-/// Share of the tolerance that meshes aim at: what is foreseen is not exact, and one mesh more costs as much as all before.
+/// Share of the tolerance that meshes aim at: forecasts are not exact, and one mesh more costs as much as all
+/// before.
 const GOAL: f64 = 0.9;
 
-/// Each mesh has this many times the tetrahedra of the one before at least: one that is hardly finer would cost as much as the last
-/// and gain nothing.
+/// Smallest ratio of the tetrahedra of a mesh to those of the one before: a mesh that is hardly finer would
+/// cost as much as the last and gain nothing.
 const MIN_GROWTH: f64 = 1.15;
 
 /// How much larger a mesh may be than the one before; conformity about doubles both.
 const GROWTH: Growth = Growth { usual: 1.3, last: 1.7 };
 
-/// The largest factor by which the gap that is left is taken to exceed the foreseen one, judged by the mesh before.
+/// Largest factor by which the remaining gap is assumed to exceed its forecast, as it did on the mesh before.
 const MAX_EXCESS: f64 = 1.3;
 
 /// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
@@ -31,17 +32,17 @@ const MAX_REFINEMENTS: usize = 60;
 /// The state of a refinement.
 pub(super) struct Refinement {
     grading: Grading,
-    /// How many meshes it has made.
-    made: usize,
+    /// Number of refinements so far.
+    count: usize,
     /// The relative spread on the mesh before the last.
     spread: f64,
-    /// The relative spread of the last mesh as foreseen from the mesh before.
-    foreseen: Option<f64>,
+    /// The relative spread of the last mesh as forecast from the mesh before.
+    forecast: Option<f64>,
 }
 
 impl Refinement {
     pub(super) fn new(mesh: &TetMesh) -> Self {
-        Self { grading: Grading::towards_edges(mesh), made: 0, spread: f64::INFINITY, foreseen: None }
+        Self { grading: Grading::towards_edges(mesh), count: 0, spread: f64::INFINITY, forecast: None }
     }
 
     /// The next mesh after one on which the relative spread is `error`.
@@ -52,8 +53,8 @@ impl Refinement {
         &mut self,
         task: &Task<'_>,
         mesh: &TetMesh,
-        all: &MatrixBounds,
-        found: &[SolvedParity],
+        bounds: &MatrixBounds,
+        parities: &[SolvedParity],
         error: f64,
     ) -> Result<Bisected, Shortfall> {
         let settings = task.settings;
@@ -62,12 +63,12 @@ impl Refinement {
         if error > self.spread {
             self.grading = Grading::none(mesh);
         }
-        let excess = self.foreseen.map_or(1.0, |foreseen| (error / foreseen).clamp(1.0, MAX_EXCESS));
-        let rounding = task.rounding_spread(all);
+        let excess = self.forecast.map_or(1.0, |forecast| (error / forecast).clamp(1.0, MAX_EXCESS));
+        let rounding = task.rounding_spread(bounds);
         if rounding > settings.relative_tolerance {
             return Err(Shortfall::Rounding { error: rounding });
         }
-        let (gaps, outside) = task.gaps(found, all);
+        let (gaps, outside) = task.gaps(parities, bounds);
         if gaps.are_zero() || (outside > MAX_BEYOND && outside * error > settings.relative_tolerance) {
             return Err(Shortfall::OpenSpace);
         }
@@ -85,10 +86,10 @@ impl Refinement {
         };
         let tetrahedra = finer.mesh.tets.len();
         let memory = memory_of(tetrahedra, &task.parities, settings);
-        if self.made >= MAX_REFINEMENTS || memory > settings.memory_limit {
+        if self.count >= MAX_REFINEMENTS || memory > settings.memory_limit {
             return Err(Shortfall::LargeMesh { tetrahedra, bytes: memory, limit: settings.memory_limit });
         }
-        *self = Self { grading, made: self.made + 1, spread: error, foreseen: Some(left * error) };
+        *self = Self { grading, count: self.count + 1, spread: error, forecast: Some(left * error) };
         Ok(finer)
     }
 }
@@ -118,12 +119,13 @@ mod tests {
             MeshScene { permittivity: &[1.0], potentials: &[Potential::Driven], planes: &[None, None, None] };
         let mut settings = TetrahedraSettings::default();
         let task = Task::new(&mesh, scene, &settings);
-        let (found, bounds) = task.bounded(&mesh, None, &mut PhaseSeconds::default()).unwrap();
+        let (parities, bounds) = task.bounded(&mesh, None, &mut PhaseSeconds::default()).unwrap();
         let error = bounds.spread.error;
         for nearly in [0.5, 0.9, 0.99, 0.9999] {
             settings.relative_tolerance = nearly * error;
             let task = Task::new(&mesh, scene, &settings);
-            let finer = Refinement::new(&mesh).next(&task, &mesh, &bounds.all, &found, error).unwrap().mesh;
+            let finer =
+                Refinement::new(&mesh).next(&task, &mesh, &bounds.unreduced, &parities, error).unwrap().mesh;
             let growth = finer.tets.len() as f64 / mesh.tets.len() as f64;
             assert!(growth >= MIN_GROWTH, "{nearly}: {growth}");
         }

@@ -1,4 +1,4 @@
-//! How far apart the bounds of a target are.
+//! The relative distance between the bounds of a target.
 
 use crate::bounded::Bounded;
 use crate::target::{SHARE_OF_DIAGONAL, Target};
@@ -7,17 +7,18 @@ use crate::tets::settings::TetrahedraSettings;
 /// The relative distance between the bounds.
 #[derive(Debug, PartialEq)]
 pub(super) struct Spread {
-    /// Relative spread of what the tolerance is about.
+    /// Relative spread of the target.
     pub(super) error: f64,
     /// Whether an entry was left out because its bounds include zero and are small: it has no relative error.
     pub(super) may_be_zero: bool,
 }
 
-/// The relative spread that is compared with the tolerance, of what is `measured`, or of the whole matrix and the pair.
+/// The relative spread that is compared with the tolerance: of the capacitance `measured`, or of the whole
+/// matrix and the pair.
 ///
-/// `alone` has for each driven conductor its capacitance with all others at zero potential, the floating ones included, F. An
-/// entry that may be zero and is smaller than the tolerance times this is left out: its relative spread does not fall as the mesh
-/// is refined.
+/// `alone` has for each driven conductor its capacitance with all others at zero potential, the floating ones
+/// included, F. An entry that may be zero and is smaller than the tolerance times that capacitance is left
+/// out: its relative spread does not fall as the mesh is refined.
 pub(super) fn spread(
     maxwell: &[Vec<Bounded>],
     two_terminal: Option<&Bounded>,
@@ -31,13 +32,13 @@ pub(super) fn spread(
     let negligible = |b: &Bounded, scale: f64| {
         b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
     };
-    let mut found = Spread { error: 0.0, may_be_zero: false };
+    let mut result = Spread { error: 0.0, may_be_zero: false };
     let mut count = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
         let near_enough = relative(b, scale) <= settings.relative_tolerance;
         if !near_enough && can_be_zero && negligible(b, alone) {
-            found.may_be_zero = true;
+            result.may_be_zero = true;
         } else {
-            found.error = found.error.max(relative(b, scale));
+            result.error = result.error.max(relative(b, scale));
         }
     };
     if let Some(one) = measured.or(two_terminal.filter(|_| settings.target == Target::Matrix)) {
@@ -55,7 +56,7 @@ pub(super) fn spread(
             }
         }
     }
-    found
+    result
 }
 
 #[cfg(test)]
@@ -66,20 +67,21 @@ mod tests {
     fn an_entry_that_may_be_zero_is_left_out_once_it_is_small_compared_with_the_conductor_alone() {
         let bounded = |lower: f64, upper: f64| Bounded { value: 0.5 * (lower + upper), lower, upper };
         let settings = TetrahedraSettings { relative_tolerance: 1e-2, ..TetrahedraSettings::default() };
-        let of = |b: Bounded| spread(&[vec![b]], Some(&b), None, &[1.0], &settings);
-        assert_eq!(of(bounded(0.0, 5e-3)), Spread { error: 0.0, may_be_zero: true });
-        assert_eq!(of(bounded(0.0, 5e-2)), Spread { error: 2.0, may_be_zero: false });
+        let spread_of = |b: Bounded| spread(&[vec![b]], Some(&b), None, &[1.0], &settings);
+        assert_eq!(spread_of(bounded(0.0, 5e-3)), Spread { error: 0.0, may_be_zero: true });
+        assert_eq!(spread_of(bounded(0.0, 5e-2)), Spread { error: 2.0, may_be_zero: false });
         // Small, but not zero.
-        let small = of(bounded(4e-3, 5e-3));
+        let small = spread_of(bounded(4e-3, 5e-3));
         assert!(!small.may_be_zero && small.error > 0.2);
         // With an absolute tolerance, of which this is the scale, zero is known well enough.
         let absolute = TetrahedraSettings { least_scale: 0.6, ..settings.clone() };
         let near = spread(&[vec![bounded(0.0, 5e-3)]], Some(&bounded(0.0, 5e-3)), None, &[1.0], &absolute);
         assert!(!near.may_be_zero && near.error < 1e-2, "{near:?}");
         // A screened pair: only the entry between the two may be zero.
-        let own = bounded(0.999, 1.001);
+        let diagonal = bounded(0.999, 1.001);
         let between = bounded(-1e-3, 1e-3);
-        let pair = spread(&[vec![own, between], vec![between, own]], None, None, &[1.0; 2], &settings);
+        let pair =
+            spread(&[vec![diagonal, between], vec![between, diagonal]], None, None, &[1.0; 2], &settings);
         assert!(!pair.may_be_zero && (pair.error - 0.02).abs() < 1e-3, "{pair:?}");
     }
 }

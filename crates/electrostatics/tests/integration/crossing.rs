@@ -49,7 +49,7 @@ fn a_ball_half_in_a_dielectric_is_two_half_capacitors_whatever_the_dielectric_en
         let shell = Shape::Shell { center: [0.0; 3], radius: 2e-3 };
         let scene = scene(vec![ball([0.0; 3], 1e-3), shell], vec![(lower, 3.0)]);
         let c = matrix(&scene, 0.15, 1e-2).unwrap()[0][0];
-        // 0.05 facet^2 is the estimate of what flat faces change.
+        // 0.05 facet^2 is the estimated faceting error.
         let facets = 2e-3 * known;
         assert!(c.lower - facets < known && known < c.upper + facets, "{c:?} {known:e}");
     }

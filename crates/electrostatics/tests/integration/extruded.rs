@@ -21,7 +21,7 @@ pub(crate) fn solved(scene: &Scene, relative_tolerance: f64, target: Target) -> 
     solve_extruded(scene, &settings(relative_tolerance, target)).unwrap().solution
 }
 
-/// On one coarse mesh: bounds hold on any.
+/// Solves on one coarse mesh: bounds hold on any mesh.
 pub(crate) fn on_one_mesh(scene: &Scene, symmetry: bool) -> Solution {
     let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
     solve_extruded(scene, &Settings { symmetry, resolution, ..settings(1e-3, Target::Matrix) })
@@ -188,16 +188,16 @@ fn a_plate_with_rounded_corners_lies_between_those_with_cut_and_with_sharp_ones(
     let chamfered: Vec<Entry> = corners.iter().rev().flat_map(|c| cut(*c)).map(Entry::Corner).collect();
     // In a grounded box, where a larger conductor has a larger capacitance. Sheets and thin metal.
     for to in [0.2, 0.25] {
-        let [inner, own, outer] = [&chamfered, &rounded, &sharp].map(|entries| {
+        let [inner, round, outer] = [&chamfered, &rounded, &sharp].map(|entries| {
             let bodies = vec![drawing("plate", entries, [0.2, to])];
             let domain = Box3 { min: [-1.5, 0.0, -1.2], max: [1.5, 0.6, 1.2] };
             let walls = [[Wall::Grounded; 2]; 3];
             let scene = Scene { bodies, background_permittivity: 1.0, domain, walls };
             solved(&scene, 1e-3, Target::Matrix).maxwell[0][0]
         });
-        assert!(inner.upper < own.lower && own.upper < outer.lower, "{inner:?} {own:?} {outer:?}");
-        // A rounded corner lacks 0.43 of the area that one that is cut lacks, and 0.73 of the length around it.
-        let share = (outer.value - own.value) / (outer.value - inner.value);
+        assert!(inner.upper < round.lower && round.upper < outer.lower, "{inner:?} {round:?} {outer:?}");
+        // A rounded corner lacks 0.43 of the area that a chamfered one lacks, and 0.73 of the perimeter.
+        let share = (outer.value - round.value) / (outer.value - inner.value);
         assert!((0.4..0.75).contains(&share), "{share}");
     }
 }
@@ -209,7 +209,7 @@ fn round_bodies_whose_outlines_cross_in_the_plan_are_solved_and_a_ring_lies_betw
     let whole = with(disc("above", [0.7, 0.3, 0.2], 0.8, 0.05));
     let ring = with(tube("above", [0.7, 0.3, 0.2], [0.5, 0.8], 0.05));
     assert!(ring.upper < whole.lower && ring.lower > 0.5 * whole.upper, "{ring:?} {whole:?}");
-    // The same from polygons of very many sides, to as much as these differ from circles.
+    // Polygons with very many sides agree, up to their difference from circles.
     let polygon = |radius: f64| {
         let turn = |k: u32| TAU * f64::from(k) / 96.0;
         let corner = |k: u32| [0.7 + radius * turn(k).cos(), 0.2 + radius * turn(k).sin()];
@@ -310,7 +310,7 @@ fn boxes_have_the_same_bounds_as_in_the_box_solver_whatever_surrounds_them() {
             let (a, b) = (a.from_charges, b.from_charges);
             assert!(a.lower <= b.upper && b.lower <= a.upper, "{k}: {a:?} {b:?}");
         }
-        // More where the permittivity is no product of one along the axis and one across it.
+        // More iterations where the permittivity is not a product of one along the axis and one across it.
         assert!(extruded.iterations <= 45, "{k}: {}", extruded.iterations);
     }
 }
@@ -491,10 +491,10 @@ fn the_field_is_at_the_potentials_of_the_conductors_and_between_them() {
             (_, true) => Some([0.0, 1.0]),
             _ => None,
         };
-        let own = [0, 1].map(|c| potentials[c][p]);
+        let at_point = [0, 1].map(|c| potentials[c][p]);
         if let Some(expected) = expected {
-            assert!((0..2).all(|c| (own[c] - expected[c]).abs() < 1e-9), "{point:?}: {own:?}");
+            assert!((0..2).all(|c| (at_point[c] - expected[c]).abs() < 1e-9), "{point:?}: {at_point:?}");
         }
-        assert!(own.iter().all(|u| (-0.05..1.05).contains(u)), "{point:?}: {own:?}");
+        assert!(at_point.iter().all(|u| (-0.05..1.05).contains(u)), "{point:?}: {at_point:?}");
     }
 }

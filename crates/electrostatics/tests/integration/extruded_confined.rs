@@ -14,7 +14,7 @@ const GROUNDED: [Wall; 2] = [Wall::Grounded; 2];
 
 /// A scene that ends at -1 and 1 on closed sides.
 fn scene(walls: [[Wall; 2]; 3], bodies: Vec<Body>) -> Scene {
-    let end = |side: usize| walls.map(|own| if own[side] == Wall::Open { f64::INFINITY } else { 1.0 });
+    let end = |side: usize| walls.map(|pair| if pair[side] == Wall::Open { f64::INFINITY } else { 1.0 });
     let domain = Box3 { min: end(0).map(|x: f64| -x), max: end(1) };
     Scene { bodies, background_permittivity: 1.0, domain, walls }
 }
@@ -36,8 +36,8 @@ fn two_wires_between_insulated_walls_have_the_capacitance_of_the_closed_form_and
         assert!(found.reached, "{:?}", found.shortfall);
         let c = found.two_terminal.unwrap();
         assert!(c.lower <= exact && exact <= c.upper && c.spread_over_value() <= 1e-4, "{c:?} {exact:e}");
-        for (own, sign) in [(found.maxwell[0][0], 1.0), (found.maxwell[0][1], -1.0)] {
-            assert!(own.lower <= sign * exact && sign * exact <= own.upper, "{own:?} {exact:e}");
+        for (bounds, sign) in [(found.maxwell[0][0], 1.0), (found.maxwell[0][1], -1.0)] {
+            assert!(bounds.lower <= sign * exact && sign * exact <= bounds.upper, "{bounds:?} {exact:e}");
         }
     }
 }
@@ -96,6 +96,6 @@ fn bounds_are_those_of_the_box_solver_whatever_is_closed_and_open() {
 fn a_conductor_alone_between_insulated_walls_has_no_capacitance_to_infinity() {
     let bar = block("bar", [-0.7, 0.2, -0.4], [-0.2, 0.3, 0.5]);
     let found = solve_extruded(&scene([OPEN, OPEN, INSULATED], vec![bar]), &settings(1e-2, Target::Matrix));
-    let own = found.unwrap().solution.maxwell[0][0];
-    assert!(own.lower == 0.0 && own.upper < 1e-20, "{own:?}");
+    let bounds = found.unwrap().solution.maxwell[0][0];
+    assert!(bounds.lower == 0.0 && bounds.upper < 1e-20, "{bounds:?}");
 }

@@ -32,13 +32,16 @@ fn a_level_between_plates_is_known_to_the_tolerance_whatever_the_contrast_of_wha
         let boxes = solve(&level(permittivity), &settings).unwrap().two_terminal.unwrap();
         let found = solve_extruded(&level(permittivity), &settings).unwrap().solution;
         assert!(found.reached, "{permittivity}: {:?}", found.shortfall);
-        let own = found.two_terminal.unwrap();
-        assert!(own.lower <= boxes.upper && boxes.lower <= own.upper, "{permittivity}: {own:?} {boxes:?}");
+        let bounds = found.two_terminal.unwrap();
+        assert!(
+            bounds.lower <= boxes.upper && boxes.lower <= bounds.upper,
+            "{permittivity}: {bounds:?} {boxes:?}"
+        );
     }
     // By finite elements of high degree in the plane, which agree to 1e-6.
     let found = solve_extruded(&level(80.0), &settings(1e-3, Target::TwoTerminal)).unwrap().solution;
-    let own = found.two_terminal.unwrap();
-    assert!(own.lower < 4.430_221e-12 && 4.430_221e-12 < own.upper, "{own:?}");
+    let bounds = found.two_terminal.unwrap();
+    assert!(bounds.lower < 4.430_221e-12 && 4.430_221e-12 < bounds.upper, "{bounds:?}");
 }
 
 #[test]
@@ -68,7 +71,10 @@ fn a_level_in_a_coated_tube_around_a_wire_is_known_to_the_tolerance() {
     };
     let below = per_length(&[(0.5, 1.0), (0.8, 2.3), (3.0, 80.0)]) * 4e-3;
     let above = per_length(&[(0.5, 1.0), (0.8, 2.3), (3.0, 1.0)]) * 6e-3;
-    let own = found.two_terminal.unwrap();
-    // What bends at the level adds a few per cent.
-    assert!(own.value > below + above && own.value < 1.1 * (below + above), "{own:?}, {below:e} + {above:e}");
+    let bounds = found.two_terminal.unwrap();
+    // The bent field at the level adds a few per cent.
+    assert!(
+        bounds.value > below + above && bounds.value < 1.1 * (below + above),
+        "{bounds:?}, {below:e} + {above:e}"
+    );
 }

@@ -7,7 +7,8 @@ use elastocap_electrostatics::{
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// The scene with a prism of its own background, which leaves only one axis to pull outlines along.
+/// The scene with a prism of the background's permittivity, which leaves only one axis to pull outlines
+/// along.
 fn along(axis: usize, mut scene: Scene) -> Scene {
     let outline = vec![[0.7, 0.7], [0.9, 0.7], [0.7, 0.85]];
     let prism = Shape::Extrusion { axis, from: -0.1, to: 0.2, outline, arcs: Vec::new() };
@@ -132,8 +133,8 @@ fn bounds_are_those_of_the_box_solver_wherever_the_sheets_stand() {
             for (a, b) in boxes.maxwell.iter().flatten().zip(found.maxwell.iter().flatten()) {
                 assert!(a.lower <= b.upper && b.lower <= a.upper, "{k} {axis}: {a:?} {b:?}");
             }
-            let own = found.maxwell[0][0];
-            assert!(own.spread_over_value() < 0.05, "{k} {axis}: {own:?}");
+            let diagonal = found.maxwell[0][0];
+            assert!(diagonal.spread_over_value() < 0.05, "{k} {axis}: {diagonal:?}");
             assert!(found.iterations <= 15, "{k} {axis}: {}", found.iterations);
         }
     }
@@ -201,8 +202,8 @@ fn mirror_planes_cut_sheets_in_two_and_exchange_them_and_there_is_none_that_cont
                     for (a, b) in boxes.maxwell.iter().flatten().zip(found.maxwell.iter().flatten()) {
                         assert!(a.lower <= b.upper && b.lower <= a.upper, "{axis}: {a:?} {b:?}");
                     }
-                    let own = found.maxwell[0][0];
-                    assert!(own.spread_over_value() < 0.1, "{axis}: {own:?}");
+                    let diagonal = found.maxwell[0][0];
+                    assert!(diagonal.spread_over_value() < 0.1, "{axis}: {diagonal:?}");
                 }
             }
         }

@@ -18,26 +18,31 @@ fn solved(scene: &Scene, relative_tolerance: f64) -> Result<Solution, SolveError
     solve(scene, &Settings { relative_tolerance, memory_limit: 200_000_000, ..Settings::default() })
 }
 
-/// 147.0207 fF on an endless slab. One that ends 1e8 m below was solved as if the face of the slab lay where the top of the cube is.
+/// The capacitance on an endless slab is 147.0207 fF. A slab that ends 1e8 m below was once solved as if its
+/// upper face lay at the top of the cube.
 #[test]
 fn where_a_slab_ends_that_is_much_deeper_than_the_cube_on_it_is_large_does_not_matter() {
     for from in [f64::NEG_INFINITY, -1e8, -1e6, -1e4] {
         let found = solved(&cube_in_slab(from), 1e-2).unwrap();
-        let own = found.maxwell[0][0];
-        assert!(found.reached && own.lower <= 147.0207e-15 && 147.0207e-15 <= own.upper, "{from}: {own:?}");
+        let bounds = found.maxwell[0][0];
+        assert!(
+            found.reached && bounds.lower <= 147.0207e-15 && 147.0207e-15 <= bounds.upper,
+            "{from}: {bounds:?}"
+        );
     }
 }
 
-/// The face of the slab matters less than the bounds leave open from ten sizes of the cube on.
+/// From a depth of ten sizes of the cube on, the lower face of the slab changes less than the distance
+/// between the bounds.
 #[test]
 fn a_slab_of_any_depth_is_between_thinner_and_thicker_ones_or_refused() {
     let mut least = 0.0;
     for exponent in [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0] {
         match solved(&cube_in_slab(-(10_f64.powf(exponent))), 3e-2) {
             Ok(found) => {
-                let own = found.maxwell[0][0];
-                assert!(own.upper >= least && own.lower <= 147.0207e-15, "1e{exponent}: {own:?}");
-                least = own.lower.max(least);
+                let bounds = found.maxwell[0][0];
+                assert!(bounds.upper >= least && bounds.lower <= 147.0207e-15, "1e{exponent}: {bounds:?}");
+                least = bounds.lower.max(least);
             }
             Err(error) => assert_eq!(error, SolveError::NotConverged),
         }
@@ -67,8 +72,8 @@ fn a_thin_film_does_not_vanish_because_walls_are_far_away() {
         let exact = elastocap_electrostatics::VACUUM_PERMITTIVITY * area / (8e-9 + film / 1e-2);
         match solved(&scene, 1e-2) {
             Ok(found) => {
-                let own = found.two_terminal.unwrap();
-                assert!(own.lower <= exact && exact <= own.upper, "{wall}: {exact:e} {own:?}");
+                let bounds = found.two_terminal.unwrap();
+                assert!(bounds.lower <= exact && exact <= bounds.upper, "{wall}: {exact:e} {bounds:?}");
             }
             Err(error) => assert_eq!(error, SolveError::NotConverged),
         }

@@ -21,7 +21,7 @@ fn two_sheets() -> Scene {
     }
 }
 
-/// A step counts as solved when its bounds are as close as asked for, and has its field then, however late a run was asked to stop.
+/// A solve whose bounds meet the tolerance has its field, however late it was cancelled.
 #[test]
 fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
     let scene = two_sheets();
@@ -105,7 +105,7 @@ fn a_section_is_the_field_in_the_middle_on_more_cells() {
         let cells = |field: &Field| (field.nodes[0].len() - 1) * (field.nodes[1].len() - 1);
         assert!(cells(&section.field) > 2 * cells(&field));
         let at = |field: &Field, [x, y]: [f64; 2]| {
-            let place = |a: usize, x: f64| field.nodes[a].iter().position(|own| (own - x).abs() < 1e-12);
+            let place = |a: usize, x: f64| field.nodes[a].iter().position(|node| (node - x).abs() < 1e-12);
             let [i, j, k] = [place(0, x)?, place(1, y)?, place(2, 0.0)?];
             Some(field.potential[(i * field.nodes[1].len() + j) * field.nodes[2].len() + k])
         };
@@ -115,7 +115,7 @@ fn a_section_is_the_field_in_the_middle_on_more_cells() {
         let common = places.filter_map(|place| Some((at(&section.field, place)?, at(&field, place)?)));
         let common: Vec<(f64, f64)> = common.collect();
         assert!(common.len() > 20, "{}", common.len());
-        assert!(common.iter().all(|(own, other)| (own - other).abs() < 1e-9), "{common:?}");
+        assert!(common.iter().all(|(fine, coarse)| (fine - coarse).abs() < 1e-9), "{common:?}");
     }
 }
 
@@ -145,8 +145,8 @@ fn a_section_through_a_load_on_either_side_of_a_mirror_plane_is_that_of_the_whol
         let off = largest(&part.field.potential, &whole.field.potential);
         assert!(off < 1e-6, "{off}");
         // The component across the mirror plane has the sign of the side.
-        let across = |own: &elastocap_electrostatics::FieldSection| -> Vec<f64> {
-            own.field.electric_field.iter().map(|limits| limits[1][2]).collect()
+        let across = |section: &elastocap_electrostatics::FieldSection| -> Vec<f64> {
+            section.field.electric_field.iter().map(|limits| limits[1][2]).collect()
         };
         let (a, b) = (across(&part), across(&whole));
         let scale = b.iter().map(|e| e.abs()).fold(0.0, f64::max);

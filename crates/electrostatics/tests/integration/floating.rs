@@ -64,8 +64,8 @@ fn a_floating_plate_between_plates_makes_two_capacitors_in_series() {
 
 #[test]
 fn the_potentials_shown_are_those_of_the_field() {
-    let asked = Settings { field: true, ..settings(1e-3) };
-    let field = solve(&stack(0.1, 0.3 * VACUUM_PERMITTIVITY), &asked).unwrap().field.unwrap();
+    let with_field = Settings { field: true, ..settings(1e-3) };
+    let field = solve(&stack(0.1, 0.3 * VACUUM_PERMITTIVITY), &with_field).unwrap().field.unwrap();
     // +0.5 V below, -0.5 V above: 0.2 of the way up from 0.5, and 0.3/(2.5 + 10) from the charge.
     let float = 0.5 * 0.2 - 0.5 * 0.8 + 0.3 / 12.5;
     assert!((field.potentials[1] - float).abs() < 1e-9, "{:?}", field.potentials);
@@ -94,8 +94,8 @@ fn the_middle_of_a_symmetric_scene_is_halfway_between_the_two_driven_plates() {
     }
 }
 
-fn by_hand(all: &Solution, charge: f64) -> ([[f64; 2]; 2], [f64; 3]) {
-    let c = |i: usize, j: usize| all.maxwell[i][j].value;
+fn by_hand(whole: &Solution, charge: f64) -> ([[f64; 2]; 2], [f64; 3]) {
+    let c = |i: usize, j: usize| whole.maxwell[i][j].value;
     let reduced = [0, 2].map(|i| [0, 2].map(|j| c(i, j) - c(i, 1) * c(1, j) / c(1, 1)));
     (reduced, [-c(1, 0) / c(1, 1), -c(1, 2) / c(1, 1), charge / c(1, 1)])
 }
@@ -103,7 +103,8 @@ fn by_hand(all: &Solution, charge: f64) -> ([[f64; 2]; 2], [f64; 3]) {
 #[test]
 fn a_floating_box_among_three_gives_the_whole_matrix_without_it() {
     let charge = 1e-11;
-    // On one grid: the middle of the bounds of the whole matrix lies between them, and what it is reduced to between theirs.
+    // On one grid the middle of the bounds on the whole matrix, reduced by hand, lies between the bounds on
+    // the reduced matrix.
     let resolution = Some(ResolutionLevel { order: 3, levels: 0 });
     let coarse = Settings { resolution, ..settings(1e-3) };
     let (matrix, potentials) = by_hand(&solve(&boxes(None), &coarse).unwrap(), charge);

@@ -72,7 +72,7 @@ fn two_spheres_in_open_space_have_the_matrix_of_the_image_series() {
         for j in 0..2 {
             let c = found.solution.maxwell[i][j];
             let known = 4.0 * PI * VACUUM_PERMITTIVITY * known[i][j];
-            // The bounds are those of bodies with flat faces: what these differ by is allowed for.
+            // The bounds are those of bodies with flat faces; the faceting error is allowed for.
             let facets = 2e-3 * known.abs();
             assert!(c.lower - facets <= known && known <= c.upper + facets, "{i} {j}: {c:?} {known}");
         }
@@ -113,7 +113,8 @@ fn what_a_cube_in_a_cube_takes_is_forecast_within_a_factor_of_two() {
     let ratio = forecast.unknowns as f64 / found.solution.unknowns as f64;
     assert!((0.5..2.0).contains(&ratio), "{} forecast, {} taken", forecast.unknowns, found.solution.unknowns);
     assert!(forecast.memory_bytes > 1000 * forecast.unknowns as u64 && forecast.seconds > 0.0);
-    // No more than there is room for is ever made; the forecast then has a quarter to spare, and the program itself.
+    // No mesh exceeds the memory limit; the forecast adds a quarter of it, and the memory of the program
+    // itself.
     let little = TetrahedraSettings { relative_tolerance: 1e-6, memory_limit: 500_000_000, ..settings };
     let mesh = self::mesh(&scene, &Sizing::default()).unwrap().mesh;
     let forecast = forecast_mesh(mesh, shapes, &little).unwrap();

@@ -3,7 +3,7 @@
 //!
 //! The closed form adds and divides positive numbers only, so that it is exact to a few units in the last place whatever the
 //! contrast. The environment variable `LAYERED_SCENES` sets how many stacks each test draws, and at how many distances the walls of the five
-//! layers lie; `LAYERED_SEED` sets the seed of what is drawn.
+//! layers lie; `LAYERED_SEED` sets the seed of the draws.
 
 use elastocap_electrostatics::{
     Bounded, MeshScene, Settings, Solution, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, solve,
@@ -84,7 +84,7 @@ impl Stack {
     /// Thickness over permittivity of each gap, m, as the solver sees the thickness: the difference of two coordinates.
     fn reluctances(&self) -> Vec<f64> {
         let mut at = 0.0;
-        let mut own = Vec::new();
+        let mut reluctances = Vec::new();
         for (k, layers) in self.gaps.iter().enumerate() {
             let mut sum = 0.0;
             for (thickness, permittivity) in layers {
@@ -92,10 +92,10 @@ impl Stack {
                 sum += (top - at) / permittivity;
                 at = top;
             }
-            own.push(sum);
+            reluctances.push(sum);
             at += self.plates.get(k).map_or(0.0, |p| p.thickness);
         }
-        own
+        reluctances
     }
 
     /// Chains of gaps between one terminal and the next: both ends, and thickness over permittivity from the lower end to
@@ -106,8 +106,8 @@ impl Stack {
         let mut below: Option<Terminal> = self.grounded[0].then_some(None);
         let mut within = Vec::new();
         let mut sum = 0.0;
-        for (k, own) in reluctances.iter().enumerate() {
-            sum += own;
+        for (k, reluctance) in reluctances.iter().enumerate() {
+            sum += reluctance;
             within.push(sum);
             let above = match self.plates.get(k) {
                 Some(plate) if plate.floats => continue,
@@ -179,7 +179,7 @@ fn seed() -> u64 {
     std::env::var("LAYERED_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(4)
 }
 
-/// Draws stacks, and asks `law` of each. The same ones at every run.
+/// Checks `law` on stacks that are drawn at random, but the same at every run.
 fn for_stacks<T: std::fmt::Debug>(
     cases: u32,
     stacks: &impl Strategy<Value = T>,
@@ -194,7 +194,7 @@ fn for_stacks<T: std::fmt::Debug>(
     TestRunner::new(config).run(stacks, |stack| law(&stack)).unwrap();
 }
 
-/// What came of the stacks that were drawn.
+/// Outcomes of the stacks that were drawn.
 #[derive(Default)]
 struct Count {
     reached: Cell<u32>,
@@ -208,14 +208,15 @@ impl Count {
     fn note(&self, found: &Solution) {
         let one_more = |count: &Cell<u32>| count.set(count.get() + 1);
         one_more(if found.reached { &self.reached } else { &self.missed });
-        let own = (0..found.maxwell.len()).map(|i| found.maxwell[i][i]);
-        let largest = own.max_by(|a, b| a.value.total_cmp(&b.value));
+        let diagonal = (0..found.maxwell.len()).map(|i| found.maxwell[i][i]);
+        let largest = diagonal.max_by(|a, b| a.value.total_cmp(&b.value));
         self.spreads.borrow_mut().extend(largest.filter(|b| b.lower > 0.0).map(|b| b.spread_over_value()));
     }
 }
 
-/// Draws stacks whose permittivities differ by up to 18 orders of magnitude, with a tolerance of `tolerances`, as exponents, for each, and
-/// solves them. No bounds exclude the truth; those that cannot be given are refused. Prints what came of the stacks.
+/// Draws stacks whose permittivities differ by up to 18 orders of magnitude, with a tolerance of
+/// `tolerances`, as exponents, for each, and solves them. All bounds must contain the truth; a stack may also
+/// be refused. Prints the numbers of outcomes.
 fn for_any_contrast(
     default: u32,
     tolerances: std::ops::Range<f64>,
@@ -253,7 +254,7 @@ fn for_any_contrast(
 /// Whether all bounds contain the closed form, and meet the tolerance where the solver says so.
 fn contains_the_truth(stack: &Stack, solution: &Solution, tolerance: f64) -> Result<(), TestCaseError> {
     let exact = stack.maxwell();
-    // The closed form has a rounding error of its own.
+    // The closed form has rounding errors too.
     let rounding = 8.0 * f64::EPSILON;
     for (i, row) in exact.iter().enumerate() {
         for (j, &truth) in row.iter().enumerate() {
@@ -348,8 +349,9 @@ fn five_layers(high: f64, distance: f64) -> Stack {
     }
 }
 
-/// A product with the operator of the lower bound cancels all but 1e-9 of the potentials in the layer of highest permittivity; what rounding
-/// leaves there is flux that no charge drives. It was counted nowhere, and bounds 5e-7 beside the truth were proved.
+/// A product with the operator of the lower bound cancels all but 1e-9 of the potentials in the layer of
+/// highest permittivity; rounding leaves a flux there that no charge drives. As long as it was not counted,
+/// bounds missed the truth by 5e-7.
 #[test]
 fn five_layers_in_series_are_within_their_bounds_wherever_the_walls_are() {
     let mut refused = 0;
@@ -368,7 +370,8 @@ fn five_layers_in_series_are_within_their_bounds_wherever_the_walls_are() {
     println!("{refused} are refused");
 }
 
-/// The stack of which that was found, to the digit: 8.638622371631e-22 F lay 5e-8 below bounds that were 4e-8 apart.
+/// The stack on which this was found, to the digit: 8.638622371631e-22 F lay 5e-8 below bounds that were 4e-8
+/// apart.
 #[test]
 fn a_stack_with_a_contrast_of_two_billion_is_within_its_bounds() {
     let cut = [0.0, 0.000205228, 0.000406953, 0.000585138, 0.000786804, 0.000988904];
@@ -389,13 +392,14 @@ fn a_stack_with_a_contrast_of_two_billion_is_within_its_bounds() {
     for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
         let settings = Settings { relative_tolerance: tolerance, ..Settings::default() };
         let found = solve(&scene, &settings).unwrap();
-        let own = found.two_terminal.unwrap();
-        assert!(found.reached, "{tolerance:e}: {own:?} {:?}", found.shortfall);
-        assert!(own.lower <= exact && exact <= own.upper, "{tolerance:e}: {exact:e} {own:?}");
+        let bounds = found.two_terminal.unwrap();
+        assert!(found.reached, "{tolerance:e}: {bounds:?} {:?}", found.shortfall);
+        assert!(bounds.lower <= exact && exact <= bounds.upper, "{tolerance:e}: {exact:e} {bounds:?}");
     }
 }
 
-/// The simplest of 2,000 stacks whose bounds did not contain the truth: the sum of two limits of 0.2 F was rounded to zero digits of it.
+/// The simplest of 2,000 stacks whose bounds did not contain the truth: the coupling was smaller than the
+/// rounding of a sum of two limits of 0.2 F.
 #[test]
 fn a_weak_coupling_between_strong_ones_is_within_its_bounds_or_refused() {
     let sheet = Plate { thickness: 0.0, floats: false };

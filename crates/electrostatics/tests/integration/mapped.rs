@@ -1,4 +1,5 @@
-//! Scenes that a map bends: against the box solver where the bent scene is one of boxes, and against what no map can change.
+//! Scenes that a map bends: against the box solver where the bent scene is one of boxes, and against
+//! invariants of any map.
 
 use std::sync::Arc;
 
@@ -49,7 +50,7 @@ fn settings(tolerance: f64) -> Settings {
     Settings { relative_tolerance: tolerance, field: false, ..Settings::default() }
 }
 
-/// Checks that both contain `exact` (or each other's) and that the first is as close as asked.
+/// Checks that the bounds of both solves overlap, and that the first meets its tolerance.
 fn agree(mapped: &Solution, straight: &Solution, tolerance: f64) {
     for (row, other) in mapped.maxwell.iter().zip(&straight.maxwell) {
         for (c, d) in row.iter().zip(other) {
@@ -201,11 +202,11 @@ fn plates_bent_in_the_plane_have_the_capacitance_of_their_outlines() {
 #[test]
 fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_scene() {
     let map = Arc::new(bent_in_the_plane());
-    let of = |tolerance: f64| {
+    let solved = |tolerance: f64| {
         let settings = Settings { field: true, ..settings(tolerance) };
         solve_mapped(&plates(), &map, &settings).unwrap()
     };
-    let found: Vec<Solution> = [3e-2, 3e-3, 3e-4].map(of).into();
+    let found: Vec<Solution> = [3e-2, 3e-3, 3e-4].map(solved).into();
     for pair in found.windows(2) {
         let [loose, tight] = [0, 1].map(|n| pair[n].two_terminal.unwrap());
         println!("{loose:?} {tight:?}");
@@ -215,7 +216,7 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
     let points = field.points.as_ref().unwrap();
     let [nx, ny, nz] = field.nodes.each_ref().map(Vec::len);
     let at = |i: usize, j: usize, k: usize| (i * ny + j) * nz + k;
-    let (mut off, mut all, mut count) = (0.0, 0.0, 0);
+    let (mut off, mut total, mut count) = (0.0, 0.0, 0);
     for (i, j, k) in
         (0..nx - 1).flat_map(|i| (0..ny - 1).flat_map(move |j| (0..nz - 1).map(move |k| (i, j, k))))
     {
@@ -228,7 +229,7 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
             continue;
         }
         // The fall of the potential along the short edges of a cell against the mean of the field at their ends, as it is in the cell.
-        let own = |corner: [usize; 3]| {
+        let field_at = |corner: [usize; 3]| {
             let limits = field.electric_field[at(i + corner[0], j + corner[1], k + corner[2])];
             [0, 1, 2].map(|a: usize| limits[1 - corner[a]][a])
         };
@@ -243,16 +244,16 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
                     continue;
                 }
                 let fall = field.potential[from] - field.potential[to];
-                let ends = [own(start), own(end)];
+                let ends = [field_at(start), field_at(end)];
                 let expected: f64 = (0..3).map(|n| 0.5 * (ends[0][n] + ends[1][n]) * path[n]).sum();
-                all += fall * fall;
+                total += fall * fall;
                 off += (fall - expected).powi(2);
                 count += 1;
             }
         }
     }
-    println!("{} of {count}", (off / all).sqrt());
-    assert!(count > 7 && off < 0.05_f64.powi(2) * all, "{}", (off / all).sqrt());
+    println!("{} of {count}", (off / total).sqrt());
+    assert!(count > 7 && off < 0.05_f64.powi(2) * total, "{}", (off / total).sqrt());
 }
 
 #[test]
@@ -351,9 +352,9 @@ fn ball() -> (Scene, SceneMap, Rounded) {
 fn a_ball_made_of_a_box_has_its_capacitance_and_takes_fewer_unknowns_where_it_is_known_to_be_round() {
     let (scene, map, rounded) = ball();
     let exact = 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY;
-    let own = Settings { target: Target::Own(0), ..settings(1e-3) };
+    let settings = Settings { target: Target::Own(0), ..settings(1e-3) };
     let [edged, round] = [map.clone(), map.with_rounded(rounded)].map(|map| {
-        let found = solve_mapped(&scene, &Arc::new(map), &own).unwrap();
+        let found = solve_mapped(&scene, &Arc::new(map), &settings).unwrap();
         let c = found.maxwell[0][0];
         println!("{:e} to {:e}, exact {exact:e}, {} unknowns", c.lower, c.upper, found.unknowns);
         assert!(found.reached && c.lower <= exact && exact <= c.upper, "{c:?} {exact:e}");

@@ -1,4 +1,4 @@
-//! One part of a scene that is its own mirror image, solved for the whole.
+//! Solves of one part of a mirror-symmetric scene that stand for the whole.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -61,23 +61,23 @@ fn compared(
     let found = planes(scene);
     assert_eq!(found.iter().flatten().count(), expected);
     let whole = &[None, None, None];
-    let both = [solved(scene, &found, facet, tolerance)?, solved(scene, whole, facet, tolerance)?];
+    let solutions = [solved(scene, &found, facet, tolerance)?, solved(scene, whole, facet, tolerance)?];
     let overlap = |a: &Bounded, b: &Bounded| {
         assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
     };
-    for (a, b) in both[0].maxwell.iter().flatten().zip(both[1].maxwell.iter().flatten()) {
+    for (a, b) in solutions[0].maxwell.iter().flatten().zip(solutions[1].maxwell.iter().flatten()) {
         overlap(a, b);
     }
-    for (a, b) in both[0].two_terminal.iter().zip(&both[1].two_terminal) {
+    for (a, b) in solutions[0].two_terminal.iter().zip(&solutions[1].two_terminal) {
         overlap(a, b);
     }
-    for (a, b) in both[0].floating.iter().zip(&both[1].floating) {
+    for (a, b) in solutions[0].floating.iter().zip(&solutions[1].floating) {
         assert_eq!(a.conductor, b.conductor);
         overlap(&a.from_charges, &b.from_charges);
         a.per_driven.iter().zip(&b.per_driven).for_each(|(a, b)| overlap(a, b));
     }
-    println!("{} of {} unknowns", both[0].unknowns, both[1].unknowns);
-    Ok(both)
+    println!("{} of {} unknowns", solutions[0].unknowns, solutions[1].unknowns);
+    Ok(solutions)
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn a_quarter_of_two_balls_in_open_space_has_their_matrix() {
     let known = [[0.01105933977598848, -0.004444944336055013], [-0.004444944336055013, 0.02185361967309565]];
     for (found, known) in part.maxwell.iter().flatten().zip(known.as_flattened()) {
         let known = 4.0 * PI * VACUUM_PERMITTIVITY * known;
-        // Bodies with flat faces have these bounds: what they differ by is allowed for.
+        // The bounds are those of bodies with flat faces; the faceting error is allowed for.
         let facets = 5e-3 * known.abs();
         assert!(found.lower - facets <= known && known <= found.upper + facets, "{found:?} {known}");
     }
@@ -135,7 +135,7 @@ fn half_an_l_and_a_scene_without_a_plane_agree_with_the_whole() {
     };
     let one = Shape::Sphere { center: [0.2, 0.0, 0.2], radius: 0.2 };
     compared(&scene(vec![(pad(-0.1), None), (one.clone(), None)], Wall::Grounded), 1, 0.4, 3e-2).unwrap();
-    // Higher up there is no plane: both are the whole.
+    // With the pad higher up there is no mirror plane, and both are solves of the whole.
     let [a, b] = compared(&scene(vec![(pad(0.0), None), (one, None)], Wall::Grounded), 0, 0.4, 5e-2).unwrap();
     assert_eq!(a.maxwell[0][0], b.maxwell[0][0]);
     assert_eq!(a.mirrored, [false; 3]);
@@ -143,8 +143,8 @@ fn half_an_l_and_a_scene_without_a_plane_agree_with_the_whole() {
 
 #[test]
 fn two_equal_balls_that_change_places_have_the_matrix_of_the_whole_and_the_known_one() {
-    let all = scene(vec![(ball(0.0, 0.01), None), (ball(0.03, 0.01), None)], Wall::Open);
-    let [part, whole] = compared(&all, 3, 0.25, 3e-2).unwrap();
+    let pair = scene(vec![(ball(0.0, 0.01), None), (ball(0.03, 0.01), None)], Wall::Open);
+    let [part, whole] = compared(&pair, 3, 0.25, 3e-2).unwrap();
     // Images: 4 pi eps0 a sinh(mu) times sums of 1 / sinh((2n - 1) mu) and 1 / sinh(2n mu), cosh(mu) = 1.5.
     let mu = 1.5_f64.acosh();
     let sum = |first: f64| (0..60).map(|n| 1.0 / ((first + 2.0 * f64::from(n)) * mu).sinh()).sum::<f64>();
@@ -160,12 +160,12 @@ fn two_equal_balls_that_change_places_have_the_matrix_of_the_whole_and_the_known
 
 #[test]
 fn a_pair_between_insulated_walls_is_one_state_on_one_half() {
-    let all = scene(vec![(ball(-0.45, 0.3), None), (ball(0.45, 0.3), None)], Wall::Insulated);
-    let [part, _] = compared(&all, 3, 0.3, 3e-2).unwrap();
-    let [own, between] = [part.maxwell[0][0], part.maxwell[0][1]];
-    assert!((own.lower + between.upper).abs() < 1e-9 * own.value, "{own:?} {between:?}");
+    let pair = scene(vec![(ball(-0.45, 0.3), None), (ball(0.45, 0.3), None)], Wall::Insulated);
+    let [part, _] = compared(&pair, 3, 0.3, 3e-2).unwrap();
+    let [diagonal, between] = [part.maxwell[0][0], part.maxwell[0][1]];
+    assert!((diagonal.lower + between.upper).abs() < 1e-9 * diagonal.value, "{diagonal:?} {between:?}");
     let pair = part.two_terminal.unwrap();
-    assert!((pair.value / own.value - 1.0).abs() < 1e-9);
+    assert!((pair.value / diagonal.value - 1.0).abs() < 1e-9);
 }
 
 #[test]
@@ -175,15 +175,15 @@ fn four_pads_around_a_middle_one_that_floats_are_solved_on_an_eighth() {
     let mut shapes: Vec<_> =
         [[-0.6, -0.6], [0.6, -0.6], [-0.6, 0.6], [0.6, 0.6]].map(|[x, z]| (pad(x, z), None)).to_vec();
     shapes.push((pad(0.0, 0.0), Some(1e-12)));
-    let mut all = scene(shapes, Wall::Grounded);
+    let mut pads = scene(shapes, Wall::Grounded);
     // Two bodies of one permittivity that change places, above one that stays and reaches into them.
     let bead = |x: f64| Shape::Box(Box3 { min: [x - 0.1, 0.2, -0.5], max: [x + 0.1, 0.4, 0.5] });
     for (name, x) in [("left", -0.6), ("right", 0.6)] {
-        all.bodies.push(Body::dielectric(name, bead(x), 5.0));
+        pads.bodies.push(Body::dielectric(name, bead(x), 5.0));
     }
     let layer = Box3 { min: [-1.0, 0.1, -1.0], max: [1.0, 0.3, 1.0] };
-    all.bodies.push(Body::dielectric("layer", Shape::Box(layer), 2.0));
-    let [part, whole] = compared(&all, 2, 0.4, 1e-1).unwrap();
+    pads.bodies.push(Body::dielectric("layer", Shape::Box(layer), 2.0));
+    let [part, whole] = compared(&pads, 2, 0.4, 1e-1).unwrap();
     assert_eq!(part.mirrored, [true, false, true]);
     assert!(3 * part.unknowns < whole.unknowns, "{} {}", part.unknowns, whole.unknowns);
 }

@@ -69,7 +69,8 @@ fn a_conductor_in_parts_that_touch_or_overlap_has_the_bounds_of_the_whole() {
         for (row, other) in expected.iter().zip(&found) {
             row.iter().zip(other).for_each(|(a, b)| overlap(*a, *b));
         }
-        // The field is the same and so are the grids but for the planes of the parts: what both miss is the same to 1e-6.
+        // The field is the same, and the grids differ by the planes of the parts only: the errors agree to
+        // 1e-6.
         let relative = found[0][1].value / expected[0][1].value - 1.0;
         assert!(relative.abs() < 1e-5, "{relative:e}");
     }
@@ -97,7 +98,8 @@ fn boxes_on_one_wire_have_the_sum_of_the_entries_of_separate_boxes() {
     overlap(wired[0][0], sum(&[separate[0][0], separate[0][1], separate[1][0], separate[1][1]]));
     overlap(wired[0][1], sum(&[separate[0][2], separate[1][2]]));
     overlap(wired[1][1], separate[2][2]);
-    // The planes are the same, and so is the field where both are at one potential: what both miss is the same to 1e-6.
+    // The planes are the same, and so is the field where both boxes are at one potential: the errors agree to
+    // 1e-6.
     let relative = wired[0][1].value / (separate[0][2].value + separate[1][2].value) - 1.0;
     assert!(relative.abs() < 1e-5, "{relative:e}");
 }
@@ -113,8 +115,8 @@ fn a_pair_of_combs_is_its_own_mirror_image_and_gives_the_same_with_and_without_s
     let with = solve(&scene, &settings(1e-3)).unwrap();
     assert_eq!(with.mirrored, [true; 3]);
     let without = solve(&scene, &Settings { symmetry: false, ..settings(1e-3) }).unwrap();
-    // The whole has the grid of a part and its mirror images. Of an energy the iterations leave 3e-8, and each repair takes off its
-    // share.
+    // The whole has the grid of a part and its mirror images. The iterations leave an error of 3e-8 of an
+    // energy, and each repair lowers its bound.
     let left = 2.0 * 3e-8 + with.repair_share + without.repair_share;
     let scale = with.maxwell[0][0].value;
     for (a, b) in with.maxwell.iter().flatten().zip(without.maxwell.iter().flatten()) {
@@ -124,7 +126,8 @@ fn a_pair_of_combs_is_its_own_mirror_image_and_gives_the_same_with_and_without_s
     }
 }
 
-/// Two hooks, of two boxes each, which the marked mirrors together bring to each other's place, and no mirror alone.
+/// Two hooks, of two boxes each, which the mirrors across the marked axes exchange together, and no mirror
+/// alone.
 fn hooks(across: [bool; 3]) -> Vec<Body> {
     let boxes =
         [([-0.7, -0.25, -0.6], [-0.45, -0.1, 0.5]), ([-0.7, -0.25, -0.6], [0.3, -0.1, -0.4])].to_vec();
@@ -132,7 +135,7 @@ fn hooks(across: [bool; 3]) -> Vec<Body> {
         let ends = [0, 1, 2].map(|a| if across[a] { [-high[a], -low[a]] } else { [low[a], high[a]] });
         cuboid(ends.map(|e| e[0]), ends.map(|e| e[1]))
     };
-    // The second is cut into its boxes in another way.
+    // The second hook is cut into boxes in another way.
     let mut other: Vec<Shape> = boxes.iter().map(turned).collect();
     other.push(turned(&([-0.7, -0.25, -0.6], [-0.45, -0.1, -0.4])));
     let one: Vec<Shape> = boxes.iter().map(|(low, high)| cuboid(*low, *high)).collect();
@@ -142,16 +145,16 @@ fn hooks(across: [bool; 3]) -> Vec<Body> {
 #[test]
 fn conductors_that_a_half_turn_brings_to_each_others_place_are_solved_once() {
     let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
-    let own = Settings { resolution, ..settings(1e-3) };
+    let settings = Settings { resolution, ..settings(1e-3) };
     let turns = [[true, false, true], [true, true, false], [true; 3]];
     for (across, wall) in turns.into_iter().zip([Wall::Open, Wall::Grounded, Wall::Grounded]) {
         let mut scene = Scene { walls: [[wall; 2]; 3], ..grounded(hooks(across)) };
         scene.domain = if wall == Wall::Open { Box3::SPACE } else { Box3 { min: [-1.0; 3], max: [1.0; 3] } };
-        let once = solve(&scene, &own).unwrap();
+        let once = solve(&scene, &settings).unwrap();
         assert!(once.mirrored.iter().filter(|m| **m).count() < 2, "{:?}", once.mirrored);
-        let each = solve(&scene, &Settings { symmetry: false, ..own.clone() }).unwrap();
+        let each = solve(&scene, &Settings { symmetry: false, ..settings.clone() }).unwrap();
         if across == [true, false, true] {
-            // Each of the two parts is on half of what a mirror leaves.
+            // Each of the two problems is on half of the part that a mirror leaves.
             assert!(3 * once.unknowns <= each.unknowns, "{} {}", once.unknowns, each.unknowns);
         } else {
             assert!(once.iterations < each.iterations, "{} {}", once.iterations, each.iterations);
@@ -169,7 +172,7 @@ fn conductors_that_a_half_turn_brings_to_each_others_place_are_solved_once() {
     }
 }
 
-/// Those that a half turn about the second axis brings to each other's place, in open space.
+/// The hooks that a half turn about the second axis exchanges, in open space.
 fn open_hooks() -> Scene {
     let scene = grounded(hooks([true, false, true]));
     Scene { domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3], ..scene }
@@ -178,13 +181,13 @@ fn open_hooks() -> Scene {
 #[test]
 fn the_field_of_what_a_half_turn_takes_to_itself_is_that_without_symmetry() {
     let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
-    let own = Settings { resolution, field: true, ..settings(1e-3) };
+    let settings = Settings { resolution, field: true, ..settings(1e-3) };
     for target in [Target::Matrix, Target::Own(0)] {
         let scene = open_hooks();
-        let of = |symmetry: bool| {
-            solve(&scene, &Settings { symmetry, target, ..own.clone() }).unwrap().field.unwrap()
+        let sampled = |symmetry: bool| {
+            solve(&scene, &Settings { symmetry, target, ..settings.clone() }).unwrap().field.unwrap()
         };
-        let (half, whole) = (of(true), of(false));
+        let (half, whole) = (sampled(true), sampled(false));
         assert_eq!(half.nodes, whole.nodes);
         assert_eq!(half.body, whole.body);
         let most = whole.electric_field.iter().flatten().flatten().fold(0.0_f64, |most, e| most.max(e.abs()));
@@ -211,28 +214,29 @@ fn opposite_potentials_alone_give_the_two_terminal_capacitance_without_the_matri
         scene.bodies.extend(beside.map(|shape| Body::dielectric("beside", shape, 5.0)));
         scene
     };
-    let own = |relative_tolerance: f64, target_alone: bool| Settings {
+    let settings_for = |relative_tolerance: f64, target_alone: bool| Settings {
         target: Target::TwoTerminal,
         target_alone,
         ..settings(relative_tolerance)
     };
-    let exact = solve(&hooks(None), &own(1e-3, false)).unwrap().two_terminal.unwrap();
+    let exact = solve(&hooks(None), &settings_for(1e-3, false)).unwrap().two_terminal.unwrap();
     for tolerance in [1e-1, 1e-2] {
-        let alone = solve(&hooks(None), &own(tolerance, true)).unwrap();
+        let alone = solve(&hooks(None), &settings_for(tolerance, true)).unwrap();
         let found = alone.two_terminal.unwrap();
         assert!(alone.maxwell.is_empty() && alone.reached && found.spread_over_value() <= tolerance);
         assert!(found.lower <= exact.upper && exact.lower <= found.upper, "{found:?} {exact:?}");
         assert_eq!(alone.measured, alone.two_terminal);
     }
-    // Where the turn leads to another scene, or a floating body takes a potential, all is solved.
+    // Where the turn leads to another scene, or a floating body takes a potential, the whole matrix is solved
+    // for.
     let other = hooks(Some(cuboid([0.5, 0.2, -0.2], [0.7, 0.5, 0.2])));
-    assert_eq!(solve(&other, &own(1e-1, true)).unwrap().maxwell.len(), 2);
+    assert_eq!(solve(&other, &settings_for(1e-1, true)).unwrap().maxwell.len(), 2);
     let mut floating = hooks(None);
     floating.bodies.push(Body {
         role: Role::Conductor { potential: Potential::Floating { charge: 0.0 } },
         ..Body::conductor("patch", cuboid([-0.2, 0.1, -0.2], [0.2, 0.2, 0.2]))
     });
-    assert_eq!(solve(&floating, &own(1e-1, true)).unwrap().maxwell.len(), 2);
+    assert_eq!(solve(&floating, &settings_for(1e-1, true)).unwrap().maxwell.len(), 2);
 }
 
 /// Boxes and sheets between places of a lattice, so that they begin, end and lie in the middle of the scene, each with its turned image;
@@ -247,7 +251,7 @@ fn turned_scene(seed: u64) -> Scene {
     let apart = |a: &([f64; 3], [f64; 3]), b: &([f64; 3], [f64; 3])| {
         (0..3).any(|k| a.1[k] + 0.05 < b.0[k] || b.1[k] + 0.05 < a.0[k])
     };
-    let mut kept: Vec<Vec<([f64; 3], [f64; 3])>> = Vec::new();
+    let mut placed: Vec<Vec<([f64; 3], [f64; 3])>> = Vec::new();
     let mut bodies = Vec::new();
     for attempt in 0..40 {
         let range =
@@ -258,7 +262,7 @@ fn turned_scene(seed: u64) -> Scene {
         }
         let one = ([x[0], y[0], z[0]], [x[1], y[1], z[1]]);
         let other = turned(one);
-        let is_free = |b: &([f64; 3], [f64; 3])| kept.iter().flatten().all(|k| apart(k, b));
+        let is_free = |b: &([f64; 3], [f64; 3])| placed.iter().flatten().all(|k| apart(k, b));
         if !is_free(&one) || !is_free(&other) || bodies.len() > 3 {
             continue;
         }
@@ -269,15 +273,15 @@ fn turned_scene(seed: u64) -> Scene {
                 Body::conductor(format!("{attempt} turned"), b),
             ]),
             false => {
-                let own = if next(2) == 0 {
+                let body = if next(2) == 0 {
                     Body::conductor(format!("{attempt}"), a)
                 } else {
                     Body::grounded(format!("{attempt}"), a)
                 };
-                bodies.push(Body { parts: [own.parts.clone(), vec![b]].concat(), ..own });
+                bodies.push(Body { parts: [body.parts.clone(), vec![b]].concat(), ..body });
             }
         }
-        kept.push(vec![one, other]);
+        placed.push(vec![one, other]);
     }
     bodies.push(Body::dielectric("layer", cuboid([-0.7, -0.2, -0.7], [0.7, 0.3, 0.7]), 3.0));
     let walls = [[Wall::Open; 2], [Wall::Grounded; 2], [Wall::Insulated; 2]][next(3) as usize];
@@ -295,11 +299,11 @@ fn half_of_any_scene_that_a_half_turn_takes_to_itself_gives_the_bounds_of_the_wh
         if !scene.conductors().any(|c| c.potential == Potential::Driven) {
             continue;
         }
-        let of = |symmetry: bool| {
+        let bounds = |symmetry: bool| {
             solve(&scene, &Settings { resolution, symmetry, ..settings(1e-6) })
                 .map_err(|e| format!("{seed}: {e}"))
         };
-        let (half, whole) = (of(true).unwrap(), of(false).unwrap());
+        let (half, whole) = (bounds(true).unwrap(), bounds(false).unwrap());
         compared += 1;
         turned += usize::from(half.mirrored == [false; 3] && 10 * half.unknowns < 7 * whole.unknowns);
         let n = half.maxwell.len();
@@ -336,7 +340,7 @@ fn a_little_more_than_the_tolerance_is_accepted_where_that_is_allowed() {
 #[test]
 fn a_dielectric_on_one_side_makes_a_half_turn_another_scene() {
     let resolution = Some(ResolutionLevel { order: 3, levels: 1 });
-    let own = Settings { resolution, ..settings(1e-3) };
+    let settings = Settings { resolution, ..settings(1e-3) };
     let domain = Box3 { min: [-1.0; 3], max: [1.0; 3] };
     let mut scene = Scene { domain, ..grounded(hooks([true, false, true])) };
     let shape = cuboid([0.5, 0.2, -0.2], [0.7, 0.5, 0.2]);
@@ -344,8 +348,8 @@ fn a_dielectric_on_one_side_makes_a_half_turn_another_scene() {
         role: Role::Dielectric { relative_permittivity: 5.0 },
         ..Body::conductor("beside", shape)
     });
-    let with = solve(&scene, &own).unwrap();
-    let without = solve(&scene, &Settings { symmetry: false, ..own }).unwrap();
+    let with = solve(&scene, &settings).unwrap();
+    let without = solve(&scene, &Settings { symmetry: false, ..settings }).unwrap();
     assert_eq!(with.iterations, without.iterations);
     assert_eq!(with.maxwell, without.maxwell);
     assert!((with.maxwell[0][0].upper / with.maxwell[1][1].upper - 1.0).abs() > 1e-4);

@@ -79,7 +79,7 @@ fn in_walls(
     Scene { bodies, background_permittivity: 1.0, domain, walls }
 }
 
-/// On one coarse grid: bounds hold on any.
+/// Solves on one coarse grid: bounds hold on any grid.
 fn coarse(scene: &Scene) -> Solution {
     let resolution = Some(ResolutionLevel { order: 2, levels: 0 });
     solve(scene, &Settings { relative_tolerance: 1e-3, resolution, ..Settings::default() }).unwrap()
@@ -88,7 +88,7 @@ fn coarse(scene: &Scene) -> Solution {
 /// The scene with axis `a` in the place of axis `a + 1`, seen in a mirror across the first axis after that.
 fn turned_and_mirrored(scene: &Scene) -> Scene {
     let region = |r: &Box3| {
-        let turned = |of: [f64; 3]| [of[2], of[0], of[1]];
+        let turned = |corner: [f64; 3]| [corner[2], corner[0], corner[1]];
         let (mut min, mut max) = (turned(r.min), turned(r.max));
         (min[0], max[0]) = (-max[0], -min[0]);
         Box3 { min, max }
@@ -107,14 +107,15 @@ fn turned_and_mirrored(scene: &Scene) -> Scene {
 /// Share of an energy that the iterative solver may leave, whatever the tolerance of the solve.
 const ITERATION: f64 = 3e-8;
 
-/// Share of an energy by which a lower bound may be below the largest one on its grid: what the iteration leaves, and what the
-/// repair of its divergence takes off.
+/// Share of an energy by which a lower bound may be below the largest one on its grid: the error of the
+/// iteration, and the energy of the repair.
 fn left_below(solution: &Solution) -> f64 {
     ITERATION + solution.repair_share
 }
 
-/// What the matrices of a scene, and of others that follow from it, have to do with one another. They are compared on the same grid,
-/// in the same spaces of functions, so that nothing but rounding and what the iterative solver leaves can differ.
+/// Checks relations between the matrices of a scene and of others that follow from it. They are compared on
+/// the same grid, in the same spaces of functions, so that they can differ by rounding and the error of the
+/// iterative solver only.
 fn assert_lawful(scene: &Scene) {
     let solution = coarse(scene);
     let m = &solution.maxwell;

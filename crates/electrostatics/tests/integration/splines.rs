@@ -69,7 +69,8 @@ fn overlap(a: Bounded, b: Bounded) -> bool {
 
 #[test]
 fn a_plate_capacitor_with_a_dielectric_between_splines_has_exactly_the_area_of_that() {
-    // Its field is uniform wherever the plates are cut. Alone, closed; beside straight sides; and cut by a straight edge of another.
+    // The field is uniform in each dielectric. The island has a closed spline, or straight sides too, or is
+    // cut by the straight edge of another dielectric.
     let beside = vec![
         Entry::Corner([-1.0, -1.0]),
         Entry::Corner([0.7, -1.0]),
@@ -77,14 +78,14 @@ fn a_plate_capacitor_with_a_dielectric_between_splines_has_exactly_the_area_of_t
     ];
     for (entries, cut) in [(closed(&pad()), None), (beside.clone(), None), (beside, Some(0.137))] {
         let shape = drawing(&entries, [0.1, 0.4]);
-        let own = area(&shape);
+        let island_area = area(&shape);
         let mut bodies = vec![
             Body::conductor("lower", Shape::Box(Box3 { min: [-1.5, 0.0, -1.5], max: [1.5, 0.1, 1.5] })),
             Body::conductor("upper", Shape::Box(Box3 { min: [-1.5, 0.4, -1.5], max: [1.5, 0.5, 1.5] })),
             Body::dielectric("island", shape, 5.0),
         ];
         if let Some(x) = cut {
-            // In the same layer as the island and of the permittivity that is outside, from an edge across both of its curves.
+            // A slab in the layer of the island, of the permittivity outside, whose edge crosses both curves.
             bodies.insert(
                 2,
                 Body::dielectric(
@@ -96,7 +97,7 @@ fn a_plate_capacitor_with_a_dielectric_between_splines_has_exactly_the_area_of_t
         }
         let scene = in_walls(bodies, [-1.5, 0.0, -1.5], [1.5, 0.5, 1.5]);
         let c = solved(&scene, 1e-6, Target::TwoTerminal).two_terminal.unwrap();
-        let exact = VACUUM_PERMITTIVITY * (9.0 + 4.0 * own) / 0.3;
+        let exact = VACUUM_PERMITTIVITY * (9.0 + 4.0 * island_area) / 0.3;
         let slack = if cut.is_some() { 1e-9 * exact } else { 0.0 };
         assert!(c.lower - slack <= exact && exact <= c.upper + slack, "{c:?} {exact:e}");
         assert!(c.spread_over_value() < 2e-8, "{:e}", c.spread_over_value());
@@ -152,18 +153,19 @@ fn the_bounds_of_a_pad_between_splines_contain_each_others_values_at_every_degre
 
 #[test]
 fn a_mirrored_and_a_turned_spline_have_the_same_capacitance_as_a_fine_polygon_has() {
-    let own = pad();
+    let points_of_pad = pad();
     let with = |pad: Shape| on_mesh(&in_box(pad), 4, 2);
-    let curved = with(drawing(&closed(&own), [0.2, 0.3]));
-    let mirrored: Vec<[f64; 2]> = own.iter().map(|[x, z]| [-x, *z]).collect();
+    let curved = with(drawing(&closed(&points_of_pad), [0.2, 0.3]));
+    let mirrored: Vec<[f64; 2]> = points_of_pad.iter().map(|[x, z]| [-x, *z]).collect();
     // From another point, the other way round.
-    let turned: Vec<[f64; 2]> = own.iter().map(|[x, z]| [-x, -z]).rev().collect();
+    let turned: Vec<[f64; 2]> = points_of_pad.iter().map(|[x, z]| [-x, -z]).rev().collect();
     for points in [mirrored, turned] {
         let other = with(drawing(&closed(&points), [0.2, 0.3]));
         assert!(overlap(curved, other), "{curved:?} {other:?}");
         assert!((other.value / curved.value - 1.0).abs() < 5e-4, "{curved:?} {other:?}");
     }
-    let Shape::Extrusion { axis, from, to, outline, .. } = drawing(&closed(&own), [0.2, 0.3]) else {
+    let Shape::Extrusion { axis, from, to, outline, .. } = drawing(&closed(&points_of_pad), [0.2, 0.3])
+    else {
         panic!()
     };
     let polygon = on_mesh(&in_box(Shape::Extrusion { axis, from, to, outline, arcs: Vec::new() }), 3, 1);
@@ -175,14 +177,14 @@ fn a_mirrored_and_a_turned_spline_have_the_same_capacitance_as_a_fine_polygon_ha
 fn a_scene_with_splines_that_is_its_own_mirror_image_is_divided_where_it_is() {
     // About x1 = 0, between the points of the spline and through some of them; about a diagonal, once it is turned.
     let half = [[0.3, -0.9], [1.2, -0.7], [0.8, 0.1], [1.1, 0.8]];
-    let both = |last: &[[f64; 2]]| -> Vec<[f64; 2]> {
+    let outline = |last: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let left = half.iter().rev().map(|[x, z]| [-x, *z]);
         half.iter().copied().chain(last.iter().copied()).chain(left).collect()
     };
     let on_diagonal = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
         points.iter().map(|[x, z]| [x, z].map(|y| 0.5_f64.sqrt() * y)).map(|[x, z]| [x + z, z - x]).collect()
     };
-    for points in [both(&[]), both(&[[0.0, 0.6]]), on_diagonal(both(&[[0.0, 0.6]]))] {
+    for points in [outline(&[]), outline(&[[0.0, 0.6]]), on_diagonal(outline(&[[0.0, 0.6]]))] {
         let above = Body::conductor("above", drawing(&closed(&points), [0.0, 0.1]));
         let below = Body::conductor("below", drawing(&closed(&points), [-0.3, -0.2]));
         let scene = open(vec![above, below]);

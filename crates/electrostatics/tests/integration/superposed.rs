@@ -1,4 +1,4 @@
-//! Scenes under a map that are solved by what a body changes in a base that it is added to.
+//! Scenes under a map that are solved as a base plus the changes by a body that is added to it.
 
 use elastocap_electrostatics::{
     Additions, Base, MapAxis, SceneMap, Settings, Solution, SolveError, Target, solve, solve_base,
@@ -12,7 +12,7 @@ fn cuboid(min: [f64; 3], max: [f64; 3]) -> Shape {
     Shape::Box(Box3 { min, max })
 }
 
-/// Two electrodes in a layer on a grounded plane, and what else there is, in open space.
+/// Two electrodes in a layer on a grounded plane, and possibly one more body, in open space.
 fn scene(more: Option<Body>) -> Scene {
     let layer = [[f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY], [f64::INFINITY, 0.4, f64::INFINITY]];
     let mut bodies = vec![
@@ -69,7 +69,7 @@ fn base_of(full: &(Scene, Arc<SceneMap>), settings: &Settings) -> Base {
     solve_base(&scene(None), (&full.0, &full.1), ADDITIONS, settings).unwrap().unwrap()
 }
 
-/// Holds bounds of both against each other, and the second against its tolerance.
+/// Checks the bounds of both solves against each other, and the second against its tolerance.
 fn agree(direct: &Solution, added: &Solution) {
     assert!(added.reached, "{:?}", added.shortfall);
     for (a, b) in direct.maxwell.iter().flatten().zip(added.maxwell.iter().flatten()) {
@@ -169,40 +169,41 @@ fn far_finger(lowered: f64) -> (Scene, Arc<SceneMap>) {
 #[test]
 fn the_error_of_a_base_cancels_in_the_change_between_two_fingers() {
     let target = Target::Mutual([0, 1]);
-    let (all, without) = ([0.7, -0.7].map(far_finger), in_open_space(scene(None)));
-    let direct = all.each_ref().map(|(scene, map)| solve_mapped(scene, map, &to(3e-5, target)).unwrap());
-    let [from, now] = direct.each_ref().map(|own| own.measured.unwrap());
+    let (scenes, without) = ([0.7, -0.7].map(far_finger), in_open_space(scene(None)));
+    let direct = scenes.each_ref().map(|(scene, map)| solve_mapped(scene, map, &to(3e-5, target)).unwrap());
+    let [from, now] = direct.each_ref().map(|solution| solution.measured.unwrap());
     let change = [now.lower - from.upper, now.upper - from.lower];
     let tolerance = 1e-4;
     let settings = to(tolerance, target);
     let additions = Additions { reach: 34.0, nearer: Some(0.0), ..ADDITIONS };
-    let (first, map) = &all[0];
+    let (first, map) = &scenes[0];
     let base = solve_base(&without, (first, map), additions, &settings).unwrap().unwrap();
     assert!(base.cancels());
-    let [a, b] = all.each_ref().map(|(scene, map)| {
+    let [a, b] = scenes.each_ref().map(|(scene, map)| {
         let found = solve_superposed(scene, map, &base, &settings).unwrap();
         assert!(found.reached, "{:?}", found.shortfall);
         let (measured, with) = (found.measured.unwrap(), found.with_error_of_base.unwrap());
         assert!(with.upper - with.lower <= tolerance * with.value, "{with:?}");
-        // What the error of the base adds is not negative, and no more than the error of the capacitance.
+        // The contribution of the error of the base is not negative, and at most the error of the
+        // capacitance.
         assert!(with.upper >= measured.lower && measured.upper >= with.lower, "{measured:?} {with:?}");
         [measured, with]
     });
-    for ([_, own], direct) in [a, b].iter().zip([from, now]) {
-        println!("{:e} to {:e}: {:e} to {:e}", direct.lower, direct.upper, own.lower, own.upper);
+    for ([_, with], direct) in [a, b].iter().zip([from, now]) {
+        println!("{:e} to {:e}: {:e} to {:e}", direct.lower, direct.upper, with.lower, with.upper);
     }
     let found = |k: usize| [b[k].lower - a[k].upper, b[k].upper - a[k].lower];
     let [by_itself, with] = [found(0), found(1)];
     println!("{tolerance:e}: {change:?}, {by_itself:?}, with the error of the base {with:?}");
-    for own in [by_itself, with] {
-        assert!(own[0] <= change[1] && change[0] <= own[1], "{own:?} {change:?}");
+    for range in [by_itself, with] {
+        assert!(range[0] <= change[1] && change[0] <= range[1], "{range:?} {change:?}");
     }
-    // The middle of what is known of the change by sharp solves lies within.
+    // The middle of the change by sharp solves lies within.
     let middle = 0.5 * (change[0] + change[1]);
     assert!(with[0] <= middle && middle <= with[1], "{with:?} {middle:e}");
-    // The base of a larger finger that comes nearer does not serve so.
+    // The error of a base for fingers that come nearer does not cancel.
     let additions = Additions { reach: 34.0, nearer: Some(25.0), ..ADDITIONS };
-    let base = solve_base(&without, (&all[0].0, &all[0].1), additions, &to(1e-3, target));
+    let base = solve_base(&without, (&scenes[0].0, &scenes[0].1), additions, &to(1e-3, target));
     assert!(!base.unwrap().unwrap().cancels());
 }
 

@@ -1,4 +1,4 @@
-//! Joined and grounded conductors against the matrix of all of them by themselves, by each solver.
+//! Joined and grounded conductors against the matrix of the separate conductors, by each solver.
 
 use elastocap_electrostatics::{
     Bounded, MeshScene, Settings, Solution, Target, TetrahedraSettings, solve, solve_extruded, solve_mesh,
@@ -63,11 +63,11 @@ fn assert_meet(one: Bounded, lower: f64, upper: f64, what: &str) {
 
 #[test]
 fn conductors_on_one_wire_have_the_sums_of_their_rows_and_columns() {
-    let all = blocks();
-    let [a, b, c, d] = [0, 1, 2, 3].map(|k| &all[k]);
+    let blocks = blocks();
+    let [a, b, c, d] = [0, 1, 2, 3].map(|k| &blocks[k]);
     let wired = in_walls(vec![joined(a, b), c.clone(), d.clone()], Wall::Grounded);
     for (name, solver, tolerance) in SOLVERS {
-        let apart = solver(&in_walls(all.clone(), Wall::Grounded), Target::Matrix, tolerance).maxwell;
+        let apart = solver(&in_walls(blocks.clone(), Wall::Grounded), Target::Matrix, tolerance).maxwell;
         let together = solver(&wired, Target::Matrix, tolerance).maxwell;
         assert_eq!(together.len(), 3);
         let members: [&[usize]; 3] = [&[0, 1], &[2], &[3]];
@@ -86,21 +86,21 @@ fn conductors_on_one_wire_have_the_sums_of_their_rows_and_columns() {
 
 #[test]
 fn a_grounded_conductor_is_one_whose_row_is_left_out_whether_or_not_its_mirror_image_is() {
-    let all = blocks();
+    let blocks = blocks();
     for wall in [Wall::Grounded, Wall::Insulated] {
         for (name, solver, tolerance) in SOLVERS {
-            let whole = solver(&in_walls(all.clone(), wall), Target::Matrix, tolerance).maxwell;
+            let whole = solver(&in_walls(blocks.clone(), wall), Target::Matrix, tolerance).maxwell;
             for gone in [1, 2] {
-                let mut bodies = all.clone();
-                bodies[gone] = grounded(&all[gone]);
+                let mut bodies = blocks.clone();
+                bodies[gone] = grounded(&blocks[gone]);
                 let found = solver(&in_walls(bodies.clone(), wall), Target::Matrix, tolerance).maxwell;
                 let left: Vec<usize> = (0..4).filter(|k| *k != gone).collect();
                 assert_eq!(found.len(), 3);
                 for i in 0..3 {
                     for j in 0..3 {
-                        let own = whole[left[i]][left[j]];
+                        let entry = whole[left[i]][left[j]];
                         let what = format!("{name}, without {gone}, {i} {j}");
-                        assert_meet(found[i][j], own.lower, own.upper, &what);
+                        assert_meet(found[i][j], entry.lower, entry.upper, &what);
                         let scale = (found[i][i].value * found[j][j].value).sqrt();
                         assert!(found[i][j].upper - found[i][j].lower < tolerance * scale, "{what}");
                     }
@@ -118,16 +118,16 @@ fn a_grounded_conductor_draws_what_infinity_cannot_where_the_scene_is_open_betwe
         scene.walls[1] = [Wall::Open; 2];
         scene
     };
-    let all = blocks();
-    let with_ground = opened(vec![all[0].clone(), grounded(&all[3]), all[1].clone()]);
-    let without = opened(vec![all[0].clone(), all[3].clone(), all[1].clone()]);
+    let blocks = blocks();
+    let with_ground = opened(vec![blocks[0].clone(), grounded(&blocks[3]), blocks[1].clone()]);
+    let without = opened(vec![blocks[0].clone(), blocks[3].clone(), blocks[1].clone()]);
     for (name, solver, tolerance) in &SOLVERS[..2] {
         let whole = solver(&without, Target::Matrix, *tolerance).maxwell;
         let found = solver(&with_ground, Target::Matrix, *tolerance).maxwell;
         for (i, k) in [0, 2].into_iter().enumerate() {
             for (j, l) in [0, 2].into_iter().enumerate() {
-                let own = whole[k][l];
-                assert_meet(found[i][j], own.lower, own.upper, &format!("{name}, {i} {j}"));
+                let entry = whole[k][l];
+                assert_meet(found[i][j], entry.lower, entry.upper, &format!("{name}, {i} {j}"));
             }
         }
     }

@@ -12,9 +12,9 @@ use std::f64::consts::PI;
 /// Capacitance of a square sheet of side 1 m, over 4 pi eps_0 (Wintle, J. Electrostat. 62, 2004).
 const SQUARE: f64 = 0.366_789_2;
 
-/// Most iterations of conjugate gradients on any mesh here. Without points along the edges of the metal it is some hundreds at 1e-3,
-/// and no bound comes out at 1e-4.
-const MOST_ITERATIONS: usize = 30;
+/// Largest number of iterations of conjugate gradients on a mesh. Without points along the edges of the metal
+/// it is some hundreds at 1e-3, and there is no bound at 1e-4.
+const MAX_ITERATIONS: usize = 30;
 
 /// A square plate of side 1 m in open space, one eighth of it.
 fn plate(thickness: f64, tolerance: f64) -> MeshSolution {
@@ -50,7 +50,7 @@ fn iterations_do_not_grow_as_metal_becomes_thinner() {
             solution.grids
         );
         assert!(solution.reached, "{:?}", solution.shortfall);
-        assert!(solution.iterations <= MOST_ITERATIONS * solution.grids && solution.unknowns < 30_000);
+        assert!(solution.iterations <= MAX_ITERATIONS * solution.grids && solution.unknowns < 30_000);
         // A plate has more than the sheet within it, and less than a thicker one; at the end they are the same.
         assert!(c.upper > sheet && c.lower < thicker);
         thicker = c.upper;

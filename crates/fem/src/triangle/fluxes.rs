@@ -13,10 +13,10 @@ pub struct FluxIntegrals {
     degree: usize,
     /// Products of components: xx, xy + yx, yy.
     mass: [Mat<f64>; 3],
-    /// Row: orthonormal polynomial, column: flux whose divergence it is multiplied by.
+    /// Integrals of each orthonormal polynomial (row) times the divergence of each flux (column).
     divergence: Mat<f64>,
-    /// For each side, row: orthonormal polynomial of the side, column: flux whose outward component there it is multiplied by; for sides of
-    /// length 1.
+    /// For each side, as if of length 1, the integrals of each orthonormal polynomial of the side (row) times
+    /// the outward component of each flux (column).
     traces: [Mat<f64>; 3],
 }
 
@@ -122,10 +122,10 @@ impl FluxIntegrals {
 /// The forms of the fluxes of one triangle, for unit permittivity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluxForms {
-    /// Products of the fluxes.
+    /// Integrals of the scalar products of the fluxes.
     pub mass: Mat<f64>,
-    /// Fluxes by columns; one row for each orthonormal polynomial of degree below p that their divergence is multiplied by, then one
-    /// for each such polynomial of each side and the outward flux through it.
+    /// One column per flux. The rows are the integrals of its divergence times each orthonormal polynomial of
+    /// degree below p, then those of its outward component times each such polynomial on each side.
     pub constraints: Mat<f64>,
     /// Coefficients of the constant 1 in the polynomials inside.
     pub one: Vec<f64>,

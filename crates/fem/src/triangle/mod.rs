@@ -31,17 +31,18 @@ pub const SIDES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 /// Outward normals of the sides of the reference triangle, as long as the sides.
 const NORMALS: [[f64; 2]; 3] = [[0.0, -1.0], [-1.0, 0.0], [1.0, 1.0]];
 
-/// A triangle is so bent that its map folds.
+/// The error of a triangle that is so bent that its map folds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("a triangle of the mesh is too bent")]
 pub struct Folded;
 
-/// A triangle of a mesh, as far as the integrals over it need it.
+/// The geometry of a triangle of a mesh for integration.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangle {
-    /// Its corners, m (or any other unit).
+    /// Corners, m (or any other unit).
     pub corners: [[f64; 2]; 3],
-    /// The bent triangle that it is a part of, if it is, and the shares of its corners there.
+    /// The bent triangle that this one is a part of, with the shares of its corners there; `None` for a
+    /// straight triangle.
     pub bent: Option<(Bent, [[f64; 2]; 3])>,
 }
 
@@ -52,7 +53,8 @@ impl Triangle {
         [[b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]]
     }
 
-    /// Positions and the derivative of the map at a point of the reference triangle: columns are those along its two sides.
+    /// The image of a point of the reference triangle, and the derivative of the map there: its columns are
+    /// along the two sides.
     pub(super) fn map(&self, point: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let [u, v] = self.sides();
         let Some((bent, [p, q, r])) = &self.bent else {

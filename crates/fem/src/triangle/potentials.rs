@@ -129,19 +129,19 @@ fn beyond<'a>(
     rule: impl Iterator<Item = ([f64; 2], [[f64; 2]; 2], f64, &'a [Jet])>,
 ) -> Mat<f64> {
     let mut out = Mat::zeros(n, n);
-    let mut of: Vec<[f64; 3]> = vec![[0.0; 3]; n];
+    let mut components: Vec<[f64; 3]> = vec![[0.0; 3]; n];
     for (place, [u, v], weight, functions) in rule {
         let determinant = u[0] * v[1] - u[1] * v[0];
-        for (of, f) in of.iter_mut().zip(functions) {
+        for (component, f) in components.iter_mut().zip(functions) {
             let [a, b] = f.slope;
             let slope = [(v[1] * a - u[1] * b) / determinant, (u[0] * b - v[0] * a) / determinant];
             let radial = f.value + place[0] * slope[0] + place[1] * slope[1];
-            *of = [radial / radius.sqrt(), radius.sqrt() * slope[0], radius.sqrt() * slope[1]];
+            *component = [radial / radius.sqrt(), radius.sqrt() * slope[0], radius.sqrt() * slope[1]];
         }
         let weight = weight * determinant.abs();
         for i in 0..n {
             for j in 0..n {
-                out[(i, j)] += weight * (0..3).map(|k| of[i][k] * of[j][k]).sum::<f64>();
+                out[(i, j)] += weight * (0..3).map(|k| components[i][k] * components[j][k]).sum::<f64>();
             }
         }
     }

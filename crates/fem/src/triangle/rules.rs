@@ -4,19 +4,20 @@ use super::{Folded, Triangle};
 use crate::bent::{LEAST_EVENNESS, Needle, Stretch};
 use crate::quadrature::gauss_legendre;
 
-/// Points of a rule along each direction beyond what straight triangles need, where the map is not linear: the second numbers, for
-/// triangles at least as even as the first ones ([`Stretch::evenness`]). With them energies are wrong by less than 1e-10 (see the
-/// tests).
+/// The number of points that a rule has along each direction beyond those of a straight triangle, where the
+/// map is not linear: the second numbers, for triangles at least as even as the first ones
+/// ([`Stretch::evenness`]). The errors of energies are then below 1e-10 (see the tests).
 pub(super) const MORE_POINTS: [(f64, usize); 7] =
     [(0.8, 6), (0.7, 8), (0.5, 10), (0.4, 12), (0.25, 16), (0.2, 20), (LEAST_EVENNESS, 28)];
 
-/// Rules for needles are repeated towards the tip, each time on this share of what is left.
+/// Rules for needles are repeated towards the tip, each time on this share of the remaining distance.
 const TOWARDS_TIP: f64 = 0.2;
 
-/// The least that the rules for needles have more: the tip, to which they are close, is nearly singular.
+/// The least number of additional points for needles: the integrand is nearly singular at the tip.
 const MORE_IN_NEEDLES: usize = 12;
 
-/// Needles that are sharper than this count as sharp: what they are blunt by adds less than this to any energy.
+/// Needles whose `blunt` is below this are integrated as sharp: their bluntness changes any energy by a
+/// smaller share.
 const SHARP: f64 = 1e-12;
 
 /// A point of a rule on a bent triangle.
@@ -29,8 +30,9 @@ pub(super) struct MapPoint {
 }
 
 impl Triangle {
-    /// Points of a rule with their weights, and the derivative of the map and its determinant there; of the straight triangle it would
-    /// integrate polynomials of degree `2 n - 2` exactly. `further` points along each direction more than needed.
+    /// The points of a rule with their weights, the derivative of the map and its determinant. On a straight
+    /// triangle the rule integrates polynomials of degree `2 n - 2` exactly. On a bent one it has `further`
+    /// points more along each direction than needed.
     ///
     /// # Errors
     /// [`Folded`], also if the map is so uneven that no rule of a reasonable size is exact enough.
@@ -93,14 +95,14 @@ fn needle_rule(n: usize, needle: &Needle) -> Vec<([f64; 2], f64)> {
     }
     let in_shell = |[low, high]: [f64; 2]| {
         rule.iter().map(move |([x, y], weight)| {
-            // The rule's own coordinates: `from_tip` from 0 to 1, and across.
+            // The coordinates of the rule: `from_tip` from 0 to 1, and across.
             let (from_tip, across) = (1.0 - y, x / (1.0 - y));
             let distance = low + (high - low) * from_tip;
             let weight = weight / from_tip * distance * (high - low);
             let shares = [1.0 - distance, distance * (1.0 - across), distance * across];
-            // By the numbers of the corners, of which the tip has the first of these shares.
-            let of = |corner: usize| shares[(corner + 3 - needle.tip) % 3];
-            ([of(1), of(2)], weight)
+            // The first share is that of the tip.
+            let share = |corner: usize| shares[(corner + 3 - needle.tip) % 3];
+            ([share(1), share(2)], weight)
         })
     };
     shells.into_iter().flat_map(in_shell).collect()

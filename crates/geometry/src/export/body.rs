@@ -82,10 +82,10 @@ pub struct BodyMesh {
 pub fn body_vtu(body: &BodyMesh) -> Result<Vec<u8>, VtkError> {
     let order = body.element.order();
     check(body, body.points.len(), body.nodes.len() / order.len())?;
-    let named = |of: &NamedArray| Array {
-        name: of.name,
-        components: of.components,
-        values: of.values.clone().into(),
+    let named = |array: &NamedArray| Array {
+        name: array.name,
+        components: array.components,
+        values: array.values.clone().into(),
     };
     let mut cell_data: Vec<Array> = body.in_elements.iter().map(named).collect();
     cell_data.push(Array { name: "body_id", components: 1, values: body.body_id.clone().into() });
@@ -124,10 +124,10 @@ fn check(body: &BodyMesh, points: usize, cells: usize) -> Result<(), VtkError> {
         None => Ok(()),
     };
     finite("points", body.points.as_flattened())?;
-    let nodal = body.arrays.iter().map(|of| (of, points));
-    for (of, count) in nodal.chain(body.in_elements.iter().map(|of| (of, cells))) {
-        fits(of.name, of.components * count, of.values.len())?;
-        finite(of.name, &of.values)?;
+    let nodal = body.arrays.iter().map(|array| (array, points));
+    for (array, count) in nodal.chain(body.in_elements.iter().map(|array| (array, cells))) {
+        fits(array.name, array.components * count, array.values.len())?;
+        finite(array.name, &array.values)?;
     }
     Ok(())
 }

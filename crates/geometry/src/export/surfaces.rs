@@ -48,8 +48,8 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
             let mut key = ids;
             key.sort_unstable();
             if let Some(&c) = roles.get(&key) {
-                if let Some(own) = metal.get_mut(c) {
-                    own.push([at[0], at[2], at[1]]);
+                if let Some(triangles) = metal.get_mut(c) {
+                    triangles.push([at[0], at[2], at[1]]);
                 }
                 add(&mut filled, region, at);
             } else if let Some((other, seen)) = faces.remove(&key) {
@@ -72,8 +72,8 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
 pub type Corners = [[f64; 3]; 3];
 
 fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
-    if let Some(own) = (region as usize).checked_sub(1).and_then(|r| filled.get_mut(r)) {
-        own.push(at);
+    if let Some(triangles) = (region as usize).checked_sub(1).and_then(|r| filled.get_mut(r)) {
+        triangles.push(at);
     }
 }
 
@@ -88,8 +88,8 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
     };
     // Across x2 the two other axes in ascending order are left-handed.
     let turned = (planar::area(outline) < 0.0) != (axis == 1);
-    let mut all = Vec::new();
-    let mut add = |[a, b, c]: Corners| all.push(if turned { [a, c, b] } else { [a, b, c] });
+    let mut triangles = Vec::new();
+    let mut add = |[a, b, c]: Corners| triangles.push(if turned { [a, c, b] } else { [a, b, c] });
     for (k, p) in outline.iter().enumerate() {
         let q = outline[(k + 1) % outline.len()];
         let [a, b] = ends.map(|z| place(*p, z));
@@ -106,13 +106,13 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
         add(low);
         add(high);
     }
-    all
+    triangles
 }
 
 /// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as [`super::gltf::glb`] does.
 ///
-/// Each step has nodes of its own. At first the first step is shown; the animation "load steps" shows one step after the
-/// other for one second each.
+/// Each step has separate nodes. At first the first step is shown; the animation "load steps" shows one step
+/// after the other for one second each.
 ///
 /// # Errors
 /// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small for the format.
@@ -138,10 +138,10 @@ pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, Glt
             return Err(GltfError::NotFinite { body: body.name.clone(), step });
         }
     }
-    let all = steps.iter().flat_map(|(_, bodies)| bodies).filter_map(bounds);
-    let all = all.reduce(|all, b| all.union(&b)).ok_or(GltfError::Empty)?;
-    let unit = SceneUnit::for_extent((0..3).fold(0.0, |l, a| all.extent(a).max(l)))?;
-    let middle = centre(&all);
+    let all_bounds = steps.iter().flat_map(|(_, bodies)| bodies).filter_map(bounds);
+    let bounds_of_all = all_bounds.reduce(|a, b| a.union(&b)).ok_or(GltfError::Empty)?;
+    let unit = SceneUnit::for_extent((0..3).fold(0.0, |l, a| bounds_of_all.extent(a).max(l)))?;
+    let middle = centre(&bounds_of_all);
     let mut file = File::default();
     let times = (steps.len() > 1).then(|| file.seconds(steps.len()));
     let mut groups = Vec::new();
@@ -150,8 +150,8 @@ pub fn surfaces_glb(steps: &[(String, Vec<SurfaceBody>)]) -> Result<Vec<u8>, Glt
         let mut materials = Materials::default();
         let mut children = Vec::new();
         for body in bodies {
-            let Some(own) = bounds(body) else { continue };
-            let home = centre(&own);
+            let Some(bounds) = bounds(body) else { continue };
+            let home = centre(&bounds);
             let positions: Vec<[f32; 3]> =
                 body.triangles.iter().flatten().map(|p| [0, 1, 2].map(|a| (p[a] - home[a]) as f32)).collect();
             let normals: Vec<[f32; 3]> = body.triangles.iter().flat_map(|t| [direction(*t); 3]).collect();
@@ -239,13 +239,14 @@ mod tests {
         back.reverse();
         for axis in 0..3 {
             for outline in [&outline, &back] {
-                let all = prism(axis, [-1.0, 1.0], outline);
-                let volume: f64 = all.iter().map(|[a, b, c]| determinant([9.0; 3], *a, *b, *c) / 6.0).sum();
+                let triangles = prism(axis, [-1.0, 1.0], outline);
+                let signed_volume = |[a, b, c]: &Corners| determinant([9.0; 3], *a, *b, *c) / 6.0;
+                let volume: f64 = triangles.iter().map(signed_volume).sum();
                 assert!((volume - 8.0).abs() < 1e-12, "{axis} {volume}");
                 let key = |p: [f64; 3]| p.map(f64::to_bits);
-                for [a, b, c] in &all {
+                for [a, b, c] in &triangles {
                     for (p, q) in [(a, b), (b, c), (c, a)] {
-                        let against = all.iter().flat_map(|[a, b, c]| [(b, a), (c, b), (a, c)]);
+                        let against = triangles.iter().flat_map(|[a, b, c]| [(b, a), (c, b), (a, c)]);
                         let count = against.filter(|(s, t)| (key(**s), key(**t)) == (key(*p), key(*q)));
                         assert_eq!(count.count(), 1);
                     }

@@ -1,8 +1,9 @@
 //! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a series of them:
 //! for ParaView, VTK and meshio.
 //!
-//! The potential and the electric field are given at points, so that a viewer shows them smooth. The field jumps from one body to
-//! the next: where bodies meet, each has points of its own. The permittivity and the body id are given in the cells.
+//! The potential and the electric field are given at points, so that a viewer shows them smooth. The field
+//! jumps from one body to the next: where bodies meet, each has separate points. The permittivity and the
+//! body id are given in the cells.
 //!
 //! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are written
 //! here, because `vtkio` does not know that format.
@@ -26,8 +27,8 @@ pub struct FieldGrid {
     pub bent: Option<Vec<[f64; 3]>>,
     /// Potential at each node, V.
     pub potential: Vec<f64>,
-    /// Electric field at each node, V/m; written in single precision. First each component as it is in the cells below the node along
-    /// its own axis, then as in those above.
+    /// Electric field at each node, V/m; written in single precision. First each component in the cells below
+    /// the node along the axis of the component, then in those above.
     pub electric_field: Vec<[[f64; 3]; 2]>,
     /// Relative permittivity of each cell; 1 inside conductors by convention.
     pub relative_permittivity: Vec<f64>,
@@ -82,8 +83,9 @@ struct Points {
 
 /// A `.pvd` file that lists `.vtu` files by time: `(time, file name relative to the .pvd)`.
 ///
-/// The time is what a viewer's slider shows: the compression U/H, or the force. Of two steps with equal times a viewer
-/// would show only one, so times that do not strictly increase are replaced by positions in the list.
+/// The time is the value on the slider of a viewer: the compression U/H, or the force. Of two steps with
+/// equal times a viewer would show only one, so times that do not strictly increase are replaced by indices
+/// in the list.
 ///
 /// # Errors
 /// [`VtkError::AbsolutePath`] if a file name is not relative.

@@ -1,6 +1,6 @@
 //! The reasons why fields cannot be written for VTK.
 
-/// Why a field cannot be written as VTK.
+/// The reason why a field cannot be written as VTK.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum VtkError {
     /// Fewer than two coordinates on an axis, or coordinates that do not increase.

@@ -1,8 +1,8 @@
-//! Why an imported file is refused.
+//! Errors of imported files.
 
 use std::fmt;
 
-/// Why a file is refused.
+/// The error of a refused file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}: {problem}")]
 pub struct ImportError {
@@ -35,7 +35,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// One finding; its message says where it is and what to do.
+/// A fault of a file; its message names the place and the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportProblem {
@@ -53,15 +53,16 @@ pub enum ImportProblem {
         /// The remedy.
         cure: &'static str,
     },
-    /// A line that no OBJ file has, before any point: of the words in it nothing is said, since the file may be anything.
+    /// A line that is invalid in an OBJ file, before any point. The message does not quote it, since the file
+    /// may be anything.
     #[error(
         "line {line} is none of an OBJ file, and no point stands above it: this seems to be no OBJ file; export the surface of the body as OBJ"
     )]
     NoObj {
-        /// The first line that is none, counted from 1.
+        /// The first invalid line, counted from 1.
         line: usize,
     },
-    /// More bytes than are read.
+    /// A file larger than the limit.
     #[error("is larger than {} MiB; export a coarser version", super::LARGEST_FILE >> 20)]
     LargeFile,
     /// The text or the bytes break the rules of the format.
@@ -72,7 +73,7 @@ pub enum ImportProblem {
         /// The fault at that place.
         what: String,
     },
-    /// Well-formed, but this program does not read it.
+    /// A well-formed file with a feature that this program does not read.
     #[error("{what} is not supported; {cure}")]
     Unsupported {
         /// The version, element or feature.
@@ -153,7 +154,7 @@ pub enum ImportProblem {
     Overlap {
         /// Name of the other surface.
         other: String,
-        /// A common point, roughly: the middle of a face that meets the other surface.
+        /// Approximate common point: the middle of a face that meets the other surface.
         place: Place,
     },
     /// One surface wholly inside another.
@@ -170,7 +171,7 @@ pub enum ImportProblem {
     /// A face that more than two tetrahedra share, or two on the same side.
     #[error("{count} tetrahedra share one face, {place}; an element is listed twice, or two volumes overlap")]
     SharedFace {
-        /// How many.
+        /// The number of tetrahedra.
         count: usize,
         /// The face's middle.
         place: Place,

@@ -1,8 +1,8 @@
-//! The kind of a file by the end of its name, where the reader that was asked for does not read that kind.
+//! Recognition of files of the wrong kind by the extension of their names.
 
 use std::path::Path;
 
-/// A kind of file that a reader may be asked for.
+/// A kind of file that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wanted {
     /// The surface of a body.
@@ -11,7 +11,8 @@ pub(super) enum Wanted {
     Msh,
 }
 
-/// Names of other kinds, with the ends of their files' names. Files with other ends are looked at.
+/// Names of kinds of files, with their extensions. Files with other extensions are read and judged by their
+/// contents.
 const KINDS: &[(&str, &[&str])] = &[
     ("STL", &["stl"]),
     ("STEP", &["step", "stp", "p21"]),
@@ -50,15 +51,15 @@ const KINDS: &[(&str, &[&str])] = &[
 ];
 
 impl Wanted {
-    /// The kind of a file with this name, if it is another one.
+    /// The kind of a file by its name, if it is not the expected one.
     pub(super) fn other(self, path: &Path) -> Option<&'static str> {
         let end = path.extension()?.to_str()?.to_ascii_lowercase();
         let (kind, _) = KINDS.iter().find(|(_, ends)| ends.contains(&end.as_str()))?;
-        let own = match self {
+        let expected = match self {
             Self::Obj => "OBJ",
             Self::Msh => "MSH",
         };
-        (*kind != own).then_some(kind)
+        (*kind != expected).then_some(kind)
     }
 
     /// Advice on what to do about a file of another kind.

@@ -1,7 +1,7 @@
 //! Shapes and meshes from the files of other programs, audited before anything is computed from them.
 //!
-//! [`obj`] and [`gmsh`] read files without trusting them: whatever the bytes, the answer is a valid shape or mesh, or an
-//! [`ImportError`] that names the file, the place and the cure.
+//! [`obj`] and [`gmsh`] read files without trusting them: whatever the bytes, the result is a valid shape or
+//! mesh, or an [`ImportError`] that names the file, the place and the remedy.
 
 pub mod audit;
 mod error;
@@ -21,8 +21,9 @@ use std::path::Path;
 /// The largest file that is read, bytes.
 const LARGEST_FILE: u64 = 512 << 20;
 
-/// The bytes of a file. Anything but a regular file is refused before it is opened: a pipe would wait for its other end, and a
-/// device never ends. So is a file whose name says that it is of another kind than wanted.
+/// Reads the bytes of a file. Anything but a regular file is refused before it is opened: a pipe would wait
+/// for its other end, and a device never ends. A file whose extension is that of another kind is refused as
+/// well.
 fn read_file(path: &Path, wanted: Wanted) -> Result<Vec<u8>, ImportProblem> {
     let unreadable = |error: std::io::Error| ImportProblem::Unreadable(error.to_string());
     if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
@@ -32,7 +33,7 @@ fn read_file(path: &Path, wanted: Wanted) -> Result<Vec<u8>, ImportProblem> {
         return Err(ImportProblem::OtherKind { kind, cure: wanted.cure(kind) });
     }
     let mut bytes = Vec::new();
-    // Files such as those of /proc say that they are empty, so that the length is not believed.
+    // Files such as those of /proc report a length of zero, so that the length is not relied upon.
     File::open(path)
         .map_err(unreadable)?
         .take(LARGEST_FILE + 1)
@@ -41,8 +42,8 @@ fn read_file(path: &Path, wanted: Wanted) -> Result<Vec<u8>, ImportProblem> {
     if bytes.len() as u64 > LARGEST_FILE { Err(ImportProblem::LargeFile) } else { Ok(bytes) }
 }
 
-/// A word of a file in a message: quoted where it may be a keyword or a number, else by its length. The file may be one that the
-/// user named by mistake, and what is in it is nobody's business.
+/// A word of a file in a message: quoted if it may be a keyword or a number, otherwise described by its
+/// length. The user may have named a file with private contents by mistake.
 fn shown_word(word: &[u8]) -> String {
     let plain = |b: &u8| b.is_ascii_alphanumeric() || b"+-._/".contains(b);
     match std::str::from_utf8(word) {

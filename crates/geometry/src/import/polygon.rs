@@ -1,18 +1,18 @@
-//! Plane polygons, concave ones too, cut into triangles by clipping ears.
+//! Triangulation of plane polygons, concave ones too, by ear clipping.
 
 use crate::intersect::{Point, flat_turn};
 
-/// Polygons with more corners than this are cut as a fan, which only some of them allow: clipping ears would take time
-/// that grows with the third power of the corners.
+/// Polygons with more corners than this are cut as a fan, which only some of them allow: the time of ear
+/// clipping grows with the third power of the number of corners.
 const MAX_CLIPPED: usize = 256;
 
-/// Why a polygon cannot be cut into triangles.
+/// The reason why a polygon cannot be cut into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub(super) enum PolygonFault {
     /// No corner is left whose triangle lies inside the outline.
     #[error("a face whose outline crosses or touches itself")]
     CrossesItself,
-    /// Too many corners for clipping ears, and no fan from the first corner covers the polygon.
+    /// Too many corners for ear clipping, and no fan from the first corner covers the polygon.
     #[error("a face with more than {MAX_CLIPPED} corners that is not convex; export triangles")]
     LongAndNotConvex,
 }

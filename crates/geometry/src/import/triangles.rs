@@ -1,6 +1,7 @@
-//! Triangles between the reader of a file and the audit.
+//! Triangles of a file before the audit.
 
-/// The triangles of a file before the audit: indices are valid and coordinates finite, nothing else is known.
+/// The triangles of a file before the audit: indices are valid and coordinates finite, nothing else is
+/// guaranteed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Triangles {
     /// All points, in the order and the units of the file.

@@ -28,7 +28,7 @@ pub(crate) struct Renumbering {
 }
 
 impl Renumbering {
-    /// For old numbers below `count`, none of which is used yet.
+    /// A renumbering of old numbers below `count`, none of which is used yet.
     pub(crate) fn new(count: usize) -> Self {
         Self { numbers: vec![OptionalIndex::NONE; count], next: 0 }
     }

@@ -25,7 +25,7 @@ fn a_cube_with_one_corner_moved_has_no_plane_through_that_corner() {
     let mut surface = cube([0.0; 3], 0.5);
     surface.points[7][2] = 0.5 + 1e-6;
     near(planes(&open(vec![Shape::Surface(surface.clone())])), [None; 3]);
-    // Both corners of an edge along the first axis: still its own image about the plane across that.
+    // Both corners of an edge along the first axis: still symmetric about the plane normal to that axis.
     surface.points[6][2] = 0.5 + 1e-6;
     near(planes(&open(vec![Shape::Surface(surface)])), [Some(0.0), None, None]);
 }
@@ -83,12 +83,12 @@ fn bodies_change_places_whatever_their_shape_but_not_with_one_of_another_kind() 
 fn dielectrics_change_places_where_they_are_equal_and_override_one_another_as_before() {
     let ball = |x: f64, radius: f64| Shape::Sphere { center: [x, 0.0, 0.0], radius };
     let with = |bodies: &[(f64, f64, f64)]| {
-        let mut all = open(vec![ball(0.0, 0.1)]);
+        let mut whole = open(vec![ball(0.0, 0.1)]);
         let filled = |(k, (x, radius, eps)): (usize, &(f64, f64, f64))| {
             Body::dielectric(format!("d{k}"), ball(*x, *radius), *eps)
         };
-        all.bodies.extend(bodies.iter().enumerate().map(filled));
-        planes(&all)[0].as_ref().map(|plane| plane.dielectrics.clone())
+        whole.bodies.extend(bodies.iter().enumerate().map(filled));
+        planes(&whole)[0].as_ref().map(|plane| plane.dielectrics.clone())
     };
     assert_eq!(with(&[(-2.0, 1.0, 3.0), (2.0, 1.0, 3.0)]), Some(vec![1, 0]));
     assert_eq!(with(&[(-2.0, 1.0, 3.0), (2.0, 1.0, 3.5)]), None);
@@ -107,9 +107,9 @@ fn parts_of_a_body_have_images_among_the_parts_of_one_other_body() {
         ..Body::conductor(name, ball(0.0))
     };
     let with = |a: &[f64], b: &[f64]| {
-        let mut all = open(Vec::new());
-        all.bodies = vec![body("a", a), body("b", b)];
-        planes(&all)[0].as_ref().map(|plane| (plane.at, plane.conductors.clone()))
+        let mut whole = open(Vec::new());
+        whole.bodies = vec![body("a", a), body("b", b)];
+        planes(&whole)[0].as_ref().map(|plane| (plane.at, plane.conductors.clone()))
     };
     // Fingers of two combs between one another change combs.
     assert_eq!(with(&[0.0, 2.0], &[1.0, 3.0]), Some((1.5, vec![1, 0])));
@@ -143,28 +143,28 @@ fn an_l_has_a_plane_across_its_axis_and_a_t_one_more() {
 fn walls_sheets_and_layers_take_planes_away() {
     let ball = || Shape::Sphere { center: [0.0; 3], radius: 0.5 };
     let domain = Box3 { min: [-1.0, -1.0, -1.0], max: [1.0, 1.0, 2.0] };
-    let mut all = scene(domain, Wall::Grounded, vec![ball()]);
-    near(planes(&all), [Some(0.0), Some(0.0), None]);
-    all.walls[0][1] = Wall::Insulated;
-    near(planes(&all), [None, Some(0.0), None]);
+    let mut whole = scene(domain, Wall::Grounded, vec![ball()]);
+    near(planes(&whole), [Some(0.0), Some(0.0), None]);
+    whole.walls[0][1] = Wall::Insulated;
+    near(planes(&whole), [None, Some(0.0), None]);
     // A sheet through the middle, and a layer that fills one side.
     let sheet = Shape::Box(Box3 { min: [-1.0, 0.0, 2.0], max: [1.0, 0.0, 3.0] });
     near(planes(&open(vec![sheet])), [Some(0.0), None, Some(2.5)]);
-    let mut all = open(vec![ball()]);
+    let mut whole = open(vec![ball()]);
     let mut below = Box3::SPACE;
     below.max[1] = 0.0;
-    all.bodies.push(Body::dielectric("board", Shape::Box(below), 2.0));
-    near(planes(&all), [Some(0.0), None, Some(0.0)]);
+    whole.bodies.push(Body::dielectric("board", Shape::Box(below), 2.0));
+    near(planes(&whole), [Some(0.0), None, Some(0.0)]);
 }
 
 #[test]
 fn the_part_ends_at_insulated_walls_in_the_planes() {
-    let all = open(vec![Shape::Sphere { center: [1.0, 2.0, 3.0], radius: 0.5 }]);
-    let half = part(&all, &[None, planes(&all)[1].clone(), None]);
+    let whole = open(vec![Shape::Sphere { center: [1.0, 2.0, 3.0], radius: 0.5 }]);
+    let half = part(&whole, &[None, planes(&whole)[1].clone(), None]);
     assert_eq!(half.domain.min, [f64::NEG_INFINITY, 2.0, f64::NEG_INFINITY]);
     assert_eq!(half.walls[1], [Wall::Insulated, Wall::Open]);
     assert_eq!((half.walls[0], half.walls[2]), ([Wall::Open; 2], [Wall::Open; 2]));
-    assert_eq!(half.bodies, all.bodies);
+    assert_eq!(half.bodies, whole.bodies);
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! Surfaces of triangles that are polygons pulled along an axis.
+//! Recognition of surfaces of triangles that are polygons extruded along an axis.
 //!
-//! The test is exact but for rounding. Every triangle must either be normal to the axis, or be seen along the axis as a line. Triangles
-//! normal to the axis are where columns along it enter the body or leave it, so that between two of their planes the body is what an odd
-//! number of those below covers: the edges of these triangles that do not cancel in pairs are its outlines. Where outlines of one body
-//! touch, or those of two of its steps lie on one another, their edges are divided so that they have corners in common.
+//! The test is exact up to rounding. Every triangle must be normal or parallel to the axis. A line along the
+//! axis enters or leaves the body at the triangles normal to it, so that the cross-section between two of
+//! their planes is the set of points that an odd number of the triangles below covers: the edges of these
+//! triangles that do not cancel in pairs are its outlines. Where outlines of one body touch, or edges of two
+//! of its steps overlap, their edges are divided so that they have corners in common.
 
 use super::{ascending, encloses};
 use crate::outline;
@@ -12,13 +13,14 @@ use crate::shapes::TriangleSurface;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
-/// Distances that are less than this share of the size of a surface are rounding.
+/// Distances below this share of the size of a surface are due to rounding.
 const NEAR: f64 = 1e-12;
 
 /// Polygons pulled along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prism {
-    /// Corners in the two other coordinates in ascending order of axis, m: the body is what an odd number of these polygons holds.
+    /// Corners in the two other coordinates in ascending order of axis, m. A point inside an odd number of
+    /// these polygons is in the body.
     pub outlines: Vec<Vec<[f64; 2]>>,
     /// Lower and upper end along the axis, m.
     pub ends: [f64; 2],
@@ -61,7 +63,8 @@ pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
     encloses(surface, volume).then_some(prisms)
 }
 
-/// The outlines of what triangles in a plane normal to an axis cover: an odd number of them holds each point of it.
+/// The outlines of the area that triangles in a plane normal to an axis cover; an odd number of outlines
+/// contains each of its points.
 pub fn outlines_in_plane(triangles: &[[[f64; 3]; 3]], axis: usize) -> Vec<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
     let plan: Vec<_> = triangles.iter().map(|t| t.map(|corner| [corner[p], corner[q]])).collect();
@@ -123,20 +126,20 @@ fn apart(all: impl Iterator<Item = f64>, near: f64) -> Vec<f64> {
 /// The number of a point: those of its coordinates among the ones that are apart.
 type Key = [usize; 2];
 
-/// Edges in the plane, each there or not.
+/// A set of edges in the plane.
 #[derive(Debug)]
 struct Edges {
     /// Coordinates that are farther apart than rounding.
     apart: [Vec<f64>; 2],
-    /// m; what is nearer is the same.
+    /// Coordinates that differ by less than this are the same, m.
     near: f64,
     points: BTreeMap<Key, [f64; 2]>,
-    /// At each point the others that it has an edge to.
+    /// For each point the other ends of its edges.
     neighbours: BTreeMap<Key, BTreeSet<Key>>,
 }
 
 impl Edges {
-    /// No edges yet; the ends of all to come are among these points.
+    /// An empty set; the ends of all future edges are among these points.
     fn between<'a>(points: impl Iterator<Item = &'a [f64; 2]> + Clone, near: f64) -> Self {
         let apart = [0, 1].map(|k| apart(points.clone().map(|point| point[k]), near));
         let mut edges = Self { apart, near, points: BTreeMap::new(), neighbours: BTreeMap::new() };
@@ -153,7 +156,7 @@ impl Edges {
         [0, 1].map(|k| self.apart[k].partition_point(|at| *at <= point[k]).saturating_sub(1))
     }
 
-    /// Adds an edge, or takes it away.
+    /// Adds an edge, or removes it if it is in the set.
     fn flip(&mut self, a: Key, b: Key) {
         if a == b {
             return;
@@ -211,11 +214,11 @@ impl Edges {
         let mut left = self.neighbours.clone();
         let mut out = Vec::new();
         for start in self.neighbours.keys() {
-            // At every point an even number of edges meets, so that a way always comes back.
-            let mut way = vec![*start];
+            // At every point an even number of edges meets, so that a path always returns to its start.
+            let mut path = vec![*start];
             let mut passed = BTreeMap::from([(*start, 0)]);
             let mut from = *start;
-            while let Some(at) = way.last().copied() {
+            while let Some(at) = path.last().copied() {
                 let Some(next) = left.get(&at).and_then(|others| self.first_from(from, at, others)) else {
                     break;
                 };
@@ -226,11 +229,11 @@ impl Edges {
                 }
                 from = at;
                 let Some(before) = passed.get(&next).copied() else {
-                    passed.insert(next, way.len());
-                    way.push(next);
+                    passed.insert(next, path.len());
+                    path.push(next);
                     continue;
                 };
-                let mut round = way.split_off(before + 1);
+                let mut round = path.split_off(before + 1);
                 for key in &round {
                     passed.remove(key);
                 }
@@ -245,7 +248,8 @@ impl Edges {
         out
     }
 
-    /// The first of the edges at a point, anticlockwise from the one that leads to it: ways that turn off so do not cross.
+    /// The first of the edges at a point, anticlockwise from the one that leads to it: paths that follow this
+    /// rule do not cross.
     fn first_from(&self, from: Key, at: Key, others: &BTreeSet<Key>) -> Option<Key> {
         let direction = |key: &Key| {
             let [a, b] = [self.points[&at], self.points[key]];

@@ -12,11 +12,12 @@ const AS_IS: Placement = Placement { unit: 1.0, translate: [0.0; 3] };
 const ONE: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n9 5 5 5\n$EndNodes\n\
     $Elements\n2\n1 4 2 7 1 1 2 3 4\n2 4 2 8 1 2 3 4 5\n$EndElements\n";
 
-/// One of the meshes that data/make_msh.py makes: just made, if `ELASTOCAP_MSH` names the folder, else as it lies here.
+/// One of the meshes that data/make_msh.py makes: from the folder `ELASTOCAP_MSH` if it is set, otherwise
+/// from `tests/data`.
 fn data(name: &str) -> PathBuf {
-    let made = std::env::var_os("ELASTOCAP_MSH").map(|folder| Path::new(&folder).join(name));
-    let kept = || Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
-    made.filter(|path| path.is_file()).unwrap_or_else(kept)
+    let generated = std::env::var_os("ELASTOCAP_MSH").map(|folder| Path::new(&folder).join(name));
+    let stored = || Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    generated.filter(|path| path.is_file()).unwrap_or_else(stored)
 }
 
 fn boxes() -> VolumeMesh {
@@ -150,7 +151,7 @@ fn meshes_that_are_none_are_refused() {
         ImportProblem::SharedFace { count: 2, .. }
     ));
     assert!(matches!(refused(&ONE.replace("2 3 4 5\n", "1 2 3 4\n")), ImportProblem::SharedFace { .. }));
-    // The same place, but points of its own: a doubled interface.
+    // At the same place, but with separate points: a doubled interface.
     let split = ONE
         .replace("$Nodes\n6", "$Nodes\n7")
         .replace("9 5 5 5", "9 5 5 5\n12 1 0 0")
@@ -215,6 +216,6 @@ fn parts_that_nothing_holds_have_no_field_and_are_left_out() {
     let held = read.tet_mesh(&scene(&["6"], &[], Wall::Insulated)).unwrap();
     assert_eq!((held.tets.len(), held.points.len()), (2, 5));
     assert!((area(&held, FaceRole::Conductor(0)) - 0.5).abs() < 1e-15);
-    let all = read.tet_mesh(&scene(&["6"], &[], Wall::Open));
-    assert!(matches!(all.unwrap_err().problem, ImportProblem::EndsAtOpenSpace { .. }));
+    let meshed = read.tet_mesh(&scene(&["6"], &[], Wall::Open));
+    assert!(matches!(meshed.unwrap_err().problem, ImportProblem::EndsAtOpenSpace { .. }));
 }

@@ -147,11 +147,11 @@ impl Body {
             let [a, b, c, d] = self.corners(cell);
             0.5 * ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1]))
         };
-        let of = |(k, filled): (usize, &Vec<bool>)| {
+        let layer_volume = |(k, filled): (usize, &Vec<bool>)| {
             let full: f64 = (0..filled.len()).filter(|cell| filled[*cell]).map(area).sum();
             full * (self.levels[k + 1] - self.levels[k])
         };
-        self.filled.iter().enumerate().map(of).sum()
+        self.filled.iter().enumerate().map(layer_volume).sum()
     }
 
     /// Points with whether the body holds them: in all cells, near their corners, and around the body.

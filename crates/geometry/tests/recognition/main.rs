@@ -13,7 +13,7 @@ use elastocap_geometry::recognition::{Prism, boxes_of, boxes_of_outlines, outlin
 use elastocap_geometry::scene::{Box3, across};
 use elastocap_geometry::shapes::{Shape, TriangleSurface};
 
-const MOST_CELLS: usize = 100_000;
+const MAX_CELLS: usize = 100_000;
 
 fn count() -> usize {
     std::env::var("RECOGNISED_BODIES").ok().and_then(|s| s.parse().ok()).unwrap_or(60)
@@ -32,7 +32,7 @@ fn area(outlines: &[Vec<[f64; 2]>]) -> f64 {
         let middle = 0.5 * (ends[0] + ends[1]);
         let mut crossings: Vec<f64> = outlines
             .iter()
-            .flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)))
+            .flat_map(|outline| outline.iter().zip(outline.iter().cycle().skip(1)))
             .filter(|(a, b)| (a[1] > middle) != (b[1] > middle))
             .map(|(a, b)| a[0] + (b[0] - a[0]) * (middle - a[1]) / (b[1] - a[1]))
             .collect();
@@ -53,8 +53,8 @@ fn assert_is(found: &[Prism], axis: usize, body: &Body, probes: &[([f64; 3], boo
     assert!((volume - expected).abs() < 1e-9 * expected, "{volume} of {expected}: {body:?}");
     for (point, held) in probes {
         let in_one = |prism: &Prism| {
-            let holding = prism.outlines.iter().filter(|own| contains(own, [point[p], point[q]])).count();
-            prism.ends[0] < point[axis] && point[axis] < prism.ends[1] && holding % 2 == 1
+            let holding = prism.outlines.iter().filter(|outline| contains(outline, [point[p], point[q]]));
+            prism.ends[0] < point[axis] && point[axis] < prism.ends[1] && holding.count() % 2 == 1
         };
         let holding = found.iter().filter(|prism| in_one(prism)).count();
         assert_eq!(holding, usize::from(*held), "{point:?}, axis {axis}: {found:?}\n{body:?}");
@@ -74,7 +74,7 @@ fn assert_recognised(surface: &TriangleSurface, body: &Body, probes: &[([f64; 3]
             assert_eq!(found, None, "axis {axis}: {body:?}");
         }
     }
-    let boxes = boxes_of(&Shape::Surface(surface.clone()), MOST_CELLS);
+    let boxes = boxes_of(&Shape::Surface(surface.clone()), MAX_CELLS);
     if body.kind == Kind::Boxes {
         let boxes = boxes.unwrap_or_else(|| panic!("{body:?}"));
         let volume: f64 = boxes.iter().map(volume).sum();
@@ -93,7 +93,7 @@ fn assert_refused(surface: &TriangleSurface, what: &str, body: &Body) {
     for axis in 0..3 {
         assert_eq!(prisms_of(surface, axis), None, "{what}, axis {axis}: {body:?}");
     }
-    let boxes = boxes_of(&Shape::Surface(surface.clone()), MOST_CELLS);
+    let boxes = boxes_of(&Shape::Surface(surface.clone()), MAX_CELLS);
     assert_eq!(boxes, None, "{what}: {body:?}");
 }
 
@@ -265,19 +265,19 @@ fn outlines_at_right_angles_are_the_same_boxes() {
             for Prism { outlines, ends } in prisms {
                 let mut around: Vec<&[[f64; 2]]> = outlines.iter().map(Vec::as_slice).collect();
                 draw.shuffle(&mut around);
-                let own = boxes_of_outlines(axis, ends, &around, MOST_CELLS).unwrap();
+                let from_outlines = boxes_of_outlines(axis, ends, &around, MAX_CELLS).unwrap();
                 if let [outline] = &outlines[..] {
                     let [to, from] = ends;
                     let shape = |outline| Shape::Extrusion { axis, from, to, outline, arcs: Vec::new() };
-                    let alone = boxes_of(&shape(outline.clone()), MOST_CELLS).unwrap();
+                    let alone = boxes_of(&shape(outline.clone()), MAX_CELLS).unwrap();
                     let volume = |boxes: &[_]| boxes.iter().map(volume).sum::<f64>();
-                    assert!((volume(&alone) / volume(&own) - 1.0).abs() < 1e-12, "{outline:?}");
+                    assert!((volume(&alone) / volume(&from_outlines) - 1.0).abs() < 1e-12, "{outline:?}");
                     let mut moved = outline.clone();
                     let corner = draw.below(moved.len());
                     moved[corner] = moved[corner].map(f64::next_up);
-                    assert_eq!(boxes_of(&shape(moved), MOST_CELLS), None, "{outline:?}, corner {corner}");
+                    assert_eq!(boxes_of(&shape(moved), MAX_CELLS), None, "{outline:?}, corner {corner}");
                 }
-                boxes.extend(own);
+                boxes.extend(from_outlines);
             }
             for (point, held) in probes {
                 let holding = boxes.iter().filter(|b| b.contains(point)).count();
@@ -337,11 +337,12 @@ fn no_triangles_make_recognition_panic() {
         }
         for axis in 0..3 {
             for prism in prisms_of(&surface, axis).unwrap_or_default() {
-                assert!(prism.ends[0] < prism.ends[1] && prism.outlines.iter().all(|own| own.len() > 2));
+                let are_polygons = prism.outlines.iter().all(|outline| outline.len() > 2);
+                assert!(prism.ends[0] < prism.ends[1] && are_polygons);
             }
             let corners = |face: &[u32; 3]| face.map(|p| surface.points[p as usize]);
             outlines_in_plane(&surface.faces.iter().map(corners).collect::<Vec<_>>(), axis);
         }
-        boxes_of(&Shape::Surface(surface), MOST_CELLS);
+        boxes_of(&Shape::Surface(surface), MAX_CELLS);
     }
 }

@@ -1,20 +1,22 @@
 //! The dense part of a factorisation: the first columns of a front are eliminated from it.
 //!
-//! Nearly all operations of a factorisation are products of blocks of rows here. Blocks are as large as the registers of the machine
-//! hold sums for: each number that is read serves for a whole row or column of a block, and no addition waits for the one before.
+//! Nearly all operations of a factorisation are the products of blocks of rows in this file. A block has as
+//! many rows and columns as the registers of the machine hold sums for: each number that is read serves a
+//! whole row or column, and the additions are independent.
 
 use super::{LANES, Lane, Root};
 use crate::gemm::Real;
 use pulp::{Simd, WithSimd};
 
-/// A symmetric front, of which the first columns are eliminated.
+/// A symmetric front whose first columns are to be eliminated.
 pub(super) struct Front<'a, T> {
     /// Row by row; only the lower triangle counts.
     pub entries: &'a [Lane<T>],
     pub rows: usize,
-    /// Columns that are eliminated.
+    /// The number of columns that are eliminated.
     pub columns: usize,
-    /// Where they go: row by row, with the inverses of the diagonal on it.
+    /// Receives these columns of the factor, row by row, with the inverses of the diagonal entries on the
+    /// diagonal.
     pub panel: &'a mut [Lane<T>],
     /// The lower triangle of the other columns after the elimination, row by row.
     pub rest: &'a mut Vec<Lane<T>>,
@@ -26,7 +28,8 @@ impl<T: Real + Root> WithSimd for Front<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        // Registers of 64 bytes come in thirty-twos, smaller ones in sixteens; those of 32 bytes come with fused products.
+        // Processors have 32 registers of 64 bytes or 16 smaller ones; those with at least 32 bytes have
+        // fused products.
         let register = size_of::<S::f32s>();
         match register {
             64.. if size_of::<Lane<T>>() <= register => self.eliminate::<4, true>(),
@@ -48,8 +51,8 @@ impl<T: Real + Root> Front<'_, T> {
                 let sums = {
                     let line = |i: usize| &panel[i * columns..][..first];
                     let above: [&[Lane<T>]; B] = std::array::from_fn(|c| line(first + c.min(width - 1)));
-                    let own: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
-                    products::<T, B, FUSED>(own, above)
+                    let lines: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
+                    products::<T, B, FUSED>(lines, above)
                 };
                 let mut block = [[Lane::default(); B]; B];
                 for r in 0..height {
@@ -63,7 +66,8 @@ impl<T: Real + Root> Front<'_, T> {
                     }
                     diagonal = block;
                 }
-                // In a narrow last block of columns, rows below the diagonal begin in the diagonal's own block of rows.
+                // In a narrow last block of columns, the rows below the diagonal begin in the same block as
+                // the diagonal.
                 let below = if row == first { width..height } else { 0..height };
                 for values in &mut block[below] {
                     for c in 0..width {
@@ -78,7 +82,7 @@ impl<T: Real + Root> Front<'_, T> {
                     panel[(row + r) * columns + first..][..width].copy_from_slice(&block[r][..width]);
                 }
             }
-            // The panel is read as a whole; what is above the diagonal counts as zero.
+            // The panel is read as a whole, so that the entries above the diagonal must be zero.
             for row in 0..first {
                 panel[row * columns + first..][..width].fill(Lane::default());
             }
@@ -88,10 +92,10 @@ impl<T: Real + Root> Front<'_, T> {
         let line = |i: usize| &panel[(columns + i) * columns..][..columns];
         for row in (0..below).step_by(B) {
             let height = B.min(below - row);
-            let own: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
+            let lines: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
             for first in (0..row + height).step_by(B) {
                 let others: [&[Lane<T>]; B] = std::array::from_fn(|c| line((first + c).min(below - 1)));
-                let sums = products::<T, B, FUSED>(own, others);
+                let sums = products::<T, B, FUSED>(lines, others);
                 for r in 0..height {
                     let i = row + r;
                     let width = B.min(i + 1 - first.min(i + 1));
@@ -107,7 +111,7 @@ impl<T: Real + Root> Front<'_, T> {
     }
 }
 
-/// The products of some rows with some others.
+/// The inner products of each of `rows` and each of `others`.
 #[inline(always)]
 fn products<T: Real, const B: usize, const FUSED: bool>(
     rows: [&[Lane<T>]; B],
@@ -126,31 +130,31 @@ fn products<T: Real, const B: usize, const FUSED: bool>(
     sums
 }
 
-/// Factorises the first rows of a block, with the inverses of the diagonal on it and zeros above. Returns whether all pivots are
-/// positive.
+/// Factorises the first rows of a block; the diagonal then holds the inverses of its entries, and zeros are
+/// above it. Returns whether all pivots are positive.
 #[inline(always)]
 fn factorise<T: Real + Root, const B: usize>(block: &mut [[Lane<T>; B]; B], width: usize) -> bool {
     for r in 0..width {
-        let (done, own) = block.split_at_mut(r);
-        let own = &mut own[0];
+        let (done, rest) = block.split_at_mut(r);
+        let row = &mut rest[0];
         for (c, above) in done.iter().enumerate() {
-            let mut value = own[c];
+            let mut value = row[c];
             for k in 0..c {
-                value = value.minus(own[k].times(above[k]));
+                value = value.minus(row[k].times(above[k]));
             }
-            own[c] = value.times(above[c]);
+            row[c] = value.times(above[c]);
         }
-        let mut pivot = own[r];
+        let mut pivot = row[r];
         for k in 0..r {
-            pivot = pivot.minus(own[k].times(own[k]));
+            pivot = pivot.minus(row[k].times(row[k]));
         }
         for k in 0..LANES {
             if !pivot.0[k].is_positive() {
                 return false;
             }
-            own[r].0[k] = T::from_f64(1.0) / pivot.0[k].root();
+            row[r].0[k] = T::from_f64(1.0) / pivot.0[k].root();
         }
-        own[r + 1..].fill(Lane::default());
+        row[r + 1..].fill(Lane::default());
     }
     true
 }

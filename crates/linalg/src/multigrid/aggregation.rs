@@ -2,9 +2,10 @@
 
 use crate::sparse::SparseMatrix;
 
-/// Which aggregate each unknown is in, and how many there are.
+/// A partition of the unknowns into aggregates.
 struct Aggregates {
-    of: Vec<u32>,
+    /// The aggregate of each unknown.
+    aggregate: Vec<u32>,
     count: u32,
 }
 
@@ -25,12 +26,12 @@ struct Strong<'a> {
 pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<SparseMatrix> {
     let n = matrix.rows();
     let strong = Strong { matrix, diagonal: matrix.diagonal(), share: strong };
-    let Aggregates { of, count } = strong.aggregates();
+    let Aggregates { aggregate, count } = strong.aggregates();
     if f64::from(count) > 0.8 * n as f64 {
         return None;
     }
     Some(SparseMatrix::build(n, count as usize, |i, terms| {
-        // Weak connections count on the diagonal, so that constants stay constants.
+        // Weak connections are added to the diagonal, so that constants stay constants.
         let (mut on_diagonal, mut size) = (0.0, 0.0);
         for (j, a) in matrix.terms(i) {
             if strong.is_strong(i, j, a) {
@@ -39,13 +40,13 @@ pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<
                 on_diagonal += a;
             }
         }
-        terms.push((of[i], 1.0));
+        terms.push((aggregate[i], 1.0));
         size += on_diagonal.abs();
         if size > 0.0 {
             let step = 4.0 / 3.0 / size;
-            terms.push((of[i], -step * on_diagonal));
+            terms.push((aggregate[i], -step * on_diagonal));
             let neighbours = matrix.terms(i).filter(|&(j, a)| strong.is_strong(i, j, a));
-            terms.extend(neighbours.map(|(j, a)| (of[j], -step * a)));
+            terms.extend(neighbours.map(|(j, a)| (aggregate[j], -step * a)));
         }
     }))
 }
@@ -57,21 +58,24 @@ impl Strong<'_> {
 
     fn aggregates(&self) -> Aggregates {
         let n = self.matrix.rows();
-        let mut of = vec![NONE; n];
+        let mut aggregate = vec![NONE; n];
         let mut count = 0_u32;
         // Unknowns none of whose neighbours is taken yet begin an aggregate with all of them.
         for i in 0..n {
             let neighbours =
                 || self.matrix.terms(i).filter(|&(j, a)| self.is_strong(i, j, a)).map(|(j, _)| j);
-            if of[i] != NONE || neighbours().any(|j| of[j] != NONE) || neighbours().next().is_none() {
+            if aggregate[i] != NONE
+                || neighbours().any(|j| aggregate[j] != NONE)
+                || neighbours().next().is_none()
+            {
                 continue;
             }
-            of[i] = count;
-            neighbours().for_each(|j| of[j] = count);
+            aggregate[i] = count;
+            neighbours().for_each(|j| aggregate[j] = count);
             count += 1;
         }
-        // Others join where their strongest neighbour is.
-        let first = of.clone();
+        // Other unknowns join the aggregate of their strongest neighbour.
+        let first = aggregate.clone();
         for i in (0..n).filter(|&i| first[i] == NONE) {
             let weight = |j: usize, a: f64| a.abs() / self.diagonal[j].abs().sqrt();
             let best = self
@@ -80,22 +84,22 @@ impl Strong<'_> {
                 .filter(|&(j, a)| first[j] != NONE && self.is_strong(i, j, a))
                 .max_by(|p, q| weight(p.0, p.1).total_cmp(&weight(q.0, q.1)));
             if let Some((j, _)) = best {
-                of[i] = first[j];
+                aggregate[i] = first[j];
             }
         }
-        // What is left begins aggregates with what is left around it.
+        // The remaining unknowns begin aggregates with the remaining unknowns around them.
         for i in 0..n {
-            if of[i] != NONE {
+            if aggregate[i] != NONE {
                 continue;
             }
-            of[i] = count;
+            aggregate[i] = count;
             for (j, a) in self.matrix.terms(i) {
-                if of[j] == NONE && self.is_strong(i, j, a) {
-                    of[j] = count;
+                if aggregate[j] == NONE && self.is_strong(i, j, a) {
+                    aggregate[j] = count;
                 }
             }
             count += 1;
         }
-        Aggregates { of, count }
+        Aggregates { aggregate, count }
     }
 }

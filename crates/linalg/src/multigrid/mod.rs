@@ -1,12 +1,13 @@
 //! A preconditioner for conjugate gradients: one symmetric multigrid cycle for a sparse matrix that comes from an
 //! elliptic problem.
 //!
-//! Levels are made by smoothed aggregation (Vanek, Mandel, Brezina 1996) of unknowns that are strongly connected; the
-//! caller may know a better first step, say from potentials of order p to those of order 1. Smoothing is symmetric
-//! Gauss-Seidel everywhere, and the last few hundred unknowns are solved for exactly.
+//! Levels are made by smoothed aggregation (Vanek, Mandel, Brezina 1996) of unknowns that are strongly
+//! connected; the caller may supply a better first level, say the potentials of order 1 below those of order
+//! p. Smoothing is symmetric Gauss-Seidel everywhere, and the last level, of a few hundred unknowns, is
+//! solved exactly.
 //!
-//! It is our own because there is none to take: no crate of this kind gives the same bytes at any number of threads,
-//! and the bindings to hypre or AMGX would bring another language into the build.
+//! No existing crate would do: none of this kind gives the same bytes at any number of threads, and the
+//! bindings to hypre or AMGX would bring another language into the build.
 
 mod aggregation;
 #[cfg(test)]
@@ -19,7 +20,7 @@ use aggregation::smoothed_aggregates;
 use faer::Mat;
 use rayon::prelude::*;
 
-/// Unknowns from which on a level is solved for exactly.
+/// Coarsening ends at a level with at most this many unknowns, which is solved exactly.
 const DIRECT: usize = 400;
 
 /// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a strong connection, on the finest
@@ -29,8 +30,8 @@ const STRONG: f64 = 0.08;
 /// A level that the caller knows, below the finest one.
 #[derive(Debug, Clone)]
 pub struct CoarseLevel {
-    /// From values on this level to values on the finest one: as many rows as that has unknowns, as many columns as this
-    /// one has.
+    /// The map from values on this level to values on the finest one, with a row for each unknown of the
+    /// finest level and a column for each of this one.
     pub prolongation: SparseMatrix,
     /// The symmetric matrix of this level.
     pub matrix: SparseMatrix,
@@ -40,7 +41,8 @@ pub struct CoarseLevel {
 #[derive(Debug)]
 pub struct Multigrid {
     levels: Vec<Level>,
-    /// The factor of the last level, unless that is too large: then it is smoothed like the others.
+    /// The factor of the last level. `None` if that is too large or has none; it is then smoothed like the
+    /// others.
     last: Option<Cholesky>,
 }
 
@@ -51,7 +53,7 @@ struct Level {
     transfer: Option<Transfer>,
 }
 
-/// Between a level and the next coarser one.
+/// Prolongation and restriction between a level and the next coarser one.
 #[derive(Debug)]
 struct Transfer {
     up: SparseMatrix,
@@ -59,7 +61,7 @@ struct Transfer {
     down: SparseMatrix,
 }
 
-/// Memory of one cycle at one level.
+/// The working memory of one cycle at one level.
 #[derive(Debug)]
 struct Vectors {
     residual: Vec<f64>,
@@ -69,8 +71,9 @@ struct Vectors {
     step: Vec<f64>,
 }
 
-/// A matrix and its multigrid cycle as [`conjugate_gradients::solve`](crate::conjugate_gradients::solve) takes them,
-/// with memory of its own: one for each right-hand side that is solved for at the same time.
+/// A matrix and its multigrid cycle as [`conjugate_gradients::solve`](crate::conjugate_gradients::solve)
+/// takes them, with its working memory. Right-hand sides that are solved for at the same time need a cycle
+/// each.
 #[derive(Debug)]
 pub struct Cycle<'a> {
     grid: &'a Multigrid,
@@ -78,7 +81,8 @@ pub struct Cycle<'a> {
 }
 
 impl Multigrid {
-    /// Levels for a symmetric positive definite matrix; `coarse` is the one below it if the caller knows it.
+    /// Builds the levels for a symmetric positive definite matrix; `coarse` is the level below it if the
+    /// caller knows one.
     pub fn new(matrix: SparseMatrix, coarse: Option<CoarseLevel>) -> Self {
         let mut levels = Vec::new();
         let mut matrix = matrix;
@@ -107,7 +111,7 @@ impl Multigrid {
 
     /// The matrix and the cycle, for one right-hand side at a time.
     pub fn cycle(&self) -> Cycle<'_> {
-        let of = |level: &Level| {
+        let vectors = |level: &Level| {
             let coarse = level.transfer.as_ref().map_or(0, |t| t.up.columns());
             Vectors {
                 residual: vec![0.0; level.matrix.rows()],
@@ -116,10 +120,10 @@ impl Multigrid {
                 step: vec![0.0; coarse],
             }
         };
-        Cycle { grid: self, work: self.levels.iter().map(of).collect() }
+        Cycle { grid: self, work: self.levels.iter().map(vectors).collect() }
     }
 
-    /// x = M^-1 r at level `at`; `work` is that of this level and of the coarser ones.
+    /// x = M^-1 r at level `at`; `work` has the vectors of this level and of the coarser ones.
     fn apply(&self, at: usize, r: &[f64], x: &mut [f64], work: &mut [Vectors]) {
         let level = &self.levels[at];
         let Some((here, below)) = work.split_first_mut() else { return };
@@ -140,7 +144,8 @@ impl Multigrid {
         level.residual_after_forward(x, &mut here.residual);
         transfer.down.product(&here.residual, &mut here.right, |new, _| new);
         self.apply(at + 1, &here.right, &mut here.coarse, below);
-        // Levels of aggregates are so much smaller each that a second visit costs little; it keeps the rate.
+        // Levels of aggregates are so much smaller that a second visit costs little. It preserves the
+        // convergence rate.
         if at > 0 {
             self.levels[at + 1].matrix.product(&here.coarse, &mut here.right, |product, old| old - product);
             self.apply(at + 1, &here.right, &mut here.step, below);
@@ -183,7 +188,7 @@ impl Level {
         Self { matrix, inverse_diagonal, transfer }
     }
 
-    /// (D + L) x = r: a forward sweep from zero.
+    /// Solves (D + L) x = r: a forward sweep of Gauss-Seidel from x = 0.
     fn forward(&self, r: &[f64], x: &mut [f64]) {
         for i in 0..x.len() {
             let mut sum = r[i];
@@ -197,7 +202,7 @@ impl Level {
         }
     }
 
-    /// r - A x after [`Level::forward`], of which only the upper triangle is left.
+    /// r - A x after [`Level::forward`], to which only the upper triangle of A contributes.
     fn residual_after_forward(&self, x: &[f64], residual: &mut [f64]) {
         residual.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, residual)| {
             let mut sum = 0.0;
@@ -211,7 +216,7 @@ impl Level {
         });
     }
 
-    /// A backward sweep.
+    /// A backward sweep of Gauss-Seidel.
     fn backward(&self, r: &[f64], x: &mut [f64]) {
         for i in (0..x.len()).rev() {
             let product: f64 = self.matrix.terms(i).map(|(j, a)| a * x[j]).sum();

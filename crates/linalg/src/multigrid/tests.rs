@@ -28,7 +28,8 @@ fn iterations(grid: &Multigrid) -> (usize, f64) {
     let n = grid.matrix().rows();
     let b = vec![1.0; n];
     let mut x = vec![0.0; n];
-    // The energy at the solution is -b x / 2 <= 0: counted from zero, its size is what the iterations take off.
+    // The energy at the solution is -b x / 2 <= 0: the iterations lower the energy from zero by its
+    // magnitude.
     let goal = Goal { share: 1e-12, start: 0.0, iteration_limit: ITERATION_LIMIT, cancel: None };
     let end = solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
     assert!(end.reached, "{end:?}");

@@ -1,14 +1,13 @@
 //! Sparse matrices by rows.
 //!
-//! A [`SparseMatrix`] is a [`CsrMatrix`] of nalgebra-sparse: that owns pattern and values and transposes them. The
-//! kernels on it are our own for two reasons. The product with a vector and the product of two matrices run on all
-//! threads, where those of nalgebra-sparse 0.12 run on one; and they take what is done with each sum along, so that
-//! a residual costs one sweep over memory and not two.
+//! A [`SparseMatrix`] is a [`CsrMatrix`] of nalgebra-sparse, which owns and transposes pattern and values.
+//! The products are computed here for two reasons. They run on all threads, where those of nalgebra-sparse
+//! 0.12 run on one; and the product with a vector applies a function to each sum, so that a residual costs
+//! one sweep over memory and not two.
 //!
-//! nalgebra-sparse keeps eight bytes per column index, and a product with a vector does little but read memory: of a
-//! matrix of 14 million entries it takes 16.8 ms on two cores, and 13.2 ms with four bytes per index. The matrix keeps
-//! a copy of its column indices in four bytes for that; the pattern of nalgebra-sparse is what it is built, transposed
-//! and handed out as.
+//! nalgebra-sparse keeps eight bytes per column index, and a product with a vector does little but read
+//! memory: for a matrix of 14 million entries it takes 16.8 ms on two cores, and 13.2 ms with four bytes per
+//! index. Products therefore read a copy of the column indices in four bytes.
 
 mod rows;
 

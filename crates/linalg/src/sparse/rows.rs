@@ -1,8 +1,8 @@
-//! Rows on their way into a matrix: the threads that assemble one write some of its rows each.
+//! Blocks of consecutive rows, of which each thread that assembles a sparse matrix writes one.
 
 use nalgebra_sparse::CsrMatrix;
 
-/// Rows that follow one another, on their way into a [`SparseMatrix`](super::SparseMatrix).
+/// Consecutive rows of a future [`SparseMatrix`](super::SparseMatrix).
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
     lengths: Vec<u32>,

@@ -29,15 +29,15 @@ fn difference(f: &Tensor, a: usize, value: impl Fn(&Tensor) -> f64) -> f64 {
 fn stress_is_the_slope_of_the_energy_and_the_tangent_that_of_the_stress() {
     for rubber in rubbers() {
         for f in &STATES {
-            let here = rubber.response(f);
-            let largest = here.tangent.iter().flatten().fold(1.0, |m: f64, x| m.max(x.abs()));
+            let response = rubber.response(f);
+            let largest = response.tangent.iter().flatten().fold(1.0, |m: f64, x| m.max(x.abs()));
             for k in 0..9 {
                 let slope = difference(f, k, |g| rubber.response(g).energy);
-                let error = (slope - here.stress[k]).abs();
-                assert!(error < 2e-9 * largest, "{rubber:?} {f:?} P[{k}] {slope} {}", here.stress[k]);
+                let error = (slope - response.stress[k]).abs();
+                assert!(error < 2e-9 * largest, "{rubber:?} {f:?} P[{k}] {slope} {}", response.stress[k]);
                 for m in 0..9 {
                     let slope = difference(f, k, |g| rubber.response(g).stress[m]);
-                    let exact = here.tangent[m][k];
+                    let exact = response.tangent[m][k];
                     let error = (slope - exact).abs();
                     assert!(error < 2e-8 * largest, "{rubber:?} {f:?} A[{m}][{k}] {slope} {exact}");
                 }

@@ -1,7 +1,7 @@
 //! Measured stress over compression.
 
 use elastocap_materials::StressTable;
-use elastocap_materials::stress_table::Found;
+use elastocap_materials::stress_table::CompressionMatch;
 
 fn table() -> StressTable {
     StressTable {
@@ -27,12 +27,12 @@ fn between_its_points_a_table_is_straight_and_beyond_them_it_says_nothing() {
 #[test]
 fn a_stress_belongs_to_one_compression_a_plateau_or_none() {
     let table = table();
-    assert_eq!(table.compression_under(0.0), Found::At(0.0));
-    assert_eq!(table.compression_under(4e3), Found::Between([0.1, 0.4]));
-    assert_eq!(table.compression_under(12e3), Found::At(0.6));
-    assert_eq!(table.compression_under(12.1e3), Found::Beyond);
+    assert_eq!(table.compression_under(0.0), CompressionMatch::At(0.0));
+    assert_eq!(table.compression_under(4e3), CompressionMatch::Between([0.1, 0.4]));
+    assert_eq!(table.compression_under(12e3), CompressionMatch::At(0.6));
+    assert_eq!(table.compression_under(12.1e3), CompressionMatch::Beyond);
     for stress in [1e-3, 3e3, 4.1e3, 11.9e3] {
-        let Found::At(compression) = table.compression_under(stress) else { panic!("{stress}") };
+        let CompressionMatch::At(compression) = table.compression_under(stress) else { panic!("{stress}") };
         assert!((table.loading_at(compression).unwrap() / stress - 1.0).abs() < 1e-12);
     }
 }

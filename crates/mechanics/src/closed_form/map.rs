@@ -1,4 +1,4 @@
-//! Where the points of the layer go: sections 2.1, 2.2 and 2.6 of the paper.
+//! The deformation of the layer: sections 2.1, 2.2 and 2.6 of the paper.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
 //! for a MEMS tactile sensor application".

@@ -1,10 +1,11 @@
 //! The horizontal force on a plate that is bonded to the compressed layer and then shifted: simple shear.
 //!
 //! The shift adds displacements that depend on the height alone to those of the compressed layer,
-//! `y = (x1 f(x2) + u(x2), g(x2), x3 + v(x2))`. They change neither the volume nor what the compression costs: in the energy of a
-//! Mooney-Rivlin rubber the added part is `mu/2 u'^2 + (c10 + c01 f^2) v'^2` for each reference volume, where `mu = 2 (c10 + c01)`, once the
-//! term that is odd in `x1` is integrated over the contact. It is least where the shear stresses `mu u'` and `2 (c10 + c01 f^2) v'` on
-//! reference areas are the same at every height:
+//! `y = (x1 f(x2) + u(x2), g(x2), x3 + v(x2))`. They change neither the volume nor the energy of the
+//! compression: in the energy of a Mooney-Rivlin rubber the added part is `mu/2 u'^2 + (c10 + c01 f^2) v'^2`
+//! for each reference volume, where `mu = 2 (c10 + c01)`, once the term that is odd in `x1` is integrated
+//! over the contact. It is least where the shear stresses `mu u'` and `2 (c10 + c01 f^2) v'` on reference
+//! areas are the same at every height:
 //!
 //! `F1 = A mu s1 / H`, `F3 = A s3 / integral from 0 to H of dx2 / (2 c10 + 2 c01 f(x2)^2)`.
 //!

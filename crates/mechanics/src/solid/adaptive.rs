@@ -1,4 +1,4 @@
-//! A layer pressed to given loads on meshes that are refined where the errors are made.
+//! A layer pressed to given loads on adaptively refined meshes.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,15 +15,16 @@ use super::press::{
 };
 use super::refinement::Refinable;
 
-/// How many times as many elements the next mesh has by its marks alone.
+/// The ratio of the numbers of elements of successive meshes, from the marks alone.
 const GROWTH: f64 = 1.8;
-/// That factor while every state that was found has a fault, so that none counts as reached yet.
+/// The same ratio while every state found has a fault, so that none counts as reached yet.
 const GROWTH_BEFORE: f64 = 1.5;
-/// Elements are not cut to less than this, over the thickness: stress is singular at the edges of stiff bodies, and what is there on the
-/// smallest scales matters to nothing that is asked for.
+/// The smallest size to which elements are cut, over the thickness: stress is singular at the edges of stiff
+/// bodies, but its smallest scales do not matter to any result.
 const SMALLEST: f64 = 1e-3;
-/// Length of an element over the shortest of those along which it is cut, above which it is cut along that too. Stress that is singular at
-/// one end of a slender element hardly shows at the points of its quadrature: along which of its axes it varies there is not seen.
+/// An element is also cut along an axis where its length exceeds its shortest cut length by more than this
+/// factor. In a slender element the quadrature points hardly resolve a stress that is singular at one end,
+/// nor the axis along which it varies.
 const SLENDER: f64 = 3.0;
 
 /// A layer and the meshes that it may be pressed on.
@@ -32,23 +33,23 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
     pub(crate) thickness: f64,
     /// Makes the first mesh.
     pub(crate) first: &'a dyn Fn() -> Result<Mesh<S>, ModelError>,
-    /// The layer at rest on a mesh, of which the number is given.
+    /// Makes the layer at rest on a mesh with the given index.
     pub(crate) model: &'a dyn Fn(Mesh<S>, usize) -> Result<LayerModel<S>, ModelError>,
-    /// How often elements at the surface have to be halved besides, so that it can follow what presses.
+    /// Additional halvings of elements at the surface, so that it can bend around the indenter.
     pub(crate) halvings: Option<&'a HalvingsAt<'a, S>>,
-    /// Whether what presses is a rounded body in contact with the surface.
+    /// Whether the indenter is a rounded body in contact with the surface.
     pub(crate) is_rounded: bool,
     /// Whether the end of the layer rolls up.
     pub(crate) folds: bool,
     /// The least errors that are stated.
     pub(crate) least_errors: LeastErrors,
-    /// How far the meshes are refined.
+    /// The limits of the refinement.
     pub(crate) limits: Limits,
-    /// The memory in bytes that no mesh may take more of.
+    /// The largest memory of a mesh, in bytes.
     pub(crate) memory_limit: u64,
 }
 
-/// How often an element has to be halved along which of its axes, as bits.
+/// The number of halvings that an element needs, and the axes along which it needs them, as bits.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Halvings {
     pub(crate) times: u8,
@@ -62,41 +63,43 @@ impl Halvings {
     }
 }
 
-/// The halvings that each element needs for the mesh of a number, from a layer on the mesh before and its configuration.
+/// Returns the halvings that each element needs for the mesh with the given index, from a layer on the mesh
+/// before and its configuration.
 pub(crate) type HalvingsAt<'a, S> = dyn Fn(&LayerModel<S>, &State<S>, usize) -> Vec<Halvings> + 'a;
 
-/// How far meshes are refined.
+/// The limits of mesh refinement.
 pub(crate) struct Limits {
-    /// Meshes at most.
+    /// The largest number of meshes.
     pub(crate) meshes: usize,
-    /// The elements from which on no finer mesh is made.
+    /// A mesh with more elements than this is not refined.
     pub(crate) elements: usize,
-    /// About how many times as many elements the next mesh has.
+    /// The approximate ratio of the numbers of elements of successive meshes.
     pub(crate) finer: f64,
-    /// Meshes that are solved on for places after the force is known, at most.
+    /// The largest number of meshes for places after the force is known.
     pub(crate) for_places: usize,
-    /// Elements in the middle of a fan are not cut to less than this, over the thickness: a free surface that folds at a bonded corner does
-    /// so on all scales.
+    /// The smallest size to which elements in the middle of a fan are cut, over the thickness: a free surface
+    /// that folds at a bonded corner does so on all scales.
     pub(crate) smallest_at_corner: f64,
 }
 
 impl Limits {
-    /// The sizes of the meshes that may be solved on, coarse to fine: that of the `first` mesh, and about those of the finer
-    /// ones, which have as many nodes for each element.
+    /// The sizes of the meshes that may be used, coarse to fine: that of the `first` mesh, and approximate
+    /// sizes of the finer ones, with the same ratio of nodes to elements.
     pub(crate) fn sizes<S: Dimension>(&self, first: &Mesh<S>) -> Vec<MeshSize> {
         let nodes = first.nodes.len();
-        let of = |k: usize| {
+        let size = |k: usize| {
             let [elements, nodes] =
                 [first.elements.len(), nodes].map(|n| (n as f64 * self.finer.powi(k as i32)) as usize);
             MeshSize { elements, unknowns: S::AXES * nodes + S::Pressure::COUNT * elements }
         };
-        let begun = |k: &usize| *k == 0 || of(k - 1).elements <= self.elements;
-        (0..self.meshes).take_while(begun).map(of).collect()
+        let begun = |k: &usize| *k == 0 || size(k - 1).elements <= self.elements;
+        (0..self.meshes).take_while(begun).map(size).collect()
     }
 }
 
 impl<S: Dimension> Adaptive<'_, S> {
-    /// Presses the layer to each of `goals`. Each mesh is the one before with those elements cut in which the errors are made.
+    /// Presses the layer to each of `goals`. Each mesh is the one before with the elements cut that have the
+    /// largest errors.
     ///
     /// # Errors
     /// [`ModelError`] where there is no mesh, or none that fits into the memory.
@@ -106,7 +109,7 @@ impl<S: Dimension> Adaptive<'_, S> {
         refinement: &Refinement,
         places: Option<&Places<'_, S>>,
         cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
+        report: &(dyn Fn(usize, usize) + Sync),
         drafted: &Drafted<'_, S>,
     ) -> Result<Pressing<S>, ModelError> {
         let meshed = |k: usize, levels: &[Arc<Level<S>>], unknown: &[usize]| {
@@ -120,7 +123,8 @@ impl<S: Dimension> Adaptive<'_, S> {
             }
             let estimates: Vec<&Estimate> =
                 unknown.iter().filter_map(|&g| last.estimates.get(g)?.as_ref()).collect();
-            // The goals that are not known yet were reached on coarser meshes only. Nothing says where this mesh has to be finer.
+            // The goals that are not known yet were reached on coarser meshes only, so that there is no
+            // estimate to refine this mesh by.
             let was_found = |&g: &usize| levels.iter().any(|level| level.step(g).is_some());
             if estimates.is_empty() && unknown.iter().any(was_found) {
                 return None;
@@ -139,7 +143,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             if let Some(halvings_at) = self.halvings {
                 for (model, state) in unknown.iter().filter_map(|&g| last.start(g)) {
                     let of_goal = halvings_at(model, state, k);
-                    halvings.iter_mut().zip(of_goal).for_each(|(all, one)| *all = all.and(one));
+                    halvings.iter_mut().zip(of_goal).for_each(|(needed, one)| *needed = needed.and(one));
                 }
             }
             Some(self.on(cut(mesh, &marks, halvings), k))
@@ -152,7 +156,7 @@ impl<S: Dimension> Adaptive<'_, S> {
             for_places: self.limits.for_places,
             drafted,
         };
-        press_on(goals, refinement, &layers, cancel, tell)
+        press_on(goals, refinement, &layers, cancel, report)
     }
 
     /// The layer at rest on mesh number `k`, where that fits into the memory.
@@ -164,7 +168,7 @@ impl<S: Dimension> Adaptive<'_, S> {
         };
         let mesh = refinable.mesh().clone();
         let elements = mesh.elements.len();
-        // What the elements take is taken with the equations, what the factor takes only afterwards.
+        // The memory of the elements is allocated with the equations, that of the factor only afterwards.
         fits(elements, Equations::<S>::element_bytes(elements))?;
         let model = (self.model)(mesh, k)?;
         fits(elements, model.equations().memory_bytes())?;
@@ -176,8 +180,8 @@ impl<S: Dimension> Adaptive<'_, S> {
         let settings = NewtonSettings {
             tolerance: 1e-7,
             first_step: if self.is_rounded { 0.5 } else { 1.0 },
-            // Measured: in the plane a third or three times of it takes longer around corners; in space a part of the side takes
-            // less under a ball.
+            // Measured: in the plane, a third or three times this gap takes longer around corners; in space,
+            // a share of the shortest side takes less time under a ball.
             moving_gap: if S::AXES == 2 { gap(3e-4) } else { 3e-3 },
             final_gap: gap(1e-5),
             first_gap: gap(1e-5),
@@ -188,11 +192,12 @@ impl<S: Dimension> Adaptive<'_, S> {
     }
 }
 
-/// A mesh with elements cut along the axes of their `marks`, and those at the surface by the `halvings` that they need.
+/// Cuts the elements of a mesh along the axes of their `marks`, and those at the surface by the `halvings`
+/// that they need.
 fn cut<S: Dimension>(mesh: &Refinable<S>, marks: &[u8], mut halvings: Vec<Halvings>) -> Refinable<S> {
     let halved = |halvings: &Halvings| if halvings.times > 0 { halvings.axes } else { 0 };
-    let both: Vec<u8> = marks.iter().zip(&halvings).map(|(axes, halvings)| axes | halved(halvings)).collect();
-    let (mut finer, mut parents) = mesh.cut(&both);
+    let axes: Vec<u8> = marks.iter().zip(&halvings).map(|(axes, halvings)| axes | halved(halvings)).collect();
+    let (mut finer, mut parents) = mesh.cut(&axes);
     while halvings.iter().any(|halvings| halvings.times > 1) {
         let left = |(e, parent): (usize, &u32)| {
             let Halvings { times, axes } = halvings[*parent as usize];
@@ -205,13 +210,13 @@ fn cut<S: Dimension>(mesh: &Refinable<S>, marks: &[u8], mut halvings: Vec<Halvin
     finer
 }
 
-/// The axes along which an element of these `lengths` (m) is cut where it is to be cut along `axes`, as bits: none along which it is no
-/// longer than `least` (m).
+/// The axes, as bits, along which an element of these `lengths` (m) is cut if it is marked along `axes`. It
+/// is not cut along axes where it is no longer than `least` (m).
 fn cut_along(lengths: &[f64], axes: u8, least: f64) -> u8 {
     let is_in = |axis: &usize| axes >> axis & 1 == 1;
-    let all = || 0..lengths.len();
-    let shortest = all().filter(is_in).map(|a| lengths[a]).fold(f64::INFINITY, f64::min);
-    let cut = all().filter(|a| is_in(a) || lengths[*a] > SLENDER * shortest);
+    let every = || 0..lengths.len();
+    let shortest = every().filter(is_in).map(|a| lengths[a]).fold(f64::INFINITY, f64::min);
+    let cut = every().filter(|a| is_in(a) || lengths[*a] > SLENDER * shortest);
     cut.filter(|a| lengths[*a] > least).map(|a| 1 << a).sum()
 }
 

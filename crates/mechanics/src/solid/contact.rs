@@ -11,8 +11,8 @@
 //! reduce `s` until the remaining gaps do not matter. The distance from a convex body is a convex function, so that a step
 //! that keeps the linear gap positive keeps the gap positive, around any corner.
 //!
-//! A configuration that is guessed has points inside obstacles, and gaps that are wrong by more than they are small. From there the same
-//! solutions are found without keeping anything positive: see [`Linearisation::Smoothed`].
+//! A guessed configuration has points inside obstacles, and gaps whose errors are larger than the gaps. From
+//! there the same solutions are found without the bounds `g, l > 0`: see [`Linearisation::Smoothed`].
 
 use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Linearisation, Load, Pair, State};
@@ -26,10 +26,10 @@ const TOWARD_BOUNDARY: f64 = 0.98;
 /// The smallest factor by which a step is shortened at once.
 const SHORTEST_PART: f64 = 0.1;
 
-/// Stiffness of the surface under one point, over the shear modulus times the point's part of the side over the side's length. Between 5 and
-/// 100 the number of steps is about the same.
+/// Stiffness of the surface under one point, over the shear modulus times the share of the side that belongs
+/// to the point. The number of steps is about the same for values between 5 and 100.
 const STIFFNESS: f64 = 30.0;
-/// How far a point may be inside an obstacle, over the radius of its corners.
+/// The largest depth of a point inside an obstacle, over the radius of the obstacle's corners.
 const DEEPEST: f64 = 0.5;
 
 /// Distance, force and tangent of one pair.
@@ -38,7 +38,7 @@ struct PairState {
     force: f64,
     /// The force after a step in which the point stays where it is.
     staying: f64,
-    /// How much of it is lost for each metre that the point moves away.
+    /// The decrease of the force for each metre that the point moves away.
     slope: f64,
     /// Derivative of the contact force by the distance vector, its sign changed.
     stiffness: [[f64; 3]; 3],
@@ -62,7 +62,7 @@ impl<S: Dimension> Equations<S> {
         !self.pairs.is_empty()
     }
 
-    /// Gives the corners of the punch that presses another radius, in m.
+    /// Sets the radius of the corners of the punch, in m.
     pub(crate) fn set_corner_radius(&mut self, radius: f64) {
         for obstacle in &mut self.body.obstacles {
             if let ObstacleShape::Indenter(
@@ -107,7 +107,7 @@ impl<S: Dimension> Equations<S> {
         PairState { gap, force, staying, slope, stiffness }
     }
 
-    /// Sets every contact force to the product `s` over the gap: what a body has that has not been in contact yet.
+    /// Sets every contact force to the product `s` over the gap, as before the first contact.
     pub(crate) fn start_contact(&self, state: &mut State<S>) {
         for (c, pair) in self.pairs.iter().enumerate() {
             if state.contact[c] <= 0.0 {
@@ -120,7 +120,7 @@ impl<S: Dimension> Equations<S> {
     pub(crate) fn assemble_contact(&mut self, state: &State<S>, load: &Load<S>) -> f64 {
         let mut worst: f64 = 0.0;
         let elements = self.elements.len();
-        // Of an indenter whose force is given, the motion is found with the step.
+        // The motion of an indenter whose force is given is found with the step.
         let mut given = self.given_force.take();
         if let Some(given) = &mut given {
             given.clear(self.right.len());
@@ -183,9 +183,9 @@ impl<S: Dimension> Equations<S> {
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of what it was, or need not, and else the fraction of
-    /// the step to try next. Contact forces that the step would take to zero or below are kept above it one by one, since they only
-    /// weight the next step.
+    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of its value, or need
+    /// not, and otherwise the fraction of the step to try next. Contact forces that the step would make zero
+    /// or negative are each limited to a positive value, since they only weight the next step.
     pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
         if self.linearisation != Linearisation::Interior {
             return 1.0;
@@ -195,7 +195,8 @@ impl<S: Dimension> Equations<S> {
         let left =
             self.pairs.iter().map(left).fold(f64::INFINITY, |m, r| if r.is_nan() { r } else { m.min(r) });
         if left.is_nan() || left <= least {
-            // Where the gap is linear, this is how far it goes. A distance is a convex function: no farther elsewhere.
+            // This is the fraction for a linear gap. The distance is convex, so that the gap closes no
+            // earlier elsewhere.
             let part = TOWARD_BOUNDARY * BOUNDARY_FRACTION / (1.0 - left);
             return if part.is_nan() { 0.5 } else { part.clamp(SHORTEST_PART, TOWARD_BOUNDARY) };
         }
@@ -211,16 +212,17 @@ impl<S: Dimension> Equations<S> {
         pairs.map(|pair| self.gap(pair, state).distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa.
+    /// Sets every contact force to that of the nodal pressures `nodal` in Pa.
     pub(crate) fn press_with_nodal(&self, state: &mut State<S>, nodal: &[f64]) {
         for (pair, force) in self.pairs.iter().zip(&mut state.contact) {
-            let here = pair.slots.iter().filter(|slot| slot.1 == 0 && slot.2 != -1.0);
-            let pressure: f64 = here.map(|&(d, _, factor)| factor * nodal[d / S::AXES]).sum();
+            let slots = pair.slots.iter().filter(|slot| slot.1 == 0 && slot.2 != -1.0);
+            let pressure: f64 = slots.map(|&(d, _, factor)| factor * nodal[d / S::AXES]).sum();
             *force = pair.weight * pressure;
         }
     }
 
-    /// Sets every contact force to that of the pressures `nodal` at the nodes in Pa, or to the product `s` over the gap where that is more.
+    /// Sets every contact force to that of the nodal pressures `nodal` in Pa, or to the product `s` over the
+    /// gap where that is larger.
     pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
         self.press_with_nodal(state, nodal);
         for (c, pair) in self.pairs.iter().enumerate() {
@@ -229,7 +231,7 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// After the step from `state` is known, keeps the slopes of its tangents for the next one, if that asks for them.
+    /// Stores the slopes of the tangents at `state` for the next step, if its linearisation needs them.
     pub(crate) fn keep_slopes(&mut self, state: &State<S>) {
         if self.linearisation != Linearisation::Interior {
             let slopes = (0..self.pairs.len()).map(|c| self.pair_state(c, state).slope).collect();
@@ -274,7 +276,7 @@ impl<S: Dimension> Equations<S> {
         let (mut force, mut area) = (vec![0.0; nodes], vec![0.0; nodes]);
         for (pair, l) in self.pairs.iter().zip(&state.contact) {
             for &(d, k, factor) in &pair.slots {
-                // A carrier has a negative factor, and so have the far ends of a parabola: neither is near the point.
+                // Carriers and the far ends of a parabola have negative factors. Neither is near the point.
                 if k == 0 && factor > 0.0 {
                     force[d / S::AXES] += factor * l;
                     area[d / S::AXES] += factor * pair.weight;

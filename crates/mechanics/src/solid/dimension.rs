@@ -28,7 +28,7 @@ pub struct Space;
 
 /// An array `[f64; N]` whose length depends on the dimension.
 pub trait Numbers: Copy + Debug + Default + PartialEq + Send + Sync + IndexMut<usize, Output = f64> {
-    /// Its length.
+    /// Length of the array.
     const COUNT: usize;
     /// The array with `number(k)` at place `k`.
     fn from_fn(number: impl FnMut(usize) -> f64) -> Self;
@@ -98,7 +98,7 @@ pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static 
 /// Components of a stress: 11, 22, 33, 12, 23, 13.
 pub(crate) type Stress = [f64; 6];
 
-/// An element with continuous displacements and a pressure of its own, condensed out.
+/// An element with continuous displacements and a discontinuous pressure, condensed out.
 ///
 /// Displacements of an element are `axes a + k` for node `a` and axis `k`, in m. Per metre of width in the plane.
 pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
@@ -106,7 +106,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     const NODES: usize;
     /// Quadrature points.
     const POINTS: usize;
-    /// Whether it can be assembled with `J <= 0`, where the rubber [knows](Rubber::knows_inside_out) that.
+    /// Whether the element can be assembled with `J <= 0`, if the rubber [allows](Rubber::knows_inside_out)
+    /// it.
     const ANY_VOLUME_RATIO: bool;
 
     /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
@@ -115,8 +116,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// Reference volume in m^3; area in m^2 in the plane.
     fn volume(&self) -> f64;
 
-    /// Where the pressure's coordinates have their origin, and their units, in m: the pressure is `p0 + p1 (x1 - origin)/unit
-    /// + ...`.
+    /// The origin and the units of the coordinates of the pressure, in m: the pressure is
+    /// `p0 + p1 (x1 - origin)/unit + ...`.
     fn pressure_frame(&self) -> (S::Point, S::Point);
 
     /// `J` at quadrature point `q` under the displacements `u`.
@@ -128,8 +129,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// Reference volume in m^3 that belongs to quadrature point `q`; area in m^2 in the plane.
     fn point_volume(&self, q: usize) -> f64;
 
-    /// The part that is left at quadrature point `q`, under the displacements `u`, of the extension that `rubber` admits; `None` where it
-    /// has no limit. See [`Rubber::extension_left`].
+    /// The remaining share of the extension limit of `rubber` at quadrature point `q` under the displacements
+    /// `u`; `None` if it has no limit. See [`Rubber::extension_left`].
     fn extension_left(&self, rubber: &Rubber, q: usize, u: &[f64]) -> Option<f64>;
 
     /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
@@ -213,7 +214,7 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     }
 }
 
-/// The contributions of an element to the residual and to the tangent. In the plane all is per metre of width.
+/// The contributions of an element to the residual and to the tangent, in the plane per metre of width.
 #[derive(Debug, Clone)]
 pub struct ElementSystem<S: Dimension = Plane> {
     /// Internal forces of the displacements in N.
@@ -231,7 +232,7 @@ pub struct ElementSystem<S: Dimension = Plane> {
 }
 
 impl<S: Dimension> ElementSystem<S> {
-    /// The system of an element with `displacements`, nothing in it.
+    /// The system of an element with `displacements`, all zero.
     pub fn new(displacements: usize) -> Self {
         Self {
             force: vec![0.0; displacements],
@@ -243,7 +244,7 @@ impl<S: Dimension> ElementSystem<S> {
         }
     }
 
-    /// Everything zero.
+    /// Sets all entries to zero.
     pub(crate) fn clear(&mut self) {
         self.force.fill(0.0);
         self.coupling.fill(S::Pressure::default());

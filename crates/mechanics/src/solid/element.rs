@@ -1,7 +1,8 @@
 //! The quadrilateral with biquadratic displacement and a discontinuous, linear pressure (Q2/P1disc).
 //!
-//! The pressure is linear in *reference coordinates*, three numbers per element, and belongs to no neighbour: it is
-//! condensed out element by element. With `r_p = int q (J - 1 - p/kappa)` the linearised system of one element is
+//! The pressure is linear in *reference coordinates*, three numbers per element, and belongs to no neighbour:
+//! it is condensed out element by element. With `r_p = int q (J - 1 - p/kappa)`, the linearised system of one
+//! element is
 //!
 //! `[ K   G ] [du]     [ r_u ]`
 //! `[ G' -e M] [dp] = - [ r_p ]`,
@@ -34,11 +35,11 @@ pub struct ReferenceElement {
     pub mass_inverse: [[f64; 3]; 3],
     /// Centre of area in m.
     centre: [f64; 2],
-    /// How far the quadrature points reach from there, in m.
+    /// The largest distance of a quadrature point from the centre along each axis, in m.
     size: [f64; 2],
 }
 
-/// One point of the reference square, seen from the reference configuration.
+/// One point of the reference square, mapped to the reference configuration.
 pub(crate) struct Mapped {
     /// `dN_a/dX_k` in 1/m.
     pub(crate) gradients: [[f64; 2]; 9],
@@ -74,7 +75,7 @@ impl Mapped {
         Some(Self { gradients, place, area })
     }
 
-    /// Deformation gradient here under the nodal displacements `u` (m).
+    /// Deformation gradient at the point under the nodal displacements `u` (m).
     pub(crate) fn deformation_gradient(&self, u: &[f64]) -> Tensor {
         deformation_gradient(&self.gradients, u)
     }
@@ -166,10 +167,10 @@ impl Element<Plane> for ReferenceElement {
         };
         let mut place = [[0.0; 2]; POINTS];
         for q in 0..POINTS {
-            let here = Mapped::new(x, nodes[q % 3], nodes[q / 3])?;
-            element.gradients[q] = here.gradients;
-            element.areas[q] = here.area * weights[q % 3] * weights[q / 3];
-            place[q] = here.place;
+            let point = Mapped::new(x, nodes[q % 3], nodes[q / 3])?;
+            element.gradients[q] = point.gradients;
+            element.areas[q] = point.area * weights[q % 3] * weights[q / 3];
+            place[q] = point.place;
         }
         let area: f64 = element.areas.iter().sum();
         element.centre =
@@ -206,8 +207,8 @@ impl Element<Plane> for ReferenceElement {
 
     fn stress(&self, rubber: &Rubber, q: usize, u: &[f64], p: &[f64; 3]) -> Stress {
         let pressure = self.pressure[q].iter().zip(p).map(|(basis, p)| basis * p).sum();
-        let own = PointStress::new(rubber, &self.deformation_gradient(q, u), pressure);
-        [own.s11, own.s22, own.s33, own.s12, 0.0, 0.0]
+        let stress = PointStress::new(rubber, &self.deformation_gradient(q, u), pressure);
+        [stress.s11, stress.s22, stress.s33, stress.s12, 0.0, 0.0]
     }
 
     fn point_volume(&self, q: usize) -> f64 {

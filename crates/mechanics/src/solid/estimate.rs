@@ -1,16 +1,18 @@
-//! How large the error of an equilibrium is, and where it is made.
+//! A posteriori estimates of the errors of an equilibrium, and the share of each element in them.
 //!
-//! The stress of a finite-element solution jumps from element to element. Averaged at the nodes of each material it is closer to the true
-//! one, and the difference between the two indicates the error of the stress (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Methods
-//! Eng. 24, 1987). The energy of that difference gives the error of the force, whose slope along the load is an energy.
+//! The stress of a finite-element solution jumps from element to element. Averaged at the nodes of each
+//! material it is closer to the true stress, and the difference between the two indicates the error of the
+//! stress (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Methods Eng. 24, 1987). The energy of that
+//! difference gives the error of the force, whose slope along the load is an energy.
 //!
-//! Any other number that is read off an equilibrium has an error that the energy says little about. For it the *response* is solved for: the
-//! displacements that the slopes of the number by the displacements, taken as forces, would make. The error of the number is the energy
-//! product of the error of the stress and that of the response's stress (the dual-weighted residual: R. Becker and R. Rannacher, Acta
-//! Numerica 10, 2001; with recovered stresses: F. Cirak and E. Ramm, Comput. Methods Appl. Mech. Eng. 156, 1998). The response costs a
-//! solve with factors that are there.
+//! The energy says little about the error of any other number that is computed from an equilibrium. For such
+//! a number the *response* is computed: the displacements under forces equal to the derivatives of the number
+//! by the displacements. The error of the number is the energy product of the errors of the stress and of the
+//! response's stress (the dual-weighted residual: R. Becker and R. Rannacher, Acta Numerica 10, 2001; with
+//! recovered stresses: F. Cirak and E. Ramm, Comput. Methods Appl. Mech. Eng. 156, 1998). The response costs
+//! one solve with the existing factors.
 //!
-//! Along which of its own axes an element has to be cut is told by how far the averaged stresses are from linear along each.
+//! An element is cut along those of its axes along which the averaged stress is farthest from linear.
 
 use std::collections::HashMap;
 
@@ -20,30 +22,34 @@ use super::dimension::{Dimension, Element, Numbers, Stress};
 use super::model::{Equations, State};
 use super::shape_functions::{on_a_line, shape};
 
-/// Share of the largest curvature of the stress, over the axes of an element, from which on it is cut along an axis.
+/// An element is cut along the axes where the curvature of the stress is at least this share of the largest
+/// curvature over its axes.
 const ALONG: f64 = 0.35;
-/// Relative error of a force over the energy of the stress' error and the work of the force. The energy alone is 1 for a smooth solution; around
-/// electrodes and rounded punches the force was off by 0.7 to 4 times as much, under cylinders and balls, whose contact is a matter of its own,
-/// by 2 to 4 times.
+/// The assumed ratio of the relative error of a force to the energy of the stress error over the work of the
+/// force. For a smooth solution it is 1; around electrodes and rounded punches it was 0.7 to 4, under
+/// cylinders and balls, where the edge of the contact adds errors, 2 to 4.
 const OF_FORCE: f64 = 4.0;
-/// Error of a number over its estimate with signs, and how much of the estimate without signs is added to it: on coarse meshes parts of the
-/// estimate that are both wrong may cancel.
+/// The error of a number over its estimate.
 const OF_NUMBER: f64 = 1.5;
+/// The share of the sum of magnitudes that is added to the signed sum over the elements, whose terms may
+/// cancel wrongly on coarse meshes.
 const WITHOUT_SIGNS: f64 = 0.5;
-/// How much stiffer a rubber is in small shears where it is stretched, over the stress and its modulus: what a neo-Hookean one is under a
-/// large simple stretch.
+/// The increase of the shear modulus of stretched rubber over its deviatoric stress, as for a neo-Hookean
+/// rubber under a large simple stretch.
 const STIFFER: f64 = 0.4;
-/// Largest displacement, over the size of the body, at which the stress of a response is read off.
+/// The largest displacement, over the shortest side of an element, by which the stress of a response is
+/// computed from a difference.
 const SMALL: f64 = 1e-6;
-/// Residual of a response above which the factors are taken to be of another tangent.
+/// Residual of a response above which the factors count as those of another tangent.
 const STALE: f64 = 1e-6;
 
-/// The numbers that are wanted of an equilibrium, and how accurately.
+/// The numbers to be computed from an equilibrium, and their tolerances.
 #[derive(Debug)]
 pub(crate) struct Wanted {
-    /// Force times displacement of the indenter, of the part of the layer that is solved, in J; in the plane in J/m.
+    /// Force times displacement of the indenter, for the part of the layer that is modelled, in J; in the
+    /// plane in J/m.
     pub(crate) work: f64,
-    /// By what all estimates are multiplied.
+    /// A safety factor on all estimates.
     pub(crate) caution: f64,
     /// The relative error of the force to reach.
     pub(crate) force_tolerance: f64,
@@ -51,12 +57,13 @@ pub(crate) struct Wanted {
     pub(crate) numbers: Vec<WantedNumber>,
 }
 
-/// A number that is read off an equilibrium, and is to be known.
+/// A number to be computed from an equilibrium.
 #[derive(Debug)]
 pub(crate) struct WantedNumber {
-    /// Its value.
+    /// The value.
     pub(crate) value: f64,
-    /// Its slopes by displacements, which are given by their places among those of all nodes.
+    /// The derivatives by the displacements, each with the index of its displacement among those of all
+    /// nodes.
     pub(crate) slopes: Vec<(usize, f64)>,
     /// The relative error to reach.
     pub(crate) tolerance: f64,
@@ -78,7 +85,7 @@ pub(crate) struct Estimate {
 pub(crate) struct Estimated {
     /// The number.
     pub(crate) value: f64,
-    /// Its error over the number.
+    /// The error over the number.
     pub(crate) error: f64,
     /// The relative error to reach.
     pub(crate) tolerance: f64,
@@ -87,25 +94,26 @@ pub(crate) struct Estimated {
 /// The share of an element in the errors of an equilibrium.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Share {
-    /// Its share in the sum of all errors over their tolerances.
+    /// The share in the sum of all errors over their tolerances.
     pub(crate) error: f64,
-    /// The axes along which it has to be cut to make it smaller, as bits.
+    /// The axes along which cutting the element reduces this share, as bits.
     pub(crate) axes: u8,
 }
 
-/// A field of stresses, and the smooth one that is made from it.
+/// A field of stresses, and the smooth field recovered from it.
 struct Recovered<S: Dimension> {
     /// For each element the stress at its quadrature points.
     points: Vec<Vec<Stress>>,
     /// For each element the smooth stress at its nodes.
     nodes: Vec<Vec<Stress>>,
-    /// For each element the difference of the two at its quadrature points, without its mean normal stress.
+    /// For each element the deviator of the difference of the two at its quadrature points.
     differences: Vec<Vec<Stress>>,
     dimension: std::marker::PhantomData<S>,
 }
 
 impl<S: Dimension> Recovered<S> {
-    /// From the `stress` at the quadrature points of the elements: number of the element, then of the point.
+    /// Recovers the smooth field from the `stress` at the quadrature points of the elements: number of the
+    /// element, then of the point.
     fn new(equations: &Equations<S>, stress: impl Fn(usize, usize) -> Stress + Sync) -> Self {
         let mesh = &equations.body.mesh;
         let of_element = |e: usize| (0..S::Element::POINTS).map(|q| stress(e, q)).collect();
@@ -116,38 +124,40 @@ impl<S: Dimension> Recovered<S> {
         let mut nodes: Vec<Vec<Stress>> = points.par_iter().with_min_len(16).map(of_element).collect();
         let mut sums: HashMap<(u16, u32), (f64, Stress)> = HashMap::new();
         let key = |e: usize, node: u32| (equations.body.material[e], node);
-        for (e, own) in nodes.iter().enumerate() {
+        for (e, stresses) in nodes.iter().enumerate() {
             let weight = equations.elements[e].volume();
-            for (own, &node) in own.iter().zip(mesh.elements[e].as_ref()) {
+            for (stress, &node) in stresses.iter().zip(mesh.elements[e].as_ref()) {
                 let sum = sums.entry(key(e, node)).or_default();
                 sum.0 += weight;
-                for (sum, own) in sum.1.iter_mut().zip(own) {
-                    *sum += weight * own;
+                for (sum, component) in sum.1.iter_mut().zip(stress) {
+                    *sum += weight * component;
                 }
             }
         }
-        for (e, own) in nodes.iter_mut().enumerate() {
-            for (own, &node) in own.iter_mut().zip(mesh.elements[e].as_ref()) {
+        for (e, stresses) in nodes.iter_mut().enumerate() {
+            for (stress, &node) in stresses.iter_mut().zip(mesh.elements[e].as_ref()) {
                 let (weight, sum) = sums[&key(e, node)];
-                *own = sum.map(|s| s / weight);
+                *stress = sum.map(|s| s / weight);
             }
         }
         let shapes = gauss_shapes::<S>();
         let of_element = |(points, nodes): (&Vec<Stress>, &Vec<Stress>)| {
-            points.iter().zip(&shapes).map(|(own, shape)| deviator(difference(own, nodes, shape))).collect()
+            let points = points.iter().zip(&shapes);
+            points.map(|(stress, shape)| deviator(difference(stress, nodes, shape))).collect()
         };
         let differences = points.par_iter().zip(&nodes).with_min_len(16).map(of_element).collect();
         Self { points, nodes, differences, dimension: std::marker::PhantomData }
     }
 
-    /// For each quadrature point of element `e` its volume over twice the modulus of small shears: a rubber that is stretched `l`-fold is
-    /// about as many times stiffer as the stress over the modulus says, since both grow with `l^2`.
+    /// For each quadrature point of element `e` its volume over twice the modulus of small shears. In rubber
+    /// that is stretched `l`-fold, the modulus grows about in proportion to the stress, since both grow with
+    /// `l^2`.
     fn compliances(&self, equations: &Equations<S>, e: usize) -> Vec<f64> {
-        let (own, modulus) = (&equations.elements[e], equations.rubber(e).shear_modulus());
+        let (element, modulus) = (&equations.elements[e], equations.rubber(e).shear_modulus());
         let at = |(q, stress): (usize, &Stress)| {
             let stress = deviator(*stress);
             let stretched = STIFFER * double_dot(&stress, &stress).sqrt();
-            own.point_volume(q) / (2.0 * (modulus + stretched))
+            element.point_volume(q) / (2.0 * (modulus + stretched))
         };
         self.points[e].iter().enumerate().map(at).collect()
     }
@@ -158,16 +168,18 @@ impl<S: Dimension> Recovered<S> {
         pairs.zip(compliances).map(|((a, b), compliance)| compliance * double_dot(a, b)).sum()
     }
 
-    /// How far the stress in element `e` is from linear along each of its axes, over the largest of these.
+    /// The deviation of the stress in element `e` from a linear one along each of its axes, over the largest
+    /// of these.
     fn curvatures(&self, e: usize) -> Vec<f64> {
-        let all: Vec<f64> = (0..S::AXES).map(|axis| curvature(&self.nodes[e], axis)).collect();
-        let most = all.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        all.into_iter().map(|own| own / most).collect()
+        let curvatures: Vec<f64> = (0..S::AXES).map(|axis| curvature(&self.nodes[e], axis)).collect();
+        let largest = curvatures.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        curvatures.into_iter().map(|curvature| curvature / largest).collect()
     }
 }
 
 impl<S: Dimension> Equations<S> {
-    /// The errors of what is `wanted` of `state`, an equilibrium; the last assembly was one of it.
+    /// Estimates the errors of the `wanted` numbers of `state`, an equilibrium. The last assembly must have
+    /// been at this state.
     pub(crate) fn estimate(&mut self, state: &State<S>, wanted: &Wanted) -> Estimate {
         let responses: Vec<_> = wanted.numbers.iter().map(|number| self.response(&number.slopes)).collect();
         let this = &*self;
@@ -176,32 +188,33 @@ impl<S: Dimension> Equations<S> {
             let ratio = element.volume_ratio(q, &u);
             element.stress(this.rubber(e), q, &u, p).map(|s| ratio * s)
         };
-        let own = Recovered::new(this, |e, q| stress(e, q, &state.displacement, &state.pressure[e]));
+        let solution = Recovered::new(this, |e, q| stress(e, q, &state.displacement, &state.pressure[e]));
         let of_response = |(z, pressure): &(Vec<f64>, Vec<S::Pressure>)| {
             let most = z.iter().fold(f64::MIN_POSITIVE, |m: f64, z| m.max(z.abs()));
             let part = SMALL * this.shortest_side / most;
             let moved: Vec<f64> = state.displacement.iter().zip(z).map(|(u, z)| u + part * z).collect();
             Recovered::new(this, |e, q| {
                 let p = S::Pressure::from_fn(|m| state.pressure[e][m] + part * pressure[e][m]);
-                let (before, after) = (&own.points[e][q], stress(e, q, &moved, &p));
+                let (before, after) = (&solution.points[e][q], stress(e, q, &moved, &p));
                 std::array::from_fn(|k| (after[k] - before[k]) / part)
             })
         };
         let responses: Vec<Recovered<S>> = responses.iter().map(of_response).collect();
-        // For each element its energy, and of each number its product with the response, and the most that this can be.
+        // For each element the energy of the error, and for each number the product with the response and its
+        // upper bound.
         let of_element = |e: usize| -> (f64, Vec<[f64; 2]>) {
-            let compliances = own.compliances(this, e);
-            let energy = own.product(&own, &compliances, e);
+            let compliances = solution.compliances(this, e);
+            let energy = solution.product(&solution, &compliances, e);
             let product = |response: &Recovered<S>| {
                 let most = (energy * response.product(response, &compliances, e)).sqrt();
-                [own.product(response, &compliances, e), most]
+                [solution.product(response, &compliances, e), most]
             };
             (energy, responses.iter().map(product).collect())
         };
         let elements = (0..this.elements.len()).into_par_iter().with_min_len(16);
         let parts: Vec<(f64, Vec<[f64; 2]>)> = elements.map(of_element).collect();
         let caution = wanted.caution;
-        let sum = |k: usize, of: usize| parts.iter().map(|part| part.1[k][of]).sum::<f64>();
+        let sum = |k: usize, term: usize| parts.iter().map(|part| part.1[k][term]).sum::<f64>();
         let estimated = |(k, number): (usize, &WantedNumber)| {
             let error =
                 caution * OF_NUMBER * (sum(k, 0).abs() + WITHOUT_SIGNS * sum(k, 1)) / number.value.abs();
@@ -214,7 +227,7 @@ impl<S: Dimension> Equations<S> {
             };
             let of_numbers: Vec<f64> = products.iter().zip(&wanted.numbers).map(of_number).collect();
             let largest = (0..of_numbers.len()).max_by(|&a, &b| of_numbers[a].total_cmp(&of_numbers[b]));
-            let mut curved = own.curvatures(e);
+            let mut curved = solution.curvatures(e);
             if let Some(k) = largest.filter(|&k| of_numbers[k] > of_force) {
                 curved.iter_mut().zip(responses[k].curvatures(e)).for_each(|(sum, more)| *sum += more);
             }
@@ -229,13 +242,14 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// The displacements, and the pressures in the elements, that the forces `slopes` make by the tangent of the last assembly.
+    /// The displacements, and the pressures in the elements, under the forces `slopes`, by the tangent of the
+    /// last assembly.
     fn response(&mut self, slopes: &[(usize, f64)]) -> (Vec<f64>, Vec<S::Pressure>) {
         let mut right = vec![0.0; self.unknowns()];
         for &(d, slope) in slopes {
             let (node, axis) = ((d / S::AXES) as u32, d % S::AXES);
-            let own = [(node, 1.0)];
-            let masters = self.body.mesh.hanging.nodes.get(&node).map_or(&own[..], Vec::as_slice);
+            let free = [(node, 1.0)];
+            let masters = self.body.mesh.hanging.nodes.get(&node).map_or(&free[..], Vec::as_slice);
             for &(master, part) in masters {
                 if let Some(number) = self.unknowns.index(S::AXES * master as usize + axis) {
                     right[number] += part * slope;
@@ -247,17 +261,18 @@ impl<S: Dimension> Equations<S> {
             x = right;
             self.solver.solve(&mut x);
         }
-        let of = |d: usize| self.unknowns.index(d).map_or(0.0, |number| x[number]);
-        let mut displacement: Vec<f64> = (0..self.unbalanced.len()).map(of).collect();
+        let value = |d: usize| self.unknowns.index(d).map_or(0.0, |number| x[number]);
+        let mut displacement: Vec<f64> = (0..self.unbalanced.len()).map(value).collect();
         self.let_follow(&mut displacement);
         let pressure = (0..self.elements.len()).map(|e| self.pressure_response(e, &displacement)).collect();
         (displacement, pressure)
     }
 }
 
-/// For each element the axes along which to cut it, as bits, so that elements become some `growth` times as many: those with the largest
-/// shares in the errors, along those axes along which they may be (number of the element, then of the axis). The `estimates` are of the equilibria under several loads on one mesh. Nothing where
-/// there are none.
+/// For each element the axes along which to cut it, as bits, so that the mesh has about `growth` times as
+/// many elements: those with the largest shares in the errors are cut. `cut_along(element, axes)` returns
+/// those of `axes` along which the element may be cut. The `estimates` are those of the equilibria under
+/// several loads on one mesh; `None` if there are none.
 pub(crate) fn marks(
     estimates: &[&Estimate],
     growth: f64,
@@ -266,12 +281,12 @@ pub(crate) fn marks(
     let count = estimates.first()?.elements.len();
     let together = |e: usize| {
         let largest = estimates.iter().map(|estimate| estimate.elements[e].error).fold(0.0, f64::max);
-        let mut all = Share::default();
+        let mut total = Share::default();
         for share in estimates.iter().map(|estimate| &estimate.elements[e]) {
-            all.error += share.error;
-            all.axes |= if share.error >= 0.5 * largest { share.axes } else { 0 };
+            total.error += share.error;
+            total.axes |= if share.error >= 0.5 * largest { share.axes } else { 0 };
         }
-        all
+        total
     };
     let shares: Vec<Share> = (0..count).map(together).collect();
     let mut order: Vec<usize> = (0..count).collect();
@@ -288,9 +303,9 @@ pub(crate) fn marks(
     Some(marks)
 }
 
-/// A stress minus the one that values at the nodes have at a point.
-fn difference(own: &Stress, nodes: &[Stress], shape: &[f64]) -> Stress {
-    let mut difference = *own;
+/// A stress at a point minus the one interpolated there from the nodes.
+fn difference(stress: &Stress, nodes: &[Stress], shape: &[f64]) -> Stress {
+    let mut difference = *stress;
     for (value, shape) in nodes.iter().zip(shape) {
         for (d, v) in difference.iter_mut().zip(value) {
             *d -= shape * v;
@@ -299,7 +314,7 @@ fn difference(own: &Stress, nodes: &[Stress], shape: &[f64]) -> Stress {
     difference
 }
 
-/// A stress without its mean normal stress, which does no work in a rubber that keeps its volume.
+/// A stress without its mean normal stress, which does no work in a rubber of constant volume.
 fn deviator(mut stress: Stress) -> Stress {
     let mean = (stress[0] + stress[1] + stress[2]) / 3.0;
     stress[..3].iter_mut().for_each(|s| *s -= mean);
@@ -315,11 +330,11 @@ fn double_dot(a: &Stress, b: &Stress) -> f64 {
 fn extrapolated<S: Dimension>(points: &[Stress], n: usize) -> Stress {
     let lines = [n % 3, n / 3 % 3, n / 9].map(on_a_line);
     let mut sum = [0.0; 6];
-    for (q, own) in points.iter().enumerate() {
+    for (q, stress) in points.iter().enumerate() {
         let weight: f64 =
             [q % 3, q / 3 % 3, q / 9].iter().zip(&lines).take(S::AXES).map(|(k, l)| l[*k]).product();
-        for (sum, own) in sum.iter_mut().zip(own) {
-            *sum += weight * own;
+        for (sum, component) in sum.iter_mut().zip(stress) {
+            *sum += weight * component;
         }
     }
     sum
@@ -332,7 +347,8 @@ fn gauss_shapes<S: Dimension>() -> Vec<Vec<f64>> {
     (0..S::Element::POINTS).map(|q| at(q).iter().take(S::Element::NODES).map(|s| s.0).collect()).collect()
 }
 
-/// How far the stress at the nodes of an element is from linear along one of its axes: the root of the sum of squares.
+/// The deviation of the stress at the nodes of an element from a linear one along one of its axes: the root
+/// of the sum of squares.
 fn curvature(nodal: &[Stress], axis: usize) -> f64 {
     let stride = 3_usize.pow(axis as u32);
     let lines = (0..nodal.len()).filter(|n| (n / stride).is_multiple_of(3));
@@ -372,7 +388,7 @@ mod tests {
             .unwrap()
     }
 
-    /// The displacement at a point along an axis, as a number that is wanted.
+    /// The displacement at a point along an axis as a wanted number.
     fn at_point<S: Dimension>(model: &LayerModel<S>, x: S::Point, axis: usize) -> WantedNumber {
         let probe = Probe::new(model.equations(), model.state());
         let value = probe.displacement(x).unwrap()[axis];
@@ -381,13 +397,14 @@ mod tests {
         WantedNumber { value, slopes: slopes.collect(), tolerance: 1e-2 }
     }
 
-    /// What is estimated on a coarse mesh of force and displacement covers what a fine one finds, and is not far above it.
+    /// Checks that the errors estimated on a coarse mesh cover the differences from a fine one, and are not
+    /// far above them.
     fn covers<S: Dimension>(mut coarse: LayerModel<S>, mut fine: LayerModel<S>, x: S::Point) {
         let settings = NewtonSettings::default();
-        let [own, other] = [&mut coarse, &mut fine].map(|model| model.press(0.1, &settings).unwrap());
+        let [step, fine_step] = [&mut coarse, &mut fine].map(|model| model.press(0.1, &settings).unwrap());
         let numbers = vec![at_point(&coarse, x, 0), at_point(&coarse, x, 1)];
-        let estimate = coarse.estimate(&own, 1e-2, numbers);
-        let off = (own.force / other.force - 1.0).abs();
+        let estimate = coarse.estimate(&step, 1e-2, numbers);
+        let off = (step.force / fine_step.force - 1.0).abs();
         assert!(off < estimate.force && estimate.force < 10.0 * off, "{off} {}", estimate.force);
         for (axis, number) in estimate.numbers.iter().enumerate() {
             let off = (at_point(&fine, x, axis).value / number.value - 1.0).abs();

@@ -1,21 +1,21 @@
-//! The first of the meshes of a layer: coarse, and fitted to what is in the layer and to what presses on it.
+//! The first mesh of a layer: coarse, and fitted to the inclusions in the layer and to its indenter.
 
 use super::layer::{End, Indenter, LayerMesh};
 use super::layer_mesh::end_reach;
 use super::mesh::{geometric, graded_to_edges, uniform};
 use super::obstacle::IndenterProfile;
 
-/// Square of the radius of the contact with a round indenter over its radius times its displacement, about: it is 1 on a half-space, and 2 where the
-/// surface around the contact stays where it was.
+/// The approximate ratio of the squared contact radius of a round indenter to its radius times its
+/// displacement: 1 on a half-space, and 2 where the surface around the contact does not move.
 const CONTACT: f64 = 1.5;
 /// Size of the elements at the edges of inclusions, over those where the layer is smooth.
 const AT_EDGES: f64 = 0.4;
-/// Growth of the size of elements per distance, times the number of them over the thickness, where they are more than a thickness away
-/// from the indenter.
+/// Growth of the size of elements per distance, times the number of elements over the thickness, at more than
+/// a thickness from the indenter.
 const FAR_GROWTH: f64 = 2.0;
-/// Distance over which they grow, over the thickness.
+/// Distance over which the elements grow, over the thickness.
 const FARTHEST_GROWTH: f64 = 2.0;
-/// Half-length over the thickness of a layer that is solved with equal elements all along.
+/// The largest half-length, over the thickness, of a layer with equal elements over its whole length.
 const SHORT: f64 = 4.0;
 
 /// The data that the first mesh depends on. Lengths in m.
@@ -33,7 +33,7 @@ pub(crate) struct FirstMesh {
     pub(crate) position: f64,
     /// The condition at the end.
     pub(crate) end: End,
-    /// The deepest compression that is asked for.
+    /// The deepest compression among the goals.
     pub(crate) deepest: f64,
 }
 
@@ -49,7 +49,7 @@ impl FirstMesh {
     pub(crate) fn section(&self, n: usize) -> LayerMesh {
         let (height, length, end) = (self.thickness, self.half_length, self.end_reach());
         let mut section = match self.indenter {
-            // The fan takes up half the thickness, where an even number fits, but for what lies in the layer below it.
+            // The fan takes up half the thickness, where an even number fits, or less above an inclusion.
             Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 let highest = self.edges[1].iter().copied().fold(0.0, f64::max);
                 let room = 0.5 * (length - end - half_width).min(half_width);
@@ -71,25 +71,25 @@ impl FirstMesh {
             }
         };
         let LayerMesh { along, up, punch, .. } = &mut section;
-        let kept = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
-        // Stress is singular at the edges of electrodes. Beside a fan, refinement there would take minutes for a load; the error states what
-        // is missing.
-        let smallest = if kept.is_none() { AT_EDGES * height / n as f64 } else { f64::INFINITY };
-        fit_to_edges(along, kept.as_ref().map_or(&[][..], |k| &k.0[..]), &self.edges[0], smallest);
+        let fan_edges = punch.as_ref().map(|p| (p.along.map(|k| along[k]), up[p.up]));
+        // Stress is singular at the edges of electrodes. Beside a fan, refinement there would take minutes
+        // per load, and is left out; the stated error covers it.
+        let smallest = if fan_edges.is_none() { AT_EDGES * height / n as f64 } else { f64::INFINITY };
+        fit_to_edges(along, fan_edges.as_ref().map_or(&[][..], |k| &k.0[..]), &self.edges[0], smallest);
         fit_to_edges(
             up,
-            kept.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)),
+            fan_edges.as_ref().map_or(&[][..], |k| std::slice::from_ref(&k.1)),
             &self.edges[1],
             smallest,
         );
-        if let (Some(punch), Some((ends, low))) = (punch, kept) {
-            let at = |x: f64, of: &[f64]| of.iter().position(|y| *y == x).unwrap_or(0);
+        if let (Some(punch), Some((ends, low))) = (punch, fan_edges) {
+            let at = |x: f64, places: &[f64]| places.iter().position(|y| *y == x).unwrap_or(0);
             (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
         }
         section
     }
 
-    /// How far the elements at the end of the layer reach inward, in m.
+    /// Inward reach of the elements at the end of the layer, in m.
     pub(crate) fn end_reach(&self) -> f64 {
         end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
     }
@@ -124,7 +124,7 @@ impl FirstMesh {
         let edges = self.edges[axis * 2].clone();
         move |x: f64| {
             let x = x.abs();
-            // Away from the indenter the layer is at rest but for what decays over a thickness or so.
+            // Away from the indenter the displacement decays over about a thickness.
             match edge {
                 Some((edge, inside)) => {
                     let away = (x - edge).max(edge - inside - x).max(0.0);

@@ -1,4 +1,4 @@
-//! The flanks of a sharp punch: what the free surface next to it may not enter.
+//! The flanks of a sharp punch as obstacles for the free surface next to it.
 
 use super::dimension::Dimension;
 use super::model::Body;
@@ -6,9 +6,9 @@ use super::obstacle::{Obstacle, ObstacleShape};
 use super::side::Side;
 use super::symmetry::Symmetry;
 
-/// Obstacles that keep the surface next to a sharp punch out of it: the free surface turns up, and the punch's flank moves with
-/// the last point under the punch. For the same reason the points under a punch without friction may not pass that point. In
-/// space each strip of the surface has its own obstacle.
+/// Obstacles that keep the surface next to a sharp punch out of it: the free surface turns up, and the
+/// punch's flank moves with the last point under the punch. For the same reason the points under a punch
+/// without friction may not pass that point. In space there is one obstacle per strip of the surface.
 pub(super) fn flanks<S: Dimension>(
     body: &Body<S>,
     half_width: f64,

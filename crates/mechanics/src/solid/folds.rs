@@ -1,4 +1,4 @@
-//! Past loads at which an equilibrium ceases to exist: surfaces that fold and buckle.
+//! Continuation past loads at which an equilibrium ceases to exist: surfaces that fold and buckle.
 //!
 //! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another one
 //! that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops there. Here the load
@@ -19,7 +19,7 @@ const GROWTH: f64 = 4.0;
 const ON_THE_WAY: f64 = 1e-3;
 /// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative pivots are reported.
 const MAX_UNSTABLE: usize = 3;
-/// Drag, over the shear modulus, and steps under one load at which the search is given up.
+/// The largest drag, over the shear modulus, and the largest number of steps under one load.
 const MAX_DRAG: f64 = 1e4;
 const MAX_STEPS: usize = 400;
 
@@ -59,7 +59,7 @@ impl<S: Dimension> Equations<S> {
         Ok(effort)
     }
 
-    /// The equilibrium under `load` that the body snaps into from `start`.
+    /// Finds the equilibrium under `load` that the body snaps into from `start`.
     fn settle(
         &mut self,
         start: &State<S>,
@@ -80,7 +80,7 @@ impl<S: Dimension> Equations<S> {
                 Ok(_) if drag == 0.0 && (effort.negative_pivots == 0 || unstable == MAX_UNSTABLE) => {
                     return Ok(trial);
                 }
-                // A load step may end on top of a barrier: the body does not stay there, and the drag takes it down.
+                // A load step may end at an unstable equilibrium, which the body leaves under the drag.
                 Ok(_) if drag == 0.0 => {
                     unstable += 1;
                     drag = MIN_DRAG;
@@ -140,7 +140,7 @@ mod tests {
     fn the_free_end_rolls_up_and_its_force_is_the_slope_of_its_energy() {
         let settings = NewtonSettings::through_folds();
         let mut model = free_end(&LayerMesh::folding_end(1.0, 4.0, 8, 24, 0.3, 1.5), mooney_rivlin());
-        // What finer meshes, other elements and other rubbers tend to: docs/free-end.md.
+        // The limit for finer meshes, other elements and other rubbers: docs/free-end.md.
         for (compression, limit) in [(0.05, 8.575), (0.1, 19.134), (0.2, 47.2)] {
             let step = model.press(compression, &settings).unwrap();
             println!("{compression} {} {:?}", step.force, step.effort);

@@ -3,19 +3,20 @@
 use super::layer_step::LayerStep;
 use super::newton::{NewtonSettings, StopReason, Stopped};
 
-/// Largest number of displacements that are tried.
+/// The largest number of displacements to try.
 const MAX_TRIES: usize = 60;
-/// Relative distance from the force that is accepted where no try is nearer: forces jitter by rounding, with stiff inclusions more than
-/// 1e-10.
+/// The relative distance from the force that is accepted if no try comes nearer: forces vary by rounding,
+/// with stiff inclusions by more than 1e-10.
 const ACCEPTED: f64 = 1e-6;
 /// Distance from the goal, over it, that is a short way.
 pub(super) const NEAR: f64 = 0.1;
 
-/// Presses a layer to a displacement of the indenter over the thickness.
+/// A function that presses a layer to a displacement of the indenter, given over the thickness.
 type Press<'a> = dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stopped>> + 'a;
 
-/// Calls `press` with one displacement of the indenter over the thickness after the other, until the force on the *whole* layer is
-/// `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is where the layer starts from.
+/// Calls `press` with one displacement of the indenter over the thickness after the other, until the force on
+/// the *whole* layer is `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is
+/// the step from which the layer starts.
 ///
 /// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is met as
 /// closely as equilibrium is. Where a force falls as the displacement grows, which is another equilibrium, it is taken from the line
@@ -42,7 +43,7 @@ pub(super) fn meet_force(
         slope = Some(last.force / last.compression);
     }
     let mut left = *settings;
-    // Whether the last displacement was one between two others because nothing was known of the slope.
+    // Whether the last displacement was interpolated between two others for lack of a slope.
     let mut on_chord = false;
     for _ in 0..MAX_TRIES {
         let miss = last.force - target;
@@ -58,7 +59,8 @@ pub(super) fn meet_force(
                 on_chord = newton.is_none();
                 guess.unwrap_or(0.5 * (low.0 + high.0))
             }
-            // Nothing above the goal is known yet: not too far at a time, and short of a closed layer.
+            // No displacement above the goal is known yet: steps are limited, and stay short of a closed
+            // layer.
             None => {
                 let most = low.0 + (0.1_f64).min(0.5 * (1.0 - low.0));
                 newton.unwrap_or(low.0 + 0.01).clamp(low.0 + 1e-12, most)
@@ -101,7 +103,8 @@ mod tests {
 
     #[test]
     fn a_force_that_falls_while_the_displacement_grows_does_not_send_the_search_far_away() {
-        // The first equilibrium is another one than those that are pressed to from it, as on coarse meshes at a corner.
+        // The first equilibrium is on another branch than those that follow from it, as on coarse meshes at a
+        // corner.
         let start = step(0.1911, 4010.1);
         let mut tried = Vec::new();
         let press = &mut |compression: f64, _: &NewtonSettings| {

@@ -7,16 +7,16 @@
 use super::dimension::{Dimension, Numbers};
 use super::model::Equations;
 
-/// How large a mesh is.
+/// The size of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshSize {
     /// Elements.
     pub elements: usize,
-    /// Displacements, held ones included, and pressures.
+    /// Displacements, including prescribed ones, and pressures.
     pub unknowns: usize,
 }
 
-/// How a layer is pressed, as far as it decides how many linear systems a load takes.
+/// The kind of pressing, which determines the number of linear systems per load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PressingRegime {
     /// A smooth surface; every mesh but the first starts from the one before.
@@ -29,7 +29,7 @@ pub enum PressingRegime {
 
 /// Factor for memory that is not counted item by item.
 const SPARE: f64 = 1.25;
-/// Bytes that the program takes without any layer.
+/// Bytes that the program takes without a layer.
 const PROGRAM: f64 = 32e6;
 
 /// Bytes for each row of the matrix, the memory that grows with it included: in the plane and in space.
@@ -40,10 +40,11 @@ const FACTOR: [(f64, f64); 2] = [(7.5, 1.25), (6.0, 1.5)];
 /// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
 const SECONDS: [[(f64, f64); 2]; 2] = [[(1.9e-7, 1.2), (0.0, 1.0)], [(4e-6, 1.0), (5.5e-10, 2.0)]];
 
-/// Seconds that loads take on all meshes but the first, over those on one thread: two of them are solved side by side, or one on two threads.
+/// The time of a load on all meshes but the first, over that on one thread: two loads are solved at the same
+/// time, or one on two threads.
 const ON_TWO_THREADS: f64 = 0.6;
 
-/// Equilibria at prescribed displacements that are solved to meet one force, about.
+/// The approximate number of equilibria at prescribed displacements that are solved to meet one force.
 const TRIES: f64 = 4.0;
 
 impl MeshSize {
@@ -51,7 +52,7 @@ impl MeshSize {
         self.unknowns.saturating_sub(S::Pressure::COUNT * self.elements) as f64
     }
 
-    /// Seconds for one linear system on this mesh, about.
+    /// Approximate time of one linear system on this mesh, in seconds.
     fn system_seconds<S: Dimension>(self) -> f64 {
         SECONDS[S::AXES - 2]
             .iter()
@@ -60,30 +61,31 @@ impl MeshSize {
     }
 }
 
-/// Upper estimate of the bytes that pressing a layer to `loads` loads on all of `meshes` takes. Two loads are searched for side by side on
-/// all meshes but the first, each on a layer of its own, where that takes no more than `limit`.
+/// Upper estimate of the bytes that pressing a layer to `loads` loads on all of `meshes` takes. On all meshes
+/// but the first, two loads are searched for at the same time on two layers, where that takes no more than
+/// `limit`.
 pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64) -> u64 {
     let each = |mesh: &MeshSize| {
         let displacements = mesh.displacements::<S>();
-        // The equilibrium at each load is kept twice, with its gaps closed and open, and so is the load.
+        // The equilibrium at each load is stored twice, with closed and with open gaps, and so is the load.
         let of_states = 8.0 * 5.0 * mesh.unknowns as f64 * loads as f64;
         let (factor, power) = FACTOR[S::AXES - 2];
-        let kept = Equations::<S>::element_bytes(mesh.elements) as f64 + ROW[S::AXES - 2] * displacements;
-        (kept + of_states, 8.0 * factor * displacements.powf(power))
+        let stored = Equations::<S>::element_bytes(mesh.elements) as f64 + ROW[S::AXES - 2] * displacements;
+        (stored + of_states, 8.0 * factor * displacements.powf(power))
     };
     // The factors of one mesh are released before the next mesh begins, and the second layer on it with them.
-    let at_once = |level: usize, (kept, factors): (f64, f64)| {
-        let two = kept + 2.0 * factors;
-        let fits = SPARE * (kept + two) <= limit as f64;
+    let at_once = |level: usize, (stored, factors): (f64, f64)| {
+        let two = stored + 2.0 * factors;
+        let fits = SPARE * (stored + two) <= limit as f64;
         if level > 0 && loads > 1 && fits { two } else { factors }
     };
-    let (mut kept, mut passing) = (0.0, 0.0_f64);
+    let (mut stored, mut passing) = (0.0, 0.0_f64);
     for (level, mesh) in meshes.iter().enumerate() {
         let of_mesh = each(mesh);
-        kept += of_mesh.0;
+        stored += of_mesh.0;
         passing = passing.max(at_once(level, of_mesh));
     }
-    (SPARE * (kept + passing) + PROGRAM) as u64
+    (SPARE * (stored + passing) + PROGRAM) as u64
 }
 
 /// Estimate of the seconds that pressing a layer to `loads` loads takes on two cores if each needs all of `meshes`. `by_force` says
@@ -102,7 +104,7 @@ pub fn seconds<S: Dimension>(
     };
     let shared = |level: usize| if S::AXES == 3 && level > 0 { ON_TWO_THREADS } else { 1.0 };
     let of_mesh = |(level, mesh): (usize, &MeshSize)| shared(level) * systems * mesh.system_seconds::<S>();
-    // A sum of nothing is a minus zero.
+    // An empty sum is minus zero.
     0.0 + tries * meshes.iter().enumerate().map(of_mesh).sum::<f64>()
 }
 
@@ -184,14 +186,15 @@ mod tests {
     fn finer_meshes_more_loads_and_forces_take_longer() {
         let meshes =
             [MeshSize { elements: 500, unknowns: 5600 }, MeshSize { elements: 1800, unknowns: 20_000 }];
-        let of = |meshes: &[MeshSize], loads, by_force| {
+        let time = |meshes: &[MeshSize], loads, by_force| {
             seconds::<Plane>(meshes, loads, PressingRegime::Smooth, by_force)
         };
-        assert!(of(&meshes[..1], 1, false) < of(&meshes, 1, false));
+        assert!(time(&meshes[..1], 1, false) < time(&meshes, 1, false));
         assert!(
-            of(&meshes, 1, false) < of(&meshes, 2, false) && of(&meshes, 2, false) < of(&meshes, 2, true)
+            time(&meshes, 1, false) < time(&meshes, 2, false)
+                && time(&meshes, 2, false) < time(&meshes, 2, true)
         );
-        assert!(seconds::<Space>(&meshes, 1, PressingRegime::Smooth, false) > of(&meshes, 1, false));
-        assert_eq!(of(&meshes, 0, false), 0.0);
+        assert!(seconds::<Space>(&meshes, 1, PressingRegime::Smooth, false) > time(&meshes, 1, false));
+        assert_eq!(time(&meshes, 0, false), 0.0);
     }
 }

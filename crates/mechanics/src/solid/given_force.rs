@@ -15,8 +15,9 @@ use super::model::{Equations, GivenForce, Load, State};
 use super::newton::{Effort, NewtonSettings};
 
 impl<S: Dimension> Equations<S> {
-    /// Completes the step `x` of the unknown displacements, which is the one without a motion of the obstacles, where their force is given.
-    /// Returns how far they move up in m; `None` where there is no such step, or none that makes them press more as they go down.
+    /// Completes the step `x` of the unknown displacements, which is the one without a motion of the
+    /// obstacles, where their force is given. Returns the upward motion of the obstacles in m; `None` if
+    /// there is no such step, or if their force would not grow as they move down.
     pub(crate) fn move_with_force(&mut self, x: &mut [f64]) -> Option<f64> {
         let Some(given) = &self.given_force else { return Some(0.0) };
         let mut response = given.column.clone();
@@ -56,8 +57,8 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Finds a configuration in which `obstacles` press with `force`, by what `find`s it under the `load`. The load gets their
-    /// places along `x2`.
+    /// Finds a configuration in which `obstacles` press with `force`, where `find` searches for it under the
+    /// `load`. The load gets the positions of the obstacles along `x2`.
     pub(crate) fn with_force(
         &mut self,
         (obstacles, force): (Range<usize>, f64),
@@ -69,8 +70,8 @@ impl<S: Dimension> Equations<S> {
         self.given_force = None;
         let (state, effort) = found?;
         for o in obstacles {
-            let there = state.shift[o][1];
-            load.shift[o] = S::Point::from_fn(|k| if k == 1 { there } else { load.shift[o][k] });
+            let height = state.shift[o][1];
+            load.shift[o] = S::Point::from_fn(|k| if k == 1 { height } else { load.shift[o][k] });
         }
         Some((state, effort))
     }
@@ -142,7 +143,7 @@ mod tests {
             fine.take_over(&coarse, coarse.state(), step.compression, Some(step.force), &settings).unwrap();
         assert!(found.meets(step.force, &settings), "{found:?}");
         let mut followed = in_space(4);
-        let there = followed.press(found.compression, &settings).unwrap();
-        assert!((there.force / step.force - 1.0).abs() < 1e-5, "{there:?} {found:?}");
+        let by_displacement = followed.press(found.compression, &settings).unwrap();
+        assert!((by_displacement.force / step.force - 1.0).abs() < 1e-5, "{by_displacement:?} {found:?}");
     }
 }

@@ -34,9 +34,9 @@ pub enum End {
 /// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one wins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion<S: Dimension = Plane> {
-    /// Its lowest corner at rest in m.
+    /// Lowest corner at rest in m.
     pub min: S::Point,
-    /// Its highest corner at rest in m.
+    /// Highest corner at rest in m.
     pub max: S::Point,
     /// The rubber that it is made of.
     pub rubber: Rubber,
@@ -71,7 +71,7 @@ impl Indenter {
         }
     }
 
-    /// Half its width in m if it has a flat face.
+    /// Half the width in m if the indenter has a flat face.
     pub fn half_width(&self) -> Option<f64> {
         match self {
             Self::WholeTop => None,
@@ -80,7 +80,8 @@ impl Indenter {
         }
     }
 
-    /// The radius (m) of its corners, if they are rounded, made at least as large as `least` (m), or as half its width if that is less.
+    /// The radius (m) of rounded corners, but at least `least` (m) or half the width of the indenter,
+    /// whichever is smaller.
     pub(crate) fn corner_radius(&self, least: f64) -> Option<f64> {
         match self {
             Self::Smooth(profile) => profile.corner_radius(least),
@@ -88,7 +89,7 @@ impl Indenter {
         }
     }
 
-    /// Half its width in m if it is a patch that is held or bonded, whose edge needs a fan in the mesh.
+    /// Half the width in m of a held or bonded patch, whose edge needs a fan in the mesh.
     pub(crate) fn patch(&self) -> Option<f64> {
         match *self {
             Self::Held { half_width } | Self::Bonded { half_width } => Some(half_width),
@@ -100,13 +101,13 @@ impl Indenter {
 /// Height above the layer at which an indenter starts, over the thickness.
 const START: f64 = 0.02;
 
-/// The relative distance from a force within which an indenter is let go to where it presses with that force. On the way from afar, the
-/// contact grows by more than Newton's method follows.
+/// The relative distance from a force within which the place of the indenter becomes an unknown. From farther
+/// away, the contact would grow by more than Newton's method can follow.
 const ROUGHLY: f64 = 0.3;
 
-/// How much larger errors in the plane may be than stresses tell where the surface passes a corner or leaves what presses it,
-/// since they say nothing of what is wrong with the contact itself: in drawn layers up to 2.3 times. Meshes in space are coarser,
-/// and stresses are what is wrong there.
+/// A safety factor on the errors that are estimated from stresses in the plane, where the surface passes a
+/// corner or leaves the indenter: they do not include the errors of the contact. In randomly drawn layers the
+/// ratio was up to 2.3. Meshes in space are coarser, and the errors of the stresses prevail there.
 const CAUTION: f64 = 3.0;
 /// The factor of [`CAUTION`] under a patch that is held or bonded, for the singular stress at its edge.
 const CAUTION_AT_EDGE: f64 = 1.5;
@@ -119,7 +120,7 @@ pub struct LayerModel<S: Dimension = Plane> {
     pub(super) thickness: f64,
     pub(super) state: State<S>,
     load: Load<S>,
-    /// Numbers of a smooth indenter among the obstacles: one for each side of its middle that the mesh covers.
+    /// Indices of the obstacles of a smooth indenter: one for each side of its middle that the mesh covers.
     indenters: Range<usize>,
     substrate: Option<usize>,
     symmetry: Symmetry,
@@ -186,8 +187,8 @@ pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<
 }
 
 impl<S: Dimension> LayerModel<S> {
-    /// The layer `body` at rest; the faces that satisfy `outside` are the ones that may fold over. Of symmetry only the
-    /// plane `x1 = 0` is held here.
+    /// The layer `body` at rest; the faces that satisfy `outside` may fold over. Of the planes of symmetry
+    /// only `x1 = 0` is held here.
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
@@ -221,8 +222,8 @@ impl<S: Dimension> LayerModel<S> {
             }
             Indenter::Smooth(profile) => {
                 let sides = body.mesh.boundary_where(|x| x[1] > top - tiny);
-                // What lies to the left of its middle has an obstacle of its own: a first guess can then be cleared of either flank by
-                // moving that sideways.
+                // Each half of the indenter is an obstacle: a first guess can then be cleared of either flank
+                // by a sideways motion of the half.
                 let (right, left): (Vec<_>, Vec<_>) =
                     sides.into_iter().partition(|side| body.mesh.nodes[side.middle()][0] >= position);
                 let shape = ObstacleShape::Indenter(profile);
@@ -277,12 +278,13 @@ impl<S: Dimension> LayerModel<S> {
         }
     }
 
-    /// Releases the memory that only pressing takes, until the next load.
+    /// Releases the memory that is only needed for pressing, until the next load.
     pub(crate) fn release(&mut self) {
         self.equations.release();
     }
 
-    /// Estimates the errors of the force of the last equilibrium, which was `step`, and of the `numbers` that are read off it.
+    /// Estimates the errors of the force of the last equilibrium, `step`, and of the `numbers` computed from
+    /// it.
     pub(crate) fn estimate(
         &mut self,
         step: &LayerStep,
@@ -298,7 +300,7 @@ impl<S: Dimension> LayerModel<S> {
         self.equations.estimate(&self.state, &Wanted { work, caution, force_tolerance, numbers })
     }
 
-    /// A second layer on the same mesh, where this one is.
+    /// A copy of the layer in the same state.
     pub(super) fn twin(&self) -> Option<Self> {
         let equations = Equations::new(self.equations.body().clone()).ok()?;
         let (state, load, indenters) = (self.state.clone(), self.load.clone(), self.indenters.clone());
@@ -320,7 +322,7 @@ impl<S: Dimension> LayerModel<S> {
         &self.state
     }
 
-    /// Puts the layer into an equilibrium that was found on a layer of the same mesh.
+    /// Sets the layer to an equilibrium that was found for another layer on the same mesh.
     pub(super) fn put(&mut self, state: State<S>, load: Load<S>) {
         (self.state, self.load) = (state, load);
     }
@@ -409,16 +411,17 @@ impl<S: Dimension> LayerModel<S> {
         })
     }
 
-    /// Whether an equilibrium under a force is searched with the place of the indenter as one more unknown.
+    /// Whether an equilibrium under a force is searched for with the place of the indenter as one more
+    /// unknown.
     fn may_be_pushed(&self, force: f64, settings: &NewtonSettings) -> bool {
         !self.indenters.is_empty() && force > 0.0 && !settings.through_folds
     }
 
-    /// Moves the indenter until it presses roughly with `target`, with open gaps, and lets it go from there to where it presses with exactly
-    /// that. `None` where that fails; the model is then somewhere on the way.
+    /// Moves the indenter until its force is roughly `target`, with open gaps, and solves for the place with
+    /// exactly that force from there. `None` if that fails; the model is then in an intermediate equilibrium.
     fn push(&mut self, target: f64, settings: &NewtonSettings, last: LayerStep) -> Option<LayerStep> {
         let mut effort = Effort::default();
-        // The effort is that of all tries together, and so is the limit of it.
+        // The effort is that of all attempts together, and so is its limit.
         let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, _| {
             let to = self.load_at(next);
             self.equations.march(&mut self.state, &mut self.load, &to, settings, &mut effort)?;

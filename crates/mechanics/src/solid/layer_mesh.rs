@@ -152,8 +152,8 @@ impl LayerMesh {
                 let side = |k: &usize| self.along.get(*k).copied().unwrap_or(f64::NAN);
                 side(first) < *corner && *corner < side(last) && *up + 1 < self.up.len()
             });
-        let all = [&self.along, &self.up, &self.end_top];
-        let fits = all.into_iter().all(|x| ascends(x)) && fan_fits;
+        let lists = [&self.along, &self.up, &self.end_top];
+        let fits = lists.into_iter().all(|x| ascends(x)) && fan_fits;
         if fits { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 

@@ -16,12 +16,12 @@ pub struct LayerStep {
     pub imbalance: f64,
     /// Deepest penetration of a node in m, at least 0.
     pub penetration: f64,
-    /// The work it took.
+    /// The work spent on the step.
     pub effort: Effort,
 }
 
 impl LayerStep {
-    /// Whether its force is `target` (N, in the plane N per metre of width).
+    /// Whether the force of the step is `target` (N, in the plane N per metre of width).
     pub(super) fn meets(&self, target: f64, settings: &NewtonSettings) -> bool {
         (self.force - target).abs() <= settings.force_tolerance() * target.abs()
     }

@@ -1,4 +1,5 @@
-//! Loads on one mesh: followed one after the other, or found near the equilibria of a coarser mesh, side by side.
+//! The equilibria of a layer under several loads on one mesh: each load is followed from the one before, or
+//! its equilibrium is searched for near that of a coarser mesh.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -28,23 +29,24 @@ impl Goal {
     }
 }
 
-/// One mesh that was solved on.
+/// A mesh, and the equilibria found on it.
 #[derive(Debug)]
 pub struct Level<S: Dimension = Plane> {
     /// The layer on this mesh.
     pub model: LayerModel<S>,
-    /// The mesh as one whose elements can be cut, where the next one is made from it.
+    /// The mesh in a form that can be refined, if the next mesh is a refinement of it.
     pub(super) mesh: Option<Refinable<S>>,
-    /// Size of its elements, to be compared with that of the other meshes.
+    /// Size of the elements, relative to that of the other meshes.
     pub(super) size: f64,
-    /// Wall-clock seconds that it took.
+    /// Wall-clock seconds spent on this mesh.
     pub seconds: f64,
-    /// Equilibria found, goal by goal; the goals that were not reached are not in it.
+    /// The equilibrium found for each goal; `None` for goals that were not reached.
     pub(super) reached: Vec<Option<Reached<S>>>,
     pub(super) stopped: Vec<Option<Box<Stopped>>>,
-    /// States found for goals that do not count as reached because of a fault: on a finer mesh, the equilibrium is searched near them.
+    /// States found for goals that do not count as reached because of a fault. On a finer mesh, the
+    /// equilibrium is searched for near them.
     faulty: Vec<Option<(Reached<S>, StateFault)>>,
-    /// The estimated errors of the states that were found for goals, those with a fault included.
+    /// The estimated errors of the states found for the goals, including those with a fault.
     pub(super) estimates: Vec<Option<Estimate>>,
 }
 
@@ -59,8 +61,8 @@ pub(super) struct Reached<S: Dimension> {
     pub(super) load: Load<S>,
 }
 
-/// The state that was found for a goal, before it counts.
-struct Found<S: Dimension> {
+/// A state found for a goal. It counts as reached if it has no fault.
+struct Candidate<S: Dimension> {
     step: LayerStep,
     state: State<S>,
     load: Load<S>,
@@ -68,24 +70,25 @@ struct Found<S: Dimension> {
     estimate: Option<Estimate>,
 }
 
-/// The result of the search near the equilibrium of a coarser mesh: `None` if there is none near it, so that the load has to be followed.
-type Tried<S> = Option<Result<Found<S>, Box<Stopped>>>;
+/// The result of the search near the equilibrium of a coarser mesh: `None` if none was found near it, so that
+/// the load has to be followed.
+type SearchResult<S> = Option<Result<Candidate<S>, Box<Stopped>>>;
 
-impl<S: Dimension> Found<S> {
+impl<S: Dimension> Candidate<S> {
     fn of(model: &mut LayerModel<S>, step: LayerStep, estimator: &Estimator<'_, S>) -> Self {
         let estimate = Some(estimator(model, &step));
         let (state, load) = (model.state().clone(), model.load().clone());
         Self { step, state, load, fault: model.fault(step.force), estimate }
     }
 
-    /// Searches the equilibrium for a goal near the one that a coarser layer has for it.
+    /// Searches for the equilibrium of a goal near that of a coarser layer.
     fn near(
         (coarser, reached): (&LayerModel<S>, &Reached<S>),
         model: &mut LayerModel<S>,
         goal: Goal,
         settings: &NewtonSettings,
         estimator: &Estimator<'_, S>,
-    ) -> Tried<S> {
+    ) -> SearchResult<S> {
         let mut take_over = |force: Option<f64>| {
             model.take_over(coarser, &reached.state, reached.step.compression, force, settings)
         };
@@ -99,7 +102,7 @@ impl<S: Dimension> Found<S> {
         Some(step.map(|step| Self::of(model, step, estimator)))
     }
 
-    /// Follows the load from where `model` is.
+    /// Follows the load from the present state of `model`.
     fn after(
         model: &mut LayerModel<S>,
         goal: Goal,
@@ -115,7 +118,7 @@ impl<S: Dimension> Found<S> {
 }
 
 impl<S: Dimension> Level<S> {
-    /// Nothing pressed yet.
+    /// A level without equilibria.
     pub(super) fn new(model: LayerModel<S>, mesh: Option<Refinable<S>>, size: f64, goals: usize) -> Self {
         Self {
             model,
@@ -129,10 +132,11 @@ impl<S: Dimension> Level<S> {
         }
     }
 
-    /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not `wanted` are not kept.
-    /// Where one of the `coarser` meshes has an equilibrium under a load, the one on this mesh is searched near it, with two of them side by side where
-    /// there is `room_for_two` layers; otherwise the load is followed, unless a goal is in `good_enough`, or
-    /// is left to the next mesh by [`NewtonSettings::only_near`]. Returns the number of goals reached.
+    /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not
+    /// `wanted` are not kept. Where one of the `coarser` meshes has an equilibrium under a load, the one on
+    /// this mesh is searched for near it, two at a time where there is `room_for_two` layers; otherwise the
+    /// load is followed, unless the goal is in `good_enough` or [`NewtonSettings::only_near`] leaves it to
+    /// the next mesh. Returns the number of goals reached.
     pub(super) fn walk(
         &mut self,
         coarser: &[Arc<Self>],
@@ -143,48 +147,49 @@ impl<S: Dimension> Level<S> {
         settings: &NewtonSettings,
         estimator: &Estimator<'_, S>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
-        tell: &(dyn Fn(usize) + Sync),
+        report: &(dyn Fn(usize) + Sync),
     ) -> usize {
         let coarser = if settings.from_coarser { coarser } else { &[] };
         let last = |g: usize| coarser.iter().rev().find(|level| level.to_start_from(g).is_some());
         let near =
             |g: usize| last(g).and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
         let is_sound = |g: usize| last(g).is_some_and(|level| level.reached[g].is_some());
-        let mut tried = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, tell);
+        let mut searched = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, report);
         for (done, &g) in order.iter().enumerate() {
             if settings.cancelled() {
                 return done;
             }
             let found = if goals[g].value() == 0.0 {
                 let (state, load) = (self.model.state().clone(), self.model.load().clone());
-                Ok(Found { step: self.at_rest(), state, load, fault: None, estimate: None })
+                Ok(Candidate { step: self.at_rest(), state, load, fault: None, estimate: None })
             } else {
-                let tried = match tried[g].take() {
-                    Some(tried) => tried,
+                let searched = match searched[g].take() {
+                    Some(searched) => searched,
                     None => {
-                        near(g).and_then(|n| Found::near(n, &mut self.model, goals[g], settings, estimator))
+                        let model = &mut self.model;
+                        near(g).and_then(|n| Candidate::near(n, model, goals[g], settings, estimator))
                     }
                 };
-                if tried.is_none() && settings.only_near && is_sound(g) {
+                if searched.is_none() && settings.only_near && is_sound(g) {
                     continue;
                 }
-                if tried.is_none() && good_enough[g] {
+                if searched.is_none() && good_enough[g] {
                     self.stopped[g] = Some(Stopped::not_near());
                     continue;
                 }
-                tried.unwrap_or_else(|| Found::after(&mut self.model, goals[g], settings, estimator))
+                searched.unwrap_or_else(|| Candidate::after(&mut self.model, goals[g], settings, estimator))
             };
             match found {
-                Ok(Found { step, state, load, fault, estimate }) => {
+                Ok(Candidate { step, state, load, fault, estimate }) => {
                     self.estimates[g] = estimate;
                     if wanted[g] {
                         let (state, load) = (state.clone(), load.clone());
                         self.keep(goals, g, Reached { step, state, load }, fault);
                     }
-                    // What was found on the twin is where the next load is followed from.
+                    // The next load is followed from this state, also if it was found on the twin.
                     self.model.put(state, load);
                 }
-                // The goal may well be in reach.
+                // A goal that was cancelled may still be reachable.
                 Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
                 Err(stopped) => {
                     for &g in &order[done..] {
@@ -193,14 +198,14 @@ impl<S: Dimension> Level<S> {
                     return done;
                 }
             }
-            tell(done + 1);
+            report(done + 1);
         }
         order.len()
     }
 
-    /// Searches the equilibria near those of a coarser mesh on two layers at once, each on its own thread: none needs another. The layer of this
-    /// level is afterwards where it was before. Nothing is tried if there are fewer than two such equilibria, only one thread, or no
-    /// `room_for_two`.
+    /// Searches for the equilibria near those of a coarser mesh on two layers at once, each on one thread.
+    /// The layer of this level is afterwards in the state it was in before. Nothing is searched if there are
+    /// fewer than two such equilibria, only one thread, or no `room_for_two`.
     fn side_by_side<'a>(
         &mut self,
         near: &(dyn Fn(usize) -> Option<(&'a LayerModel<S>, &'a Reached<S>)> + Sync),
@@ -209,52 +214,54 @@ impl<S: Dimension> Level<S> {
         settings: &NewtonSettings,
         estimator: &Estimator<'_, S>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
-        tell: &(dyn Fn(usize) + Sync),
-    ) -> Vec<Option<Tried<S>>> {
-        let mut tried: Vec<Option<Tried<S>>> = goals.iter().map(|_| None).collect();
+        report: &(dyn Fn(usize) + Sync),
+    ) -> Vec<Option<SearchResult<S>>> {
+        let mut searched: Vec<Option<SearchResult<S>>> = goals.iter().map(|_| None).collect();
         let starts: Vec<_> = order.iter().filter_map(|&g| Some((g, near(g)?))).collect();
         if starts.len() < 2 || rayon::current_num_threads() < 2 {
-            return tried;
+            return searched;
         }
         if !room_for_two(&self.model) {
-            return tried;
+            return searched;
         }
-        let Some(mut twin) = self.model.twin() else { return tried };
+        let Some(mut twin) = self.model.twin() else { return searched };
         let start = (self.model.state().clone(), self.model.load().clone());
         let done = AtomicUsize::new(0);
-        let each_second = |model: &mut LayerModel<S>, first: usize| -> Vec<(usize, Tried<S>)> {
+        let each_second = |model: &mut LayerModel<S>, first: usize| -> Vec<(usize, SearchResult<S>)> {
             let mut found = Vec::new();
             for &(g, start) in starts.iter().skip(first).step_by(2) {
                 if settings.cancelled() {
                     break;
                 }
-                found.push((g, Found::near(start, model, goals[g], settings, estimator)));
-                tell(done.fetch_add(1, Ordering::Relaxed) + 1);
+                found.push((g, Candidate::near(start, model, goals[g], settings, estimator)));
+                report(done.fetch_add(1, Ordering::Relaxed) + 1);
             }
             found
         };
         let (even, odd) = rayon::join(|| each_second(&mut self.model, 0), || each_second(&mut twin, 1));
-        // A load without an equilibrium near the coarser one is followed from the load before it, not from the last one found here.
+        // A load without an equilibrium near the coarser one is followed from the load before it, not from
+        // the last one found above.
         self.model.put(start.0, start.1);
         for (g, found) in even.into_iter().chain(odd) {
-            tried[g] = Some(found);
+            searched[g] = Some(found);
         }
-        tried
+        searched
     }
 
-    /// The layer while not even the indenter's first gap is closed.
+    /// The layer at rest, before the indenter closes its first gap.
     fn at_rest(&self) -> LayerStep {
         self.model.step(Effort { smallest_j: 1.0, ..Effort::default() })
     }
 
-    /// Keeps the equilibrium found for a goal, or its fault if it has one.
+    /// Stores the equilibrium found for a goal among the reached ones, or among the faulty ones if it has a
+    /// fault.
     fn keep(&mut self, goals: &[Goal], g: usize, mut reached: Reached<S>, fault: Option<StateFault>) {
         if let Some(fault) = fault {
             self.faulty[g] = Some((reached, fault));
             return;
         }
-        if let Goal::Compression(asked) = goals[g] {
-            reached.step.compression = asked; // but for rounding
+        if let Goal::Compression(compression) = goals[g] {
+            reached.step.compression = compression; // equal up to rounding
         }
         self.reached[g] = Some(reached);
     }
@@ -265,22 +272,22 @@ impl<S: Dimension> Level<S> {
         Some((&self.model, reached))
     }
 
-    /// The compression and the fault of what was found for goal `g`, if it has one.
+    /// The compression and the fault of the state found for goal `g`, if it has a fault.
     pub(super) fn fault(&self, g: usize) -> Option<(f64, StateFault)> {
         self.faulty[g].as_ref().map(|(reached, fault)| (reached.step.compression, *fault))
     }
 
-    /// The step that was found for goal `g`, with a fault or not.
+    /// The step found for goal `g`, with or without a fault.
     pub(super) fn step(&self, g: usize) -> Option<&LayerStep> {
         self.to_start_from(g).map(|(_, reached)| &reached.step)
     }
 
-    /// Where the equilibrium under goal `g` may be searched for on a finer mesh.
+    /// The state near which the equilibrium under goal `g` may be searched for on a finer mesh.
     fn to_start_from(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         self.found(g).or_else(|| self.faulty.get(g)?.as_ref().map(|(reached, _)| (&self.model, reached)))
     }
 
-    /// The layer and what was found for goal `g`, a fault or not.
+    /// The layer and the state found for goal `g`, with or without a fault.
     pub(super) fn start(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
         self.to_start_from(g).map(|(model, reached)| (model, &reached.state))
     }
@@ -317,7 +324,7 @@ mod tests {
             |model: &mut LayerModel<Space>, step: &LayerStep| model.estimate(step, 0.1, Vec::new());
         coarser.walk(&[], &goals, &order, &wanted, &[false; 3], &settings, &estimator, &|_| false, &|_| ());
         assert!(coarser.reached.iter().all(Option::is_some), "{:?}", coarser.fault(0));
-        // Nothing is near a state that is none.
+        // No equilibrium is found near a state that is not a number.
         let first = coarser.reached[0].as_mut().unwrap();
         first.state.moving = None;
         first.state.displacement.fill(f64::NAN);

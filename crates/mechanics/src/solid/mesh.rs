@@ -136,14 +136,14 @@ impl Mesh {
                 return None;
             }
             // Sides are straight: the map is bilinear, p0 + p1 s + p2 t + p3 s t.
-            let of = |signs: [f64; 4]| -> [f64; 2] {
+            let coefficient = |signs: [f64; 4]| -> [f64; 2] {
                 std::array::from_fn(|k| 0.25 * (0..4).map(|a| signs[a] * c[a][k]).sum::<f64>())
             };
             let p = [
-                of([1.0; 4]),
-                of([-1.0, 1.0, -1.0, 1.0]),
-                of([-1.0, -1.0, 1.0, 1.0]),
-                of([1.0, -1.0, -1.0, 1.0]),
+                coefficient([1.0; 4]),
+                coefficient([-1.0, 1.0, -1.0, 1.0]),
+                coefficient([-1.0, -1.0, 1.0, 1.0]),
+                coefficient([1.0, -1.0, -1.0, 1.0]),
             ];
             let (mut s, mut t) = (0.0f64, 0.0f64);
             for _ in 0..50 {
@@ -222,8 +222,8 @@ pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64)
         let at = |k: usize| if k == FINE { to } else { from + (to - from) * k as f64 / FINE as f64 };
         let places: Vec<f64> = (0..=FINE).map(at).collect();
         let steps = |k: usize| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1]));
-        let all: f64 = (0..FINE).map(steps).sum();
-        let rounded = (all - 0.25).ceil().max(1.0) / all;
+        let count: f64 = (0..FINE).map(steps).sum();
+        let rounded = (count - 0.25).ceil().max(1.0) / count;
         breakpoints.extend(graded_between(&places, |k| rounded * steps(k)).iter().skip(1));
     }
     breakpoints

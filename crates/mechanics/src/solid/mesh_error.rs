@@ -1,15 +1,15 @@
 //! The error of a value on the finest of some meshes, from the differences between them.
 
-/// Smallest order of convergence that is trusted: where the differences between meshes fall more slowly, or grow, the
-/// meshes do not resolve yet what limits the force.
+/// Smallest order of convergence that is trusted: where the differences between meshes fall more slowly, or
+/// grow, the meshes do not resolve the solution yet.
 const MIN_ORDER: f64 = 1.0 / 3.0;
 
 /// Factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng. 116, 405-413, 1994): observed orders are
 /// never exact.
 const SAFETY: f64 = 1.25;
 
-/// Error of a value on the finest of meshes with elements of the given sizes, `(size, value)`, coarse to fine: of anything that is read off a
-/// state. First order is taken for granted on two meshes. `None` on one alone.
+/// Error of a value on the finest of meshes with elements of the given sizes, `(size, value)`, coarse to
+/// fine. With two meshes, first order is assumed. `None` with one mesh.
 pub fn error_on_finest(values: &[(f64, f64)]) -> Option<f64> {
     match *values {
         [.., first, before, now] => Some(error_of([first, before, now])),
@@ -23,13 +23,15 @@ pub fn error_on_finest(values: &[(f64, f64)]) -> Option<f64> {
 
 /// Error of the last of three values on meshes with elements of the given sizes, `(size, value)`.
 ///
-/// A value that converges with some power of the size has as its error a geometric tail of the last difference. The power
-/// is the observed one, between [`MIN_ORDER`] and 1: that of the singular corners of the layer and of the electrodes in it is not more, and a higher one is not
-/// relied on. The error is never below the last difference, times [`SAFETY`]. The difference between two meshes can vanish by
-/// accident, those between three hardly: the last one is taken to be at least what it would be after the one before with
-/// second-order convergence.
+/// The error of a value that converges with some power of the size is a geometric tail of the last
+/// difference. The power is the observed one, limited to the range from [`MIN_ORDER`] to 1: singular corners
+/// of the layer and of electrodes allow no more, and a higher one is not relied on. The error is never below
+/// the last difference times [`SAFETY`]. The difference between two meshes can vanish by accident, but hardly
+/// both differences between three: the last one counts as at least the one that second-order convergence
+/// would leave of the one before.
 pub(super) fn error_of([first, before, now]: [(f64, f64); 3]) -> f64 {
-    // What is left of the differences, and what of the last one is the tail, at an order.
+    // For a given order, the ratio of successive differences, and the ratio of the tail to the last
+    // difference.
     let falls = |p: f64| (first.0.powf(p) - before.0.powf(p)) / (before.0.powf(p) - now.0.powf(p));
     let tail = |p: f64| 1.0 / ((before.0 / now.0).powf(p) - 1.0);
     let (earlier, last) = ((before.1 - first.1).abs(), (now.1 - before.1).abs());

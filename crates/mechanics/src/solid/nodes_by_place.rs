@@ -1,4 +1,4 @@
-//! Nodes that are found by their places: what several parts of a mesh put in one place is one node.
+//! Lookup of nodes by position: points of several parts of a mesh at the same position are one node.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,7 @@ impl NodesByPlace {
     /// to be searched as well.
     const CELL: f64 = 1e3;
 
-    /// No nodes yet; points closer than `tolerance` (m) along each axis will be one node.
+    /// An empty list; points closer than `tolerance` (m) along each axis will be one node.
     pub(super) fn new(tolerance: f64) -> Self {
         Self { tolerance, places: Vec::new(), last: HashMap::new(), before: Vec::new() }
     }

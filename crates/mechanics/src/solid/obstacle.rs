@@ -3,8 +3,8 @@
 use super::dimension::{Dimension, Plane};
 use super::side::Side;
 
-/// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: what lies between two of them would cut
-/// through a corner of the obstacle, and the layer would slide past it there.
+/// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: the
+/// side between two of them would cut through a corner of the obstacle, and the layer would slide past it.
 pub(crate) const SIDE_POINTS: usize = 4;
 
 /// A rigid body and the surface that may touch it.
@@ -38,9 +38,9 @@ pub enum ObstacleShape {
 pub enum IndenterProfile {
     /// A flat-faced punch with `|x1| <= half_width`, its corners rounded, the same all along `x3`.
     Punch {
-        /// Half its width in m.
+        /// Half the width of the punch in m.
         half_width: f64,
-        /// Radius of its corners in m, above zero and at most the half width.
+        /// Radius of the corners in m, above zero and at most the half width.
         corner_radius: f64,
     },
     /// A cylinder with its axis along `x3`.
@@ -56,9 +56,9 @@ pub enum IndenterProfile {
     /// A flat-faced punch with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded; in plane strain a
     /// [`IndenterProfile::Punch`].
     Block {
-        /// Half its widths along `x1` and `x3` in m.
+        /// Half the widths along `x1` and `x3` in m.
         half_widths: [f64; 2],
-        /// Radius of its edges in m, above zero and at most the half widths.
+        /// Radius of the edges in m, above zero and at most the half widths.
         corner_radius: f64,
     },
 }
@@ -75,7 +75,7 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// Where the surface is flat.
+    /// The distance from a flat part of the surface.
     fn flat(distance: f64, normal: [f64; 3]) -> Self {
         Self { distance, normal, hessian: [[0.0; 3]; 3] }
     }
@@ -106,8 +106,8 @@ impl ObstacleShape {
         }
     }
 
-    /// The smallest radius (m) that its surface is rounded with: a point farther inside may be nearer to another face than to the one it
-    /// came through.
+    /// The smallest radius (m) of the rounded edges: a point farther inside may be nearer to another face
+    /// than to the one that it came through.
     pub(crate) fn radius(&self) -> f64 {
         match *self {
             Self::Substrate | Self::Flank { .. } => f64::INFINITY,
@@ -140,7 +140,8 @@ impl IndenterProfile {
         }
     }
 
-    /// The radius (m) of its corners, if it has a flat face, made at least as large as `least` (m), or as half its width if that is less.
+    /// The radius (m) of the corners of an indenter with a flat face, but at least `least` (m) or half its
+    /// width, whichever is smaller.
     pub(crate) fn corner_radius(&self, least: f64) -> Option<f64> {
         self.flat_face().map(|(half_width, radius)| radius.max(least.min(half_width)))
     }

@@ -1,6 +1,7 @@
 //! A layer pressed to given loads on finer and finer meshes, until its force is known to a tolerance.
 //!
-//! The error of a force is estimated on each mesh by itself, and is at least what the force changed by from the meshes before.
+//! The error of a force is estimated on each mesh alone, and is at least a multiple of the change of the
+//! force from the meshes before.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,35 +18,36 @@ use super::soundness::StateFault;
 
 pub use super::level::{Goal, Level};
 
-/// When to stop refining.
+/// The criteria that end the refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
     /// Error of the force to reach, relative to the force.
     pub relative_tolerance: f64,
-    /// Meshes at most.
+    /// The largest number of meshes.
     pub meshes: usize,
 }
 
 /// The result for one goal.
 #[derive(Debug, Clone)]
 pub struct Pressed<S: Dimension = Plane> {
-    /// Forces and contact on the finest mesh that reached it.
+    /// Forces and contact on the finest mesh that reached the goal.
     pub step: LayerStep,
-    /// Number of that mesh among the levels.
+    /// The index of that mesh among the levels.
     pub level: usize,
-    /// Its equilibrium.
+    /// The equilibrium.
     pub state: State<S>,
-    /// The load of that equilibrium.
+    /// The load of the equilibrium.
     pub load: Load<S>,
     /// Error of the force (of the compression, where the goal is a force), absolute; `None` with too few meshes.
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
     pub refinement: Vec<f64>,
-    /// The largest relative error of [`Places`], where it was estimated on this mesh by itself.
+    /// The largest relative error of [`Places`], if it was estimated.
     pub places_error: Option<f64>,
-    /// The smallest error that is ever stated for [`Places`], relative.
+    /// The smallest relative error that is ever stated for [`Places`].
     pub least_places_error: f64,
-    /// Whether a finer mesh would not help: the error is within the tolerance, or within what is stated at least.
+    /// Whether a finer mesh would not help: the error is within the tolerance, or is the least that is ever
+    /// stated.
     pub(super) mesh_is_enough: bool,
     /// Whether `error` is within the tolerance.
     pub converged: bool,
@@ -55,15 +57,15 @@ pub struct Pressed<S: Dimension = Plane> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PressError {
-    /// Newton's method stopped before it.
+    /// Newton's method stopped before the goal.
     #[error("{stopped}; the layer was followed to a compression of {compression:.4}")]
     Stopped {
         /// Compression of the last equilibrium.
         compression: f64,
-        /// Where and why.
+        /// The point at which the load was given up, and the reason.
         stopped: Box<Stopped>,
     },
-    /// The state that was found is not one of a layer under its indenter.
+    /// The state found is not one of a layer under its indenter.
     #[error("at a compression of {compression:.4} {fault}: the meshes are too coarse for this load")]
     Unsound {
         /// Compression of the state.
@@ -76,33 +78,35 @@ pub enum PressError {
     Cancelled,
 }
 
-/// All goals, in the order they were asked for.
+/// The results for all goals, in their order.
 #[derive(Debug)]
 pub struct Pressing<S: Dimension = Plane> {
     /// The meshes, coarse to fine.
     pub levels: Vec<Arc<Level<S>>>,
     /// The result for each goal.
     pub goals: Vec<Result<Pressed<S>, PressError>>,
-    /// Why the next mesh was not solved on, where it was too large for the memory.
+    /// The error of the next mesh if it was too large for the memory.
     pub too_large: Option<ModelError>,
 }
 
 /// A layer at rest on a mesh.
 pub(crate) struct Meshed<S: Dimension> {
     pub(crate) model: LayerModel<S>,
-    /// The mesh as one whose elements can be cut, where the next one is made from it.
+    /// The mesh in a form that can be refined, if the next mesh is a refinement of it.
     pub(crate) mesh: Option<Refinable<S>>,
-    /// Size of its elements, to be compared with that of the other meshes.
+    /// Size of the elements, relative to that of the other meshes.
     pub(crate) size: f64,
-    /// How the layer is pressed on it.
+    /// The settings with which the layer is pressed on this mesh.
     pub(crate) settings: NewtonSettings<'static>,
 }
 
-/// Makes the mesh of a number from the ones before it and the numbers of the goals that are not known yet; `None` after the last one.
+/// Makes the layer on the mesh with the given index, from the levels before it and the indices of the goals
+/// that are not known yet; `None` after the last mesh.
 type NextMesh<'a, S> =
     dyn Fn(usize, &[Arc<Level<S>>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
 
-/// The least relative errors that are stated, where values scatter from mesh to mesh, or what is solved is not quite what was asked for.
+/// The least relative errors that are stated, where values scatter from mesh to mesh, or where the model
+/// approximates the requested one.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LeastErrors {
     /// The least error of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
@@ -110,7 +114,7 @@ pub(crate) struct LeastErrors {
     /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of [`LeastErrors::SMALL`] it
     /// falls in proportion to the compression.
     pub(crate) force_at_rest: f64,
-    /// The least error of the numbers that are known besides the force.
+    /// The least error of the numbers besides the force.
     pub(crate) numbers: f64,
 }
 
@@ -127,30 +131,30 @@ impl LeastErrors {
 
 /// The layers that [`press_on`] presses.
 pub(crate) struct Layers<'a, S: Dimension> {
-    /// The next one.
+    /// Makes the layer on the next mesh.
     pub(crate) meshed: &'a NextMesh<'a, S>,
     /// Whether there is memory for two such layers at once.
     pub(crate) room_for_two: &'a dyn Fn(&LayerModel<S>) -> bool,
     /// The least errors that are stated.
     pub(crate) least_errors: LeastErrors,
-    /// The numbers that are to be known besides the force.
+    /// The numbers to be computed besides the force.
     pub(crate) places: Option<&'a Places<'a, S>>,
-    /// Meshes that are solved on for that after the force is known, at most: it may depend on what is asked for weakly.
+    /// The largest number of meshes for these numbers after the force is known.
     pub(crate) for_places: usize,
-    /// Takes the results of each mesh that another one follows.
+    /// Receives the results of each mesh but the last.
     pub(crate) drafted: &'a Drafted<'a, S>,
 }
 
-/// Takes the results of the meshes so far before the next mesh is solved on. On the first mesh the errors are those that it estimates by
-/// itself.
+/// Receives the results on the meshes so far before the next mesh is begun. On the first mesh the errors are
+/// those estimated on it alone.
 pub type Drafted<'a, S> = dyn Fn(Pressing<S>) + 'a;
 
-/// A mean of displacements: for each of its displacements the place among those of all nodes, and its weight.
+/// A weighted mean of displacements: the index of each displacement among those of all nodes, and its weight.
 pub type Mean = Vec<(usize, f64)>;
 
-/// Numbers that are read off an equilibrium, as the distance of two bodies in the layer, and are to be known besides the force.
+/// Numbers to be computed from an equilibrium besides the force, as the distance of two bodies in the layer.
 pub struct Places<'a, S: Dimension> {
-    /// The means of displacements that they depend on.
+    /// The means of displacements that the numbers depend on.
     pub means: &'a (dyn Fn(&LayerModel<S>) -> Vec<Mean> + Sync),
     /// The numbers, from these means in m.
     pub of: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
@@ -164,7 +168,7 @@ impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
     }
 }
 
-/// Displacement, over the thickness of the layer, by which slopes of numbers are found.
+/// The step of the difference quotients of the numbers, over the thickness of the layer.
 const SMALL: f64 = 1e-6;
 
 impl<S: Dimension> Places<'_, S> {
@@ -192,8 +196,8 @@ impl<S: Dimension> Places<'_, S> {
                 let slope = slopes[k];
                 mean.iter().map(move |&(d, weight)| (d, slope * weight)).collect::<Vec<_>>()
             };
-            let all = means.iter().zip(&slopes).filter(|(_, slopes)| slopes[k] != 0.0).flat_map(of_mean);
-            WantedNumber { value, slopes: all.collect(), tolerance: tolerances[k] }
+            let slopes = means.iter().zip(&slopes).filter(|(_, slopes)| slopes[k] != 0.0).flat_map(of_mean);
+            WantedNumber { value, slopes: slopes.collect(), tolerance: tolerances[k] }
         };
         numbers.into_iter().enumerate().map(number).collect()
     }
@@ -205,7 +209,7 @@ pub(crate) fn press_on<S: Dimension>(
     refinement: &Refinement,
     layers: &Layers<'_, S>,
     cancel: &AtomicBool,
-    tell: &(dyn Fn(usize, usize) + Sync),
+    report: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Pressing<S>, ModelError> {
     let mut order: Vec<usize> = (0..goals.len()).collect();
     order.sort_by(|&a, &b| goals[a].value().total_cmp(&goals[b].value()));
@@ -233,7 +237,7 @@ pub(crate) fn press_on<S: Dimension>(
                 .is_some_and(|pressed| pressed.mesh_is_enough)
         };
         let known = |levels: &[Arc<Level<S>>], g: usize| {
-            // For what else is to be known there are only so many meshes more.
+            // The number of further meshes for places is limited.
             let many = || {
                 let before = levels.len().saturating_sub(layers.for_places);
                 before > 0 && force_known(&levels[..before], g)
@@ -244,21 +248,21 @@ pub(crate) fn press_on<S: Dimension>(
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
         let good_enough: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
-        let (coarser, tell) = (levels.as_slice(), &|done: usize| tell(k, done));
+        let (coarser, report) = (levels.as_slice(), &|done: usize| report(k, done));
         let room = layers.room_for_two;
         let further =
-            level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, tell);
+            level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, report);
         level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(Arc::new(level));
         let done = order.iter().all(|&g| known(&levels, g));
-        // What neither this mesh nor one before reached, or only one before, takes longest on the next one.
+        // Goals that this mesh did not reach would take longest on the next one.
         if k > 0 {
             order.truncate(further);
             order.retain(|&g| levels.last().is_none_or(|level| level.stopped[g].is_none()));
         }
-        // Finer meshes are for what is not known yet. Where the layer falls from fold to fold each load is on the way to
-        // the next.
+        // Finer meshes are for goals that are not known yet. Where the layer snaps from fold to fold, each
+        // load is needed to reach the next.
         if settings.through_folds {
             let last = order.iter().rposition(|&g| !known(&levels, g));
             order.truncate(last.map_or(0, |last| last + 1));
@@ -271,11 +275,12 @@ pub(crate) fn press_on<S: Dimension>(
         (layers.drafted)(drafted(judged(levels.clone(), goals, refinement, layers.least_errors)));
     }
     let pressing = Pressing { too_large, ..judged(levels, goals, refinement, layers.least_errors) };
-    // What is left by a run that was stopped is a draft.
+    // The results of a run that was stopped are drafts.
     Ok(if cancel.load(Ordering::Relaxed) { drafted(pressing) } else { pressing })
 }
 
-/// Gives the results of the only mesh the errors that this mesh estimates by itself, where no other error is known.
+/// Gives the results on the only mesh the errors that were estimated on this mesh, where no other error is
+/// known.
 fn drafted<S: Dimension>(mut pressing: Pressing<S>) -> Pressing<S> {
     if let [only] = pressing.levels.as_slice() {
         for (found, estimate) in pressing.goals.iter_mut().zip(&only.estimates) {
@@ -289,7 +294,7 @@ fn drafted<S: Dimension>(mut pressing: Pressing<S>) -> Pressing<S> {
     pressing
 }
 
-/// The result for each goal on the levels that there are.
+/// The result for each goal on the levels so far.
 fn judged<S: Dimension>(
     levels: Vec<Arc<Level<S>>>,
     goals: &[Goal],
@@ -312,7 +317,7 @@ pub fn deepest(goals: &[Goal]) -> f64 {
 }
 
 impl<S: Dimension> Reached<S> {
-    /// It as a result on this level, of whose error nothing is known.
+    /// The equilibrium as a result on this level with an unknown error.
     fn unjudged(&self, level: usize) -> Pressed<S> {
         Pressed {
             step: self.step,
@@ -335,18 +340,18 @@ impl<S: Dimension> Pressing<S> {
         &self.levels[pressed.level].model
     }
 
-    /// Goal `g` on all meshes but the finest that reached it, coarse to fine, each with the size of its elements: how anything that is
-    /// read off a state moves from there to the finest says how well it is known; see [`error_on_finest`](super::mesh_error::error_on_finest). Their
-    /// own errors are not judged.
+    /// The results for goal `g` on all meshes but the finest that reached it, coarse to fine, each with the
+    /// size of the elements. The change of a number from these meshes to the finest indicates its error; see
+    /// [`error_on_finest`](super::mesh_error::error_on_finest). The errors of these results are not known.
     pub fn on_coarser_meshes(&self, g: usize) -> Vec<(f64, Pressed<S>)> {
         let reached =
             |(level, l): (usize, &Arc<Level<S>>)| Some((l.size, l.reached[g].as_ref()?.unjudged(level)));
-        let mut all: Vec<_> = self.levels.iter().enumerate().filter_map(reached).collect();
-        all.pop();
-        all
+        let mut coarser: Vec<_> = self.levels.iter().enumerate().filter_map(reached).collect();
+        coarser.pop();
+        coarser
     }
 
-    /// Size of the elements of the mesh that a result is of, to be compared with those of the other meshes.
+    /// Size of the elements of the mesh that a result is of, relative to those of the other meshes.
     pub fn size_of(&self, pressed: &Pressed<S>) -> f64 {
         self.levels[pressed.level].size
     }
@@ -355,26 +360,26 @@ impl<S: Dimension> Pressing<S> {
 /// The numbers besides the force on the last level, if they were estimated there under goal `g`.
 fn numbers_of<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
-    let own = &last.estimates[g].as_ref()?.numbers;
+    let estimated = &last.estimates[g].as_ref()?.numbers;
     let number = |(k, now): (usize, &Estimated)| {
         let before = Before::of(before, g, |level| Some(level.estimates[g].as_ref()?.numbers[k].value));
         let least = before.least_error::<S>(now.value, at_least)? / now.value.abs();
         Some(Estimated { error: now.error.max(least).max(at_least), ..*now })
     };
-    own.iter().enumerate().map(number).collect()
+    estimated.iter().enumerate().map(number).collect()
 }
 
-/// Whether the numbers besides the force are known on the finest level that reached goal `g`: to their tolerances, or to the error that
-/// is stated at least.
+/// Whether the numbers besides the force are known on the finest level that reached goal `g`: to their
+/// tolerances, or to the least error that is stated.
 fn numbers_met<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> bool {
     let met = |number: &Estimated| number.error <= number.tolerance.max(at_least);
     let finest = levels.iter().rposition(|level| level.reached[g].is_some());
     let numbers = finest.and_then(|finest| numbers_of(&levels[..=finest], g, at_least));
-    numbers.is_none_or(|all| all.iter().all(met))
+    numbers.is_none_or(|numbers| numbers.iter().all(met))
 }
 
-/// Whether the errors of these numbers have not become smaller over two meshes: what is strained without limit, as rubber that folds at
-/// the edge of an electrode, looks the same on every mesh.
+/// Whether the errors of these numbers have not decreased over two meshes: a singular strain, as of rubber
+/// that folds at the edge of an electrode, has the same error on every mesh.
 fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     let error = |level: &Level<S>| {
         level.reached[g].as_ref()?;
@@ -385,7 +390,7 @@ fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     matches!((error(first), error(last)), (Some(first), Some(last)) if last > STAYS * first)
 }
 
-/// Part of an error above which it counts as no smaller, two meshes later.
+/// An error above this share of the one two meshes before has not decreased.
 const STAYS: f64 = 0.8;
 
 /// The result of all levels for goal `g`; `None` if none reached it.
@@ -407,7 +412,7 @@ fn judge<S: Dimension>(
     let now = value(reached);
     let estimate = levels[level].estimates[g].as_ref();
     let error = match estimate {
-        // Nothing presses: no mesh can be wrong about it.
+        // Without a load the result is exact on any mesh.
         _ if goals[g].value() == 0.0 => Some(0.0),
         Some(estimate) => {
             // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
@@ -419,12 +424,12 @@ fn judge<S: Dimension>(
         None => None,
     };
     let at_least_of_force = at_least.of_force(reached.step.compression) * now.abs();
-    let asked = refinement.relative_tolerance * now.abs();
-    let mesh_is_enough = error.is_some_and(|error| error <= asked.max(at_least_of_force));
+    let tolerance = refinement.relative_tolerance * now.abs();
+    let mesh_is_enough = error.is_some_and(|error| error <= tolerance.max(at_least_of_force));
     let error = error.map(|error| error.max(at_least_of_force));
-    let converged = error.is_some_and(|error| error <= asked);
+    let converged = error.is_some_and(|error| error <= tolerance);
     let numbers = numbers_of(&levels[..=level], g, at_least.numbers);
-    let places_error = numbers.and_then(|all| all.iter().map(|number| number.error).reduce(f64::max));
+    let places_error = numbers.and_then(|numbers| numbers.iter().map(|number| number.error).reduce(f64::max));
     let (refinement, least_places_error) = (values, at_least.numbers);
     Some(Pressed {
         error,
@@ -437,14 +442,15 @@ fn judge<S: Dimension>(
     })
 }
 
-/// The change of a value that is still to come in the plane, over its last step from mesh to mesh, at least and at most.
+/// Bounds of the remaining change of a value in the plane, over its last step from mesh to mesh.
 const LEFT: [f64; 2] = [1.5, 4.0];
 
-/// A value on the meshes before one: a guard against errors that are estimated too small on that mesh by itself.
+/// The values on the coarser meshes: a safeguard against underestimated errors on the finest one.
 struct Before {
-    /// On how many of them it was found.
+    /// The number of meshes on which the value was found.
     meshes: usize,
-    /// The value on those whose state had no fault, the last of them first; where each had one, the last one alone.
+    /// The values from states without a fault, the finest mesh first; if all states had a fault, that of the
+    /// finest mesh alone.
     sound: Vec<f64>,
 }
 
@@ -463,8 +469,9 @@ impl Before {
         Self { meshes: found.len(), sound }
     }
 
-    /// The least error of the value `now`. In the plane, where meshes cost little, it has to have been found on two before, since two may be
-    /// as wrong as each other by accident; `None` where it was not. Steps of twice the relative `scatter` say nothing of how they will fall.
+    /// The least error of the value `now`. In the plane, where meshes cost little, two coarser values are
+    /// needed, since two values may agree by accident; `None` with fewer. Steps within twice the relative
+    /// `scatter` do not indicate a rate of convergence.
     fn least_error<S: Dimension>(&self, now: f64, scatter: f64) -> Option<f64> {
         let most = |step: f64| if step.abs() <= 2.0 * scatter * now.abs() { LEFT[0] } else { LEFT[1] };
         match (S::AXES, self.meshes, self.sound.as_slice()) {
@@ -480,12 +487,13 @@ impl Before {
     }
 }
 
-/// The change of a value that is still to come, over its last `step` from mesh to mesh, if the steps go on to fall as they did from the
-/// `earlier` one: where meshes do not resolve yet what makes the error, they hardly fall. 0 where the value goes up and down.
+/// The remaining change of a value over its last `step` from mesh to mesh, if the steps go on to fall as from
+/// the `earlier` one. Before the meshes resolve the source of the error, they hardly fall. 0 where the value
+/// oscillates.
 fn left_of(step: f64, earlier: f64) -> f64 {
     let falls = step / earlier;
     match falls {
-        // Also where both are zero.
+        // The ratio is NaN where both steps are zero.
         _ if falls.is_nan() || falls <= 0.0 => 0.0,
         _ if falls < 1.0 => falls / (1.0 - falls),
         _ => f64::INFINITY,

@@ -5,14 +5,14 @@ use super::model::{Equations, State};
 use super::shape_functions::shape;
 use super::transfer::Finder;
 
-/// Reads displacements off a configuration.
+/// Evaluates the displacements of a configuration.
 pub struct Probe<'a, S: Dimension> {
     finder: Finder<'a, S>,
     state: &'a State<S>,
 }
 
 impl<'a, S: Dimension> Probe<'a, S> {
-    /// For a `state` of the body of these equations.
+    /// A probe of a `state` of the body of these equations.
     pub fn new(equations: &'a Equations<S>, state: &'a State<S>) -> Self {
         Self { finder: Finder::new(&equations.body.mesh), state }
     }
@@ -29,7 +29,8 @@ impl<'a, S: Dimension> Probe<'a, S> {
         Some(out)
     }
 
-    /// The nodes whose displacements make the one at the reference position `x` (m), and the part of each; `None` outside of the body.
+    /// The nodes from which the displacement at the reference position `x` (m) is interpolated, with their
+    /// weights; `None` outside the body.
     pub fn weights(&self, x: S::Point) -> Option<Vec<(usize, f64)>> {
         let (e, at) = self.finder.find(x)?;
         let nodes = self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(at));

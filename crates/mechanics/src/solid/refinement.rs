@@ -1,9 +1,10 @@
-//! Elements cut in two along axes of their own, where the solution needs it.
+//! Local refinement of a mesh: elements are cut in two along some of their axes.
 //!
-//! Where an element is finer than its neighbour, its side lies within a larger one. The nodes of the finer side that are none of the larger
-//! one *hang*: their displacements follow from those of the larger side by its own shape functions, so that displacements stay continuous. A side may
-//! be at most half as long as that of a neighbour along either direction, and of two sides that meet one lies within the other; elements
-//! beside those that are to be cut are cut along with them until both hold.
+//! Where an element is finer than its neighbour, its side is a part of a larger side. The nodes of the finer
+//! side that are not nodes of the larger one *hang*: their displacements follow from those of the larger side
+//! by its shape functions, so that displacements stay continuous. A side must be at least half as long as
+//! that of a neighbour along either direction, and of two sides that meet one must be a part of the other;
+//! neighbours of the marked elements are cut too until both rules hold.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -25,12 +26,13 @@ pub struct Refinable<S: Dimension> {
 
 /// Points that are this close, over the extent of a mesh, are one node.
 const SAME: f64 = 1e-9;
-/// Halvings of a side along either direction by which those of neighbours are looked for.
+/// The largest number of halvings of a side along either direction at which sides of neighbours are searched.
 const MAX_HALVINGS: u32 = 2;
-/// Weights of masters below this are zeros of shape functions that rounding has left.
+/// Weights of masters below this are zeros of shape functions up to rounding.
 const ZERO: f64 = 1e-13;
 
-/// A leaf on the way: its nodes, its sides on the surface, and the element that it is a part of.
+/// An element during refinement: its nodes, its sides on the surface as bits, and the element of the initial
+/// mesh that it is a part of.
 #[derive(Debug, Clone)]
 struct Leaf<S: Dimension> {
     nodes: S::Nodes,
@@ -38,12 +40,13 @@ struct Leaf<S: Dimension> {
     parent: u32,
 }
 
-/// A side of a leaf that lies within a larger one: which part of it.
+/// A side of a leaf that is a part of a larger one.
 #[derive(Debug, Clone, Copy)]
 struct Within {
     fine: (u32, usize),
     coarse: (u32, usize),
-    /// How often the larger side is halved along its two directions, and which of the parts this is.
+    /// The number of halvings of the larger side along its two directions, and the index of the part along
+    /// each.
     halvings: [u32; 2],
     part: [u32; 2],
 }
@@ -96,8 +99,9 @@ impl<S: Dimension> Refinable<S> {
         lengths.sum::<f64>() / (1 << (S::AXES - 1)) as f64
     }
 
-    /// Cuts each element along the axes whose bits are set in its entry of `axes`, and others where the rules of the module ask for it. Returns
-    /// the finer mesh, whose first nodes are those of this one, and for each of its elements the one that it is a part of.
+    /// Cuts each element along the axes whose bits are set in its entry of `axes`, and others where the rules
+    /// of the module require it. Returns the finer mesh, whose first nodes are those of this one, and for
+    /// each of its elements the one that it is a part of.
     pub fn cut(&self, axes: &[u8]) -> (Self, Vec<u32>) {
         let places = self.mesh.nodes.iter().map(S::in_space);
         let extent = places.clone().flatten().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
@@ -134,7 +138,7 @@ impl<S: Dimension> Refinable<S> {
     }
 }
 
-/// The axis of an element that a step from one of its nodes to the next is along.
+/// The axis of an element along which the indices of consecutive nodes differ by `step`.
 fn axis_of(step: usize) -> usize {
     match step {
         1 => 0,
@@ -150,7 +154,7 @@ fn directions<S: Dimension>(local: &[usize]) -> [usize; 2] {
 }
 
 impl<S: Dimension> Leaf<S> {
-    /// The parts that are left of it when it is cut along the axes whose bits are set.
+    /// The parts of the leaf when it is cut along the axes whose bits are set.
     fn cut(&self, axes: u8, nodes: &mut NodesByPlace) -> Vec<Self> {
         let mut parts = vec![self.clone()];
         for axis in (0..S::AXES).filter(|axis| axes >> axis & 1 == 1) {
@@ -159,14 +163,14 @@ impl<S: Dimension> Leaf<S> {
         parts
     }
 
-    /// Its lower and its upper half along an axis.
+    /// The lower and the upper half of the leaf along an axis.
     fn halves(&self, axis: usize, nodes: &mut NodesByPlace) -> [Self; 2] {
         let stride = 3_usize.pow(axis as u32);
-        let own = self.nodes.as_ref();
+        let nodes_before = self.nodes.as_ref();
         [0, 1].map(|half| {
             let children = S::Nodes::from_fn(|n| {
                 let along = n / stride % 3;
-                let at = |along: usize| own[n - n / stride % 3 * stride + along * stride];
+                let at = |along: usize| nodes_before[n - n / stride % 3 * stride + along * stride];
                 if along != 1 {
                     return at(half + along / 2);
                 }
@@ -182,7 +186,7 @@ impl<S: Dimension> Leaf<S> {
     }
 }
 
-/// Corners of a side in ascending order; in the plane each of the two is there twice.
+/// Corners of a side in ascending order; in the plane each of the two is repeated.
 type Corners = [u32; 4];
 
 /// The sides that have these corners.
@@ -194,14 +198,14 @@ fn sorted(mut corners: Corners) -> Corners {
 }
 
 fn by_corners<S: Dimension>(leaves: &[Leaf<S>]) -> ByCorners {
-    let mut all = ByCorners::new();
+    let mut sides = ByCorners::new();
     for (e, leaf) in leaves.iter().enumerate() {
         for (side, local) in S::SIDES.iter().enumerate() {
             let corners = corners_of::<S>(|k| leaf.nodes.as_ref()[local[k]]);
-            all.entry(sorted(corners)).or_default().push((e as u32, side));
+            sides.entry(sorted(corners)).or_default().push((e as u32, side));
         }
     }
-    all
+    sides
 }
 
 /// The corners of a side from its nodes.
@@ -222,7 +226,8 @@ impl<S: Dimension> Sides<'_, S> {
         self.leaves[e as usize].nodes.as_ref()[S::SIDES[side][k]]
     }
 
-    /// Sides inside of the body whose neighbours have no side of the same corners. Sides collapsed into a point or line are none.
+    /// Sides inside the body whose neighbours have no side with the same corners, without those that are
+    /// collapsed into a point or line.
     fn unmatched(&self) -> Vec<(u32, usize)> {
         let alone = self.by_corners.iter().filter(|(corners, sides)| {
             let mut distinct = corners.to_vec();
@@ -250,7 +255,7 @@ impl<S: Dimension> Sides<'_, S> {
         place
     }
 
-    /// The sides that lie within larger ones.
+    /// The sides that are parts of larger ones.
     fn all_within(&self) -> Vec<Within> {
         let second = if S::AXES == 3 { MAX_HALVINGS } else { 0 };
         let mut found = Vec::new();
@@ -269,7 +274,7 @@ impl<S: Dimension> Sides<'_, S> {
         found
     }
 
-    /// The side of another leaf that is this part of a side.
+    /// The side of another leaf that is the given part of a side.
     fn part(&self, coarse: (u32, usize), halvings: [u32; 2], part: [u32; 2]) -> Option<(u32, usize)> {
         let corner = |k: usize| {
             let at = [k % 2, k / 2];
@@ -296,7 +301,8 @@ impl<S: Dimension> Sides<'_, S> {
                 marks[w.coarse.0 as usize] |= 1 << axes[d];
             }
         }
-        // Two sides that cross, each cut along another direction: both are cut along that of the other.
+        // Where two sides that meet are each cut along another direction, both are also cut along the
+        // direction of the other.
         let mut is_corner = vec![false; self.nodes.places().len()];
         for leaf in self.leaves {
             for local in S::SIDES {
@@ -309,20 +315,21 @@ impl<S: Dimension> Sides<'_, S> {
             let axes = directions::<S>(S::SIDES[side.1]);
             let cut = |a: usize, b: usize| [a, b].iter().any(|&k| is_corner[self.node(side, k) as usize]);
             let along = if S::AXES == 3 { [cut(1, 7), cut(3, 5)] } else { [true, false] };
-            let all = along == [false, false];
-            for d in (0..S::AXES - 1).filter(|&d| all || along[d]) {
+            let neither = along == [false, false];
+            for d in (0..S::AXES - 1).filter(|&d| neither || along[d]) {
                 marks[side.0 as usize] |= 1 << axes[d];
             }
         }
         marks
     }
 
-    /// For each node that hangs the nodes of the larger side, which may hang themselves, and their shape functions there.
+    /// For each hanging node the nodes of the larger side, which may hang themselves, and the values of their
+    /// shape functions at it.
     fn followed(&self, within: &[Within]) -> BTreeMap<u32, Vec<(u32, f64)>> {
-        let mut all = BTreeMap::new();
+        let mut followed = BTreeMap::new();
         for w in within {
             let count = S::SIDES[w.coarse.1].len();
-            let own: Vec<u32> = (0..count).map(|k| self.node(w.coarse, k)).collect();
+            let coarse: Vec<u32> = (0..count).map(|k| self.node(w.coarse, k)).collect();
             for k in 0..count {
                 let along = |d: usize| {
                     let within_part = 0.5 * [k % 3, k / 3][d] as f64;
@@ -330,21 +337,21 @@ impl<S: Dimension> Sides<'_, S> {
                 };
                 let at = [along(0), if S::AXES == 3 { along(1) } else { 0.0 }];
                 let Some(node) = self.nodes.find(self.place(w.coarse, at)) else { continue };
-                if own.contains(&node) || all.contains_key(&node) {
+                if coarse.contains(&node) || followed.contains_key(&node) {
                     continue;
                 }
                 let lines = at.map(|s| quadratic(2.0 * s - 1.0).0);
                 let mut masters: Vec<(u32, f64)> = Vec::new();
-                for (m, &master) in own.iter().enumerate() {
+                for (m, &master) in coarse.iter().enumerate() {
                     let weight = lines[0][m % 3] * if S::AXES == 3 { lines[1][m / 3] } else { 1.0 };
                     if weight.abs() > ZERO {
                         add(&mut masters, master, weight);
                     }
                 }
-                all.insert(node, masters);
+                followed.insert(node, masters);
             }
         }
-        all
+        followed
     }
 
     fn named(&self, w: &Within) -> HangingSide {
@@ -353,8 +360,8 @@ impl<S: Dimension> Sides<'_, S> {
     }
 }
 
-/// The nodes that hanging ones follow, those that hang themselves replaced by what they follow. A master belongs to a larger side than what follows it, so that there is
-/// no circle.
+/// The masters of hanging nodes, with masters that hang themselves replaced by their masters. A master
+/// belongs to a larger side than the nodes that follow it, so that there are no cycles.
 fn resolved(followed: &BTreeMap<u32, Vec<(u32, f64)>>) -> BTreeMap<u32, Vec<(u32, f64)>> {
     let mut done: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
     let mut waiting: Vec<u32> = followed.keys().copied().collect();
@@ -367,7 +374,9 @@ fn resolved(followed: &BTreeMap<u32, Vec<(u32, f64)>>) -> BTreeMap<u32, Vec<(u32
             let mut masters = Vec::new();
             for &(master, weight) in &followed[&node] {
                 match done.get(&master) {
-                    Some(own) => own.iter().for_each(|&(m, part)| add(&mut masters, m, weight * part)),
+                    Some(further) => {
+                        further.iter().for_each(|&(m, part)| add(&mut masters, m, weight * part));
+                    }
                     None => add(&mut masters, master, weight),
                 }
             }
@@ -390,7 +399,8 @@ mod tests {
     use crate::solid::mesh::{Patch, geometric, uniform};
     use crate::solid::space::layer::SpaceLayerMesh;
 
-    /// What is quadratic over the whole body is so at hanging nodes too, the volume stays, and so does the surface.
+    /// Checks that hanging nodes reproduce quadratic functions, that masters do not hang, and that the
+    /// surface keeps its size.
     fn sound<S: Dimension>(coarse: &Refinable<S>, fine: &Refinable<S>) {
         let mesh = fine.mesh();
         let value = |n: u32| {
@@ -447,7 +457,7 @@ mod tests {
         cut_anyhow(&Refinable::new(layer.mesh()), 3);
     }
 
-    /// Cuts a fifth of the elements along axes drawn by lot, again and again.
+    /// Cuts a fifth of the elements along random axes, again and again.
     fn cut_anyhow(coarse: &Refinable<Space>, times: usize) {
         let mut fine = coarse.clone();
         let mut state = 1_u64;

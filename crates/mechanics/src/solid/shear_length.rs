@@ -1,15 +1,16 @@
 //! The shear length `L` of the closed form, from finite elements.
 //!
-//! The closed form knows the pressure only up to the constant `B`, and (45) gives `B` if one knows over which length `L`
-//! from the axis the bonded bottom carries the closed form's shear stress. At the end of the layer or of the punch the
-//! closed form is wrong, so that `L` must come from elsewhere. Two conditions give it, each in closed form once
-//! the finite elements have given a force:
+//! The closed form knows the pressure only up to the constant `B`, and (45) gives `B` if one knows over which
+//! length `L` from the axis the bonded bottom carries the closed form's shear stress. At the end of the layer
+//! or of the punch the closed form is wrong, so that `L` must come from elsewhere. Each of two conditions
+//! gives it in closed form from a force of the finite elements:
 //!
-//! - **Balance**, (43) as the paper has it: the compressive force `N` through the cross-section `x1 = 0` is the finite
-//!   elements', `L^2 = 2 N / (mu alpha tan(theta))`. `B`, and with it the stress around the axis, where the electrodes are,
-//!   is then right in the mean over the section. This is the `L` of (45).
-//! - **Force**: the force (50) on the contact is the finite elements'. That moves `B` by what the closed form, with its
-//!   pressure profile, gets wrong at the edge of the contact; the curve C(F) is then right in F, the stress less so.
+//! - **Balance**, (43) of the paper: the compressive force `N` through the cross-section `x1 = 0` is that of
+//!   the finite elements, `L^2 = 2 N / (mu alpha tan(theta))`. `B`, and with it the stress around the axis,
+//!   where the electrodes are, is then right in the mean over the section. This is the `L` of (45).
+//! - **Force**: the force (50) on the contact is that of the finite elements. This shifts `B` by the error of
+//!   the closed form's pressure profile at the edge of the contact; the curve C(F) is then right in F, the
+//!   stress less so.
 //!
 //! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It does not depend on
 //! the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin one.
@@ -87,14 +88,15 @@ impl ShearLength {
     }
 }
 
-/// How the top is loaded.
+/// The load on the top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Contact {
     /// The whole top of a layer of this half-length over its thickness.
     WholeTop(f64),
-    /// A patch of this half-width over the thickness that is held and moved down without friction, on a layer that continues beyond
-    /// it: what the paper has for a punch in its Figs. 4, 6 and 7, and what the closed form is on its contact region. A punch of that
-    /// width in contact takes less force, since what lies under it slides around its corners.
+    /// A held patch of this half-width over the thickness that is moved down without friction, on a layer
+    /// that continues beyond it: the model of a punch in Figs. 4, 6 and 7 of the paper and in the closed
+    /// form. A punch of that width in contact needs less force, since the rubber under it slides around its
+    /// corners.
     Punch(f64),
 }
 
@@ -155,7 +157,7 @@ fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh
     let radius = corner.min(0.5);
     let (left, right, low) = (corner - radius, corner + radius, 1.0 - radius);
     let count = |length: f64| ((length * n as f64).round() as usize).max(1);
-    // Around a narrow punch the quadrilaterals are as small as it asks for.
+    // Around a narrow punch the quadrilaterals are as small as the punch requires.
     let fine = count(radius).max(n / 2).max(2);
     let mut along = if left > 0.0 { uniform(0.0, left, count(left)) } else { vec![0.0] };
     let first = along.len() - 1;
@@ -211,12 +213,13 @@ impl ShearLengths {
     }
 }
 
-/// The shear lengths at the ascending `compressions` under `contact`, with about `n` quadrilaterals over the thickness
-/// (8 will do: the fan at the corner matters more). A coarser fan is used where a finer one stops. `cancel` stops the work before the
-/// next linear system, and what is known by then is kept.
+/// The shear lengths at the ascending `compressions` under `contact`, with about `n` quadrilaterals over the
+/// thickness (8 will do: the fan at the corner matters more). A coarser fan is used where a finer one stops.
+/// `cancel` stops the work before the next linear system; the results so far are kept.
 ///
 /// # Errors
-/// See [`ModelError`]. Where the solver stops, the rest is left out and the reason is in the answer.
+/// See [`ModelError`]. Where the solver stops, the other compressions are left out and the reason is in the
+/// result.
 pub fn shear_lengths(
     contact: Contact,
     end: End,

@@ -14,12 +14,12 @@ pub struct Side<S: Dimension> {
     /// In the plane first end, middle and second end, with the material on the left. In space `3 b + a` at
     /// `(a - 1, b - 1)` of the reference square; first direction, second and outward normal are right-handed.
     pub nodes: S::SideNodes,
-    /// The element it belongs to.
+    /// The element that the side belongs to.
     pub element: u32,
 }
 
 impl<S: Dimension> Side<S> {
-    /// The node in its middle.
+    /// The node in the middle of the side.
     pub(super) fn middle(&self) -> usize {
         let nodes = self.nodes.as_ref();
         nodes[nodes.len() / 2] as usize
@@ -45,8 +45,8 @@ pub struct SidePoint<S: Dimension> {
 }
 
 impl<S: Dimension> Mesh<S> {
-    /// The sides that belong to one element only; sides collapsed into a point or line are none, nor are those that lie in a larger side
-    /// of a neighbour.
+    /// The sides that belong to one element only, without those that are collapsed into a point or line or
+    /// are parts of a larger side of a neighbour.
     pub fn boundary(&self) -> Vec<Side<S>> {
         let middle = |nodes: &S::SideNodes| nodes.as_ref()[nodes.as_ref().len() / 2];
         let side = |element: &S::Nodes, side: &[usize]| S::SideNodes::from_fn(|n| element.as_ref()[side[n]]);
@@ -74,8 +74,8 @@ impl<S: Dimension> Mesh<S> {
 
     /// The boundary sides all of whose nodes satisfy `on`.
     pub fn boundary_where(&self, on: impl Fn(S::Point) -> bool) -> Vec<Side<S>> {
-        let all = |side: &Side<S>| side.nodes.as_ref().iter().all(|&n| on(self.nodes[n as usize]));
-        self.boundary().into_iter().filter(all).collect()
+        let is_on = |side: &Side<S>| side.nodes.as_ref().iter().all(|&n| on(self.nodes[n as usize]));
+        self.boundary().into_iter().filter(is_on).collect()
     }
 
     /// The points of a Gauss rule with `n` points along each direction of `side`.
@@ -87,11 +87,11 @@ impl<S: Dimension> Mesh<S> {
         (0..n.pow(directions as u32))
             .map(|q| {
                 let at = [q % n, q / n];
-                // The product of values, of slopes in the direction `slope`.
+                // The product of the values, with the slope instead of the value in the direction `slope`.
                 let product = |a: usize, slope: Option<usize>| -> f64 {
                     let factor = |d: usize| {
-                        let of = &line[at[d]];
-                        (if slope == Some(d) { of.1 } else { of.0 })[[a % 3, a / 3][d]]
+                        let polynomial = &line[at[d]];
+                        (if slope == Some(d) { polynomial.1 } else { polynomial.0 })[[a % 3, a / 3][d]]
                     };
                     (0..directions).map(factor).product()
                 };

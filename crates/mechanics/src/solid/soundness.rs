@@ -1,37 +1,39 @@
-//! Whether an equilibrium is one that a layer can be in.
+//! Checks that a computed equilibrium is one that a layer can be in.
 //!
-//! Equations that are met say nothing about what lies between their points, nor whether what they found is what presses a layer: the
-//! surface may have been taken through a corner of the indenter, may have folded onto itself, or may be crowded into a point, and a
-//! mesh may carry pressures that belong to no load. Every state is looked at before its force is used; a state with a fault counts
-//! as not reached.
+//! A state can satisfy the discrete equations and still be unphysical: the surface may have passed through a
+//! corner of the indenter, may have folded onto itself or shrunk to a point, and the pressures may be far
+//! beyond those of the load. Every state is checked before its force is used; a state with a fault counts as
+//! not reached.
 //!
-//! An effect that a model leaves out on purpose is not a fault: a patch that is held is not a punch, spreads, and crowds towards its edge; a
-//! free end without a substrate may pass through itself (see [`folds`](super::folds)).
+//! Effects that a model neglects on purpose are not faults: a held patch is not a punch, spreads, and crowds
+//! towards its edge; a free end without a substrate may pass through itself (see [`folds`](super::folds)).
 
 use super::dimension::{Dimension, Numbers};
 use super::layer::{Indenter, LayerModel};
 use super::obstacle::ObstacleShape;
 use super::side::Side;
 
-/// Depth of the surface inside an indenter or the substrate that is accepted, over the thickness of the layer.
+/// The largest accepted depth of the surface inside an indenter or the substrate, over the thickness of the
+/// layer.
 const DEPTH: f64 = 2e-3;
 /// The least and the largest stretch of a side of the surface.
 const STRETCHES: [f64; 2] = [5e-3, 200.0];
-/// Pressure in the layer that is accepted, over the shear modulus and the force on an area as wide as the layer is thick.
+/// The largest accepted pressure in the layer, over the sum of the shear modulus and the force on an area as
+/// wide as the layer is thick.
 const PRESSURE: f64 = 1000.0;
-/// Least distance of points of the surface between which it has a direction, over the thickness.
+/// The least distance between points of the surface that define a direction, over the thickness.
 const APART: f64 = 1e-3;
-/// Points on a side of the surface that are looked at; others than those that contact is enforced at.
+/// Points per side of the surface that are checked. They differ from the points of contact.
 const POINTS: usize = 5;
 
-/// Why an equilibrium is not one of a layer under its indenter.
+/// The reason why an equilibrium is not one of a layer under its indenter.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StateFault {
     /// The surface is inside a rigid body.
     #[error("the surface lies {depth:.2e} m inside the indenter or the substrate at x1 = {x1:.3e} m")]
     Penetration {
-        /// How deep, in m.
+        /// Depth in m.
         depth: f64,
         /// Where, in m, after loading.
         x1: f64,
@@ -50,14 +52,14 @@ pub enum StateFault {
         /// Where, in m, after loading.
         x1: f64,
     },
-    /// A pressure that belongs to no load.
+    /// A pressure far beyond that of the load.
     #[error(
         "the pressure in the layer reaches {pressure:.2e} Pa, where the load explains {explained:.2e} Pa"
     )]
     Pressure {
-        /// The largest one in Pa, without its sign.
+        /// The largest magnitude of the pressure in Pa.
         pressure: f64,
-        /// Shear modulus and force over thickness, in Pa.
+        /// The sum of the shear modulus and the force over the thickness, in Pa.
         explained: f64,
     },
 }
@@ -69,13 +71,13 @@ impl<S: Dimension> LayerModel<S> {
         self.penetration_fault().or_else(|| self.surface_fault()).or_else(|| self.pressure_fault(force))
     }
 
-    /// Where the reference position `x` is after loading, by the shape functions of a side.
+    /// The position after loading of the point of a side with the given values of the shape functions.
     fn place(&self, side: &Side<S>, shape: &[f64]) -> S::Point {
         let nodes = &self.equations().body().mesh.nodes;
         let u = &self.state().displacement;
-        let of = |n: usize, k: usize| nodes[n][k] + u[S::AXES * n + k];
+        let coordinate = |n: usize, k: usize| nodes[n][k] + u[S::AXES * n + k];
         S::Point::from_fn(|k| {
-            side.nodes.as_ref().iter().zip(shape).map(|(&n, s)| s * of(n as usize, k)).sum()
+            side.nodes.as_ref().iter().zip(shape).map(|(&n, s)| s * coordinate(n as usize, k)).sum()
         })
     }
 
@@ -88,13 +90,13 @@ impl<S: Dimension> LayerModel<S> {
             }
         };
         for (obstacle, shift) in body.obstacles.iter().zip(&self.state().shift) {
-            // What a point of the surface carries is not a body of its own.
+            // An obstacle that is carried by a node of the surface is not a separate body.
             if obstacle.carrier.is_some() {
                 continue;
             }
-            // The corners that it slides around may be rounder than those of what presses.
+            // The corners that the surface slides around may be rounder than those of the requested indenter.
             let shape = match (obstacle.shape, self.indenter) {
-                (ObstacleShape::Indenter(_), Indenter::Smooth(asked)) => ObstacleShape::Indenter(asked),
+                (ObstacleShape::Indenter(_), Indenter::Smooth(profile)) => ObstacleShape::Indenter(profile),
                 (shape, _) => shape,
             };
             for side in &obstacle.sides {
@@ -105,7 +107,8 @@ impl<S: Dimension> LayerModel<S> {
                 }
             }
         }
-        // The face of a punch holds what is bonded to it, where it was given; the rest of the surface may not be behind it.
+        // The surface that is bonded to the face of a punch has prescribed positions; the rest may not be
+        // behind the face.
         let punch = match self.indenter {
             Indenter::Bonded { half_width } => Some(half_width),
             Indenter::WholeTop | Indenter::Held { .. } | Indenter::Smooth(_) => None,
@@ -146,7 +149,7 @@ impl<S: Dimension> LayerModel<S> {
             let pairs = || corners.iter().flat_map(|&a| corners.iter().map(move |&b| [a, b]));
             let ratio = |[a, b]: [usize; 2]| apart::<S>(after(a), after(b)) / apart::<S>(nodes[a], nodes[b]);
             let stretch = pairs().filter(|[a, b]| a < b).map(ratio).fold(0.0, f64::max);
-            // The points of a patch that is held crowd towards its edge, and are kept from passing it.
+            // The points of a held patch crowd towards its edge, and are kept from passing it.
             let least = if matches!(self.indenter, Indenter::Held { .. }) { 0.0 } else { STRETCHES[0] };
             if !(least..=STRETCHES[1]).contains(&stretch) {
                 return Some(StateFault::Stretch { stretch, x1: after(corners[0])[0] });
@@ -166,7 +169,7 @@ impl<S: Dimension> LayerModel<S> {
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (_, [x, y, _]) in points {
                 let far = |last: &[f64; 2]| (x - last[0]).hypot(y - last[1]) > APART * self.thickness;
-                // Between points that lie on each other there is no direction.
+                // Coincident points do not define a direction.
                 if curve.last().is_none_or(far) {
                     curve.push([x, y]);
                 }
@@ -195,14 +198,14 @@ fn apart<S: Dimension>(a: S::Point, b: S::Point) -> f64 {
 /// `x1` of a place where the polyline `curve` crosses itself or turns back on itself, if there is one.
 fn crossing(curve: &[[f64; 2]]) -> Option<f64> {
     let segments: Vec<[[f64; 2]; 2]> = curve.windows(2).map(|w| [w[0], w[1]]).collect();
-    let way = |[a, b]: &[[f64; 2]; 2]| [b[0] - a[0], b[1] - a[1]];
+    let direction = |[a, b]: &[[f64; 2]; 2]| [b[0] - a[0], b[1] - a[1]];
     for pair in segments.windows(2) {
-        let [a, b] = [way(&pair[0]), way(&pair[1])];
+        let [a, b] = [direction(&pair[0]), direction(&pair[1])];
         if a[0] * b[0] + a[1] * b[1] < TURNS_BACK * a[0].hypot(a[1]) * b[0].hypot(b[1]) {
             return Some(pair[0][1][0]);
         }
     }
-    // Of those that overlap along x1 alone: in the order of where they begin there.
+    // Only segments that overlap along x1 can cross: they are compared in the order of their lower ends.
     let ends = |[a, b]: &[[f64; 2]; 2], k: usize| (a[k].min(b[k]), a[k].max(b[k]));
     let mut order: Vec<usize> = (0..segments.len()).collect();
     order.sort_by(|&a, &b| ends(&segments[a], 0).0.total_cmp(&ends(&segments[b], 0).0));
@@ -219,7 +222,7 @@ fn crossing(curve: &[[f64; 2]]) -> Option<f64> {
     None
 }
 
-/// Cosine of the angle from which a surface turns back on itself.
+/// A surface turns back on itself where the cosine of the angle between successive segments is below this.
 const TURNS_BACK: f64 = -0.95;
 
 /// Whether the insides of two segments cross at a point.
@@ -281,7 +284,7 @@ mod tests {
 
     #[test]
     fn a_patch_that_spreads_beyond_a_sharp_punch_would_be_found_inside_it() {
-        // What used to be called a sharp punch: points beside it that are inside it.
+        // Under a held patch as wide as a sharp punch, points beside the patch are inside the punch.
         let half_width = 1.0;
         let layer = PlaneLayer {
             thickness: 1.0,
@@ -297,7 +300,7 @@ mod tests {
         let found = layer.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
         let held = &found.levels.last().unwrap().model;
         assert_eq!(held.fault(1.0), None, "a patch is not a punch");
-        // The same patch, told to be a punch half as wide again, which the surface beside it enters.
+        // The same state under a punch half as wide again: the surface beside the patch is inside it.
         let last = found.levels.into_iter().next_back().and_then(Arc::into_inner);
         let mut punch = last.unwrap().model;
         punch.indenter = Indenter::Bonded { half_width: 1.5 };

@@ -1,11 +1,11 @@
 //! Cauchy stress of a state: at points of an element, and as one continuous field with a value at every node.
 //!
 //! # Nodal values
-//! The gradient of a biquadratic displacement is accurate inside an element and poor at its nodes. Each element's
-//! values at the nine quadrature points are therefore fitted by a bilinear polynomial of the reference square, and what
-//! the elements around a node say of it is averaged, by area. Away from singular places the error falls with
-//! the square of the element size. Where two materials meet, stress and `J` may jump, and an average would blur that:
-//! there, ask the elements.
+//! The gradient of a biquadratic displacement is accurate inside an element and poor at its nodes. Each
+//! element's values at the nine quadrature points are therefore fitted by a bilinear polynomial of the
+//! reference square, and the values of the elements around a node are averaged, weighted by area. Away from
+//! singular points the error falls with the square of the element size. Where two materials meet, stress and
+//! `J` may jump, and the average blurs the jump: there, use [`Equations::stress_in`].
 
 use rayon::prelude::*;
 
@@ -36,17 +36,17 @@ pub struct Fields<'a> {
 }
 
 impl Equations {
-    /// Stress in `state` at the point `(s, t)` of the reference square of element `e`, as its own shape functions say.
-    /// `None` where the element is collapsed, at the centre of a fan.
+    /// Stress in `state` at the point `(s, t)` of the reference square of element `e`, from the shape
+    /// functions of the element. `None` where the element is collapsed, at the centre of a fan.
     ///
     /// # Panics
     /// If there is no element `e`, or `state` is not one of this body.
     pub fn stress_in(&self, state: &State, e: usize, [s, t]: [f64; 2]) -> Option<PointStress> {
         let body = self.body();
         let nodes = body.mesh.elements[e].map(|n| body.mesh.nodes[n as usize]);
-        let here = Mapped::new(&nodes, s, t)?;
-        let f = here.deformation_gradient(&self.gather(e, &state.displacement));
-        let basis = self.elements[e].pressure_basis(here.place);
+        let point = Mapped::new(&nodes, s, t)?;
+        let f = point.deformation_gradient(&self.gather(e, &state.displacement));
+        let basis = self.elements[e].pressure_basis(point.place);
         Some(PointStress::new(
             &body.rubbers[body.material[e] as usize],
             &f,
@@ -117,7 +117,7 @@ impl Fields<'_> {
     /// The sample at the reference position `x` (m), or `None` outside the body.
     pub fn at(&self, x: [f64; 2]) -> Option<Sample> {
         let Some((e, [s, t])) = self.mesh.locate(x) else {
-            // The centre of a fan is in no element's reference square at one place only.
+            // The centre of a fan has no unique coordinates in the reference square of an element.
             let n = self.mesh.nearest_node(x);
             return (self.mesh.nodes[n] == x).then(|| Sample { reference: x, ..self.at_node(n) });
         };

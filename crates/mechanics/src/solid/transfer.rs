@@ -1,10 +1,11 @@
 //! The configuration on one mesh as a first guess on another mesh of the same body.
 //!
-//! The equilibrium of a coarse mesh is near that of a finer one under the same load: Newton's method finds the second from
-//! the first in a few steps, where following the load from rest takes several times as many. Displacements are read off at
-//! the finer mesh's nodes, pressures at the centres of its elements; the contact forces are those of the coarse surface. Between the
-//! coarse nodes the finer surface may lie a little inside an obstacle: from there Newton's method starts without bounds for the gaps, or,
-//! where that fails, with obstacles that are moved out of the surface first.
+//! The equilibrium of a coarse mesh is near that of a finer one under the same load: Newton's method finds
+//! the second from the first in a few steps, where following the load from rest takes several times as many.
+//! Displacements are evaluated at the nodes of the finer mesh, pressures at the centres of its elements; the
+//! contact forces are those of the coarse surface. Between the coarse nodes the finer surface may lie a
+//! little inside an obstacle: from there Newton's method starts without bounds for the gaps, or, where that
+//! fails, with obstacles that are moved out of the surface first.
 
 use std::ops::Range;
 
@@ -16,21 +17,22 @@ use super::obstacle::ObstacleShape;
 use super::shape_functions::shape;
 use elastocap_materials::space::{Tensor, cofactor, determinant};
 
-/// Largest number of Newton steps from the guess to the equilibrium: where more are needed, following the load is no worse.
+/// The largest number of Newton steps from the guess to the equilibrium. With more, following the load takes
+/// no longer.
 const MAX_ITERATIONS: usize = 12;
 
 /// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the shear modulus.
 const CLEARANCE: f64 = 0.3;
-/// How often an obstacle is moved out of the surface, each time at least twice as far.
+/// The largest number of times that an obstacle is moved out of the surface, each time at least twice as far.
 const MAX_MOVES: usize = 8;
 
 /// Distance from an element, over its size, within which a point still belongs to it.
 const SLACK: f64 = 1e-7;
 
-/// How far from the middle of a reference element a point inside of it is looked for.
+/// Largest coordinate in a reference element at which a point inside the element is searched.
 const FARTHEST: f64 = 1.5;
 
-/// Intervals of an axis by which elements are sorted, at most.
+/// The largest number of intervals of an axis for the sorting of elements.
 const MAX_INTERVALS: usize = 256;
 
 /// Finds the elements in which points lie.
@@ -40,7 +42,8 @@ pub(super) struct Finder<'a, S: Dimension> {
     boxes: Vec<(S::Point, S::Point)>,
     /// Numbers of the elements that reach into each of equal rectangles along the first two axes, those of the second axis side by side.
     bins: Vec<Vec<u32>>,
-    /// Where the first rectangle begins along each of these axes, how many there are in 1 m, and in all.
+    /// The start of the first rectangle along each of these axes, the number of rectangles per metre, and
+    /// their total number.
     intervals: [(f64, f64, usize); 2],
 }
 
@@ -84,13 +87,14 @@ impl<'a, S: Dimension> Finder<'a, S> {
         (((x - first) * per_length).max(0.0) as usize).min(count - 1)
     }
 
-    /// The elements that may hold `x`.
+    /// The elements that may contain `x`.
     fn near(&self, x: S::Point) -> &[u32] {
         let [along, up] = [0, 1].map(|k| self.interval(k, x[k]));
         &self.bins[along * self.intervals[1].2 + up]
     }
 
-    /// The element that the reference position `x` (m) lies in, and where in the reference element. Of several any.
+    /// An element that contains the reference position `x` (m), and the coordinates of `x` in the reference
+    /// element.
     pub(super) fn find(&self, x: S::Point) -> Option<(usize, [f64; 3])> {
         self.near(x).iter().find_map(|&e| {
             let (low, high) = &self.boxes[e as usize];
@@ -105,7 +109,7 @@ impl<'a, S: Dimension> Finder<'a, S> {
         })
     }
 
-    /// Where `x` is in the reference element of `e`, if it is in it.
+    /// The coordinates of `x` in the reference element of `e`, if it is inside.
     fn within(&self, e: usize, x: S::Point) -> Option<[f64; 3]> {
         let (low, high) = &self.boxes[e];
         let size = (0..S::AXES).fold(0.0, |m: f64, k| m.max(high[k] - low[k]));
@@ -149,7 +153,7 @@ impl<'a, S: Dimension> Finder<'a, S> {
     }
 }
 
-/// A configuration on a mesh, to be read off anywhere.
+/// A configuration on a mesh that can be evaluated at any position.
 struct Source<'a, S: Dimension> {
     finder: Finder<'a, S>,
     equations: &'a Equations<S>,
@@ -227,8 +231,9 @@ impl<S: Dimension> Equations<S> {
         Some(guess)
     }
 
-    /// Gives the `guess` the displacements and contact pressures `at` its nodes, and the coefficients of the `pressure` in elements of
-    /// given centres and sizes (m). Returns the contact pressures of the nodes in Pa.
+    /// Sets the displacements and contact pressures of the `guess` to those `at` its nodes, and the
+    /// coefficients of its pressure to those of `pressure` for elements of given centres and sizes (m).
+    /// Returns the contact pressures of the nodes in Pa.
     fn read(
         &self,
         guess: &mut State<S>,
@@ -248,8 +253,8 @@ impl<S: Dimension> Equations<S> {
         Some(contact)
     }
 
-    /// The configuration that [`Equations::guess`] gives, with contact as it is in motion, or closer if [`NewtonSettings::first_gap`] says
-    /// so.
+    /// The configuration from [`Equations::guess`], with the gaps of a moving load, or with smaller ones by
+    /// [`NewtonSettings::first_gap`].
     fn guess_in_motion(
         &mut self,
         other: &Self,
@@ -262,7 +267,7 @@ impl<S: Dimension> Equations<S> {
         self.guess(other, if closed { state } else { state.moving.as_deref().unwrap_or(state) }, load)
     }
 
-    /// Moves obstacles out of the guessed surface. Returns whether they are.
+    /// Moves obstacles out of the guessed surface. Returns whether that succeeded.
     fn clear_obstacles(&self, guess: &mut State<S>) -> bool {
         let clearance = CLEARANCE * self.gap_times_pressure / self.modulus;
         (0..self.body.obstacles.len()).all(|o| {
@@ -293,17 +298,18 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Along each axis, the direction in which an obstacle at `place` (m) can be moved sideways without meeting anything: what may touch it
-    /// lies to one side of its middle, and touches one flank of a punch only. 0 where there is none.
+    /// Along each axis, the direction in which an obstacle at `place` (m) can be moved sideways without
+    /// meeting a surface, because all sides that may touch it are on one side of its middle. 0 where there is
+    /// none.
     fn sideways(&self, obstacle: usize, place: S::Point) -> S::Point {
         let nodes = &self.body.mesh.nodes;
         let sides = &self.body.obstacles[obstacle].sides;
         S::Point::from_fn(|k| {
-            let all = |on: fn(f64) -> bool| sides.iter().all(|side| on(nodes[side.middle()][k] - place[k]));
+            let every = |on: fn(f64) -> bool| sides.iter().all(|side| on(nodes[side.middle()][k] - place[k]));
             match k {
                 1 => 0.0,
-                _ if all(|away| away >= 0.0) => -1.0,
-                _ if all(|away| away < 0.0) => 1.0,
+                _ if every(|away| away >= 0.0) => -1.0,
+                _ if every(|away| away < 0.0) => 1.0,
                 _ => 0.0,
             }
         })
@@ -410,7 +416,7 @@ mod tests {
         LayerModel::of_finite_width(&mesh, rubber, CYLINDER, End::Free, SideCondition::Free).unwrap()
     }
 
-    /// What is linear over the whole body is the same on any mesh, in fans too.
+    /// Checks that functions that are linear over the whole body are transferred exactly, in fans too.
     fn linear_fields_stay<S: Dimension>(coarse: &LayerModel<S>, fine: &LayerModel<S>) {
         let displacement = |x: S::Point, k: usize| {
             (0..S::AXES).map(|m| 0.01 * (1.0 + k as f64 - 0.7 * m as f64) * x[m]).sum::<f64>()

@@ -36,8 +36,8 @@ pub(crate) struct Fluxes {
     pub(super) domain: Domain,
     /// The potentials from which the flux of each right-hand side is made.
     states: Vec<State>,
-    /// The coordinates of the fluxes where they are kept, see [`Fluxes::prepare`].
-    pub(super) kept: Vec<Flux>,
+    /// The coordinates of the fluxes, once computed: see [`Fluxes::prepare`].
+    pub(super) prepared: Vec<Flux>,
 }
 
 /// The potentials from which a flux without divergence is made.
@@ -53,15 +53,15 @@ pub(crate) struct State {
 
 /// One axis of two grids and of their common refinement.
 struct JointAxis {
-    own: Axis,
-    other: Axis,
+    first: Axis,
+    second: Axis,
     common: Axis,
     /// Flux functions of either in those of the common refinement.
     functions: [Mat<f64>; 2],
-    /// Products of the modes of the other grid (rows) with those of this one (columns).
+    /// Products of the modes of the second grid (rows) with those of the first (columns).
     modes: Mat<f64>,
-    /// Products of the modes of the other grid (rows) with those of this one (columns), weighted by the squared distance from the pole over
-    /// that of the last nodes, where flux leaves along rays.
+    /// The same products, weighted by the squared distance from the pole over that of the last nodes; `None`
+    /// where no flux leaves along rays.
     squares: Option<Mat<f64>>,
 }
 
@@ -84,22 +84,23 @@ impl JointAxis {
             dense::product(y.transpose(), weighed.as_ref())
         });
         let modes = dense::product(y.as_ref(), x.transpose());
-        let [own, other] = axes.map(Axis::clone);
-        Ok(Some(Self { own, other, common: common.clone(), functions: [f, g], modes, squares }))
+        let [first, second] = axes.map(Axis::clone);
+        Ok(Some(Self { first, second, common: common.clone(), functions: [f, g], modes, squares }))
     }
 
-    /// Products of the coordinates of the fluxes of a segment on the other grid (rows) with those on this one (columns).
-    fn coordinates(&self, own: &Segment, other: &Segment) -> Result<Mat<f64>, SolveError> {
-        let common = own.coordinates(&self.common)?;
-        let to = own.functions(&self.common);
+    /// Products of the coordinates of the fluxes of a segment on the second grid (rows) with those on the
+    /// first (columns).
+    fn coordinates(&self, first: &Segment, second: &Segment) -> Result<Mat<f64>, SolveError> {
+        let common = first.coordinates(&self.common)?;
+        let to = first.functions(&self.common);
         let embedded = |segment: &Segment, axis: &Axis, functions: &Mat<f64>| {
             let from = segment.functions(axis);
             let part = functions.as_ref().submatrix(to.start, from.start, to.len(), from.len());
             let coefficients = segment.coordinates(axis)?.coefficients();
             Ok::<_, SolveError>(common.of(dense::product(part, coefficients.as_ref()).as_ref()))
         };
-        let x = embedded(own, &self.own, &self.functions[0])?;
-        let y = embedded(other, &self.other, &self.functions[1])?;
+        let x = embedded(first, &self.first, &self.functions[0])?;
+        let y = embedded(second, &self.second, &self.functions[1])?;
         Ok(dense::product(y.transpose(), x.as_ref()))
     }
 }
@@ -126,18 +127,19 @@ impl RunFlux {
 }
 
 impl Fluxes {
-    /// Makes the fluxes of a problem that is solved; what was needed to solve it is dropped. `None` for a problem on the half of a scene.
+    /// Takes the fluxes over from a problem that is solved, and drops what only its solver needed. `None` for
+    /// a problem on the half of a scene.
     pub(crate) fn new(dual: Dual, domain: &Domain, mut states: Vec<State>) -> Option<Self> {
         let Dual { lines, repair: Repairs::Whole(repair), .. } = dual else { return None };
         for state in &mut states {
             let scene = std::mem::take(&mut state.repair);
-            state.repair = repair.own_scaling(scene, lines.dims, &lines.weights);
+            state.repair = repair.separable_scaling(scene, lines.dims, &lines.weights);
         }
-        Some(Self { lines, repair: *repair, domain: domain.truncated(), states, kept: Vec::new() })
+        Some(Self { lines, repair: *repair, domain: domain.truncated(), states, prepared: Vec::new() })
     }
 
-    /// L_ij for state `i` of this grid and state `j` of another, in the domain's unit; `common` is their common refinement. `None`
-    /// where it is none.
+    /// L_ij for state `i` of this grid and state `j` of another, in the domain's unit; `common` is their
+    /// common refinement. `None` where the grids do not match.
     ///
     /// # Errors
     /// A common refinement whose elements differ too much in size.
@@ -154,7 +156,9 @@ impl Fluxes {
         };
         let (Some(x), Some(y), Some(z)) = (axis(0)?, axis(1)?, axis(2)?) else { return Ok(None) };
         let axes = [x, y, z];
-        let (Some(own), Some(theirs)) = (self.states.get(i), other.states.get(j)) else { return Ok(None) };
+        let (Some(state), Some(other_state)) = (self.states.get(i), other.states.get(j)) else {
+            return Ok(None);
+        };
         let mut out = 0.0;
         for a in 0..3 {
             let (p, q) = others(a);
@@ -177,10 +181,10 @@ impl Fluxes {
                     if their_run.segment != s {
                         return Ok(None);
                     }
-                    let y = other.run_flux(theirs, a, their_bundle, their_run, &their_repairs[s]);
-                    out += other.charge(&own.potentials, a, their_bundle, their_run, &y);
-                    let x = self.run_flux(own, a, bundle, run, &repairs[s]);
-                    out += self.charge(&theirs.potentials, a, bundle, run, &x);
+                    let y = other.run_flux(other_state, a, their_bundle, their_run, &their_repairs[s]);
+                    out += other.charge(&state.potentials, a, their_bundle, their_run, &y);
+                    let x = self.run_flux(state, a, bundle, run, &repairs[s]);
+                    out += self.charge(&other_state.potentials, a, bundle, run, &x);
                     let places = [&bundle.across, &their_bundle.across];
                     out -= product(&x, &y, &couplings[s], across, places);
                     let segments = [&self.lines.segments[a][s], &other.lines.segments[a][s]];
@@ -198,13 +202,13 @@ impl Fluxes {
     /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle `[coordinate][line]`.
     pub(super) fn run_fluxes(&self, state: usize) -> Result<Flux, SolveError> {
         let mut out: [Vec<Vec<f64>>; 3] = Default::default();
-        let Some(own) = self.states.get(state) else { return Ok(Flux(out)) };
+        let Some(state) = self.states.get(state) else { return Ok(Flux(out)) };
         for a in 0..3 {
             let repairs = self.repair_functions(a)?;
             for bundle in &self.lines.bundles[a] {
                 for run in &bundle.runs {
                     let RunFlux { coordinates, dims } =
-                        self.run_flux(own, a, bundle, run, &repairs[run.segment]);
+                        self.run_flux(state, a, bundle, run, &repairs[run.segment]);
                     let [rows, len, width] = dims;
                     let mut by_coordinate = vec![0.0; coordinates.len()];
                     for (index, row) in coordinates.chunks_exact(width.max(1)).enumerate() {
@@ -222,13 +226,13 @@ impl Fluxes {
     /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line (columns).
     fn repair_functions(&self, a: usize) -> Result<Vec<Dense<f64>>, SolveError> {
         let axis = &self.domain.axes[a];
-        let all = self.repair.flux_functions(axis, a, self.lines.basis[a].as_ref())?;
-        let of = |segment: &Segment| {
+        let functions_of_axis = self.repair.flux_functions(axis, a, self.lines.basis[a].as_ref())?;
+        let coordinates = |segment: &Segment| {
             let functions = segment.functions(axis);
-            let own = all.as_ref().subrows(functions.start, functions.len());
-            Ok(Dense::from_mat(segment.coordinates(axis)?.of(own).as_ref()))
+            let part = functions_of_axis.as_ref().subrows(functions.start, functions.len());
+            Ok(Dense::from_mat(segment.coordinates(axis)?.of(part).as_ref()))
         };
-        self.lines.segments[a].iter().map(of).collect()
+        self.lines.segments[a].iter().map(coordinates).collect()
     }
 
     /// The flux of one state on a run, its repair included.
@@ -295,22 +299,23 @@ impl Fluxes {
     }
 }
 
-/// Rows and columns of products of modes of two grids on a bundle of lines.
-fn part(matrix: &Mat<f64>, own: &Range<usize>, other: &Range<usize>) -> SparseRows<f64> {
-    SparseRows::from_mat(matrix.as_ref().submatrix(other.start, own.start, other.len(), own.len()))
+/// A block of the products of modes of two grids: columns for the lines of the first, rows for those of the
+/// second.
+fn part(matrix: &Mat<f64>, columns: &Range<usize>, rows: &Range<usize>) -> SparseRows<f64> {
+    SparseRows::from_mat(matrix.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()))
 }
 
-/// The product of two fluxes of a run of two grids, that of their straight continuations among it.
+/// The product of the fluxes of a run on two grids, their straight continuations included.
 fn product(
     x: &RunFlux,
     y: &RunFlux,
     coupling: &SparseRows<f64>,
     across: [&JointAxis; 2],
-    [own, other]: [&[Range<usize>; 2]; 2],
+    [x_lines, y_lines]: [&[Range<usize>; 2]; 2],
 ) -> f64 {
-    let (z, dims) = along(2, &part(&across[1].modes, &own[1], &other[1]), &x.coordinates, x.dims);
+    let (z, dims) = along(2, &part(&across[1].modes, &x_lines[1], &y_lines[1]), &x.coordinates, x.dims);
     let (z, dims) = along(1, coupling, &z, dims);
-    let (z, _) = along(0, &part(&across[0].modes, &own[0], &other[0]), &z, dims);
+    let (z, _) = along(0, &part(&across[0].modes, &x_lines[0], &y_lines[0]), &z, dims);
     dot(&z, &y.coordinates)
 }
 
@@ -320,16 +325,17 @@ fn oblique(
     y: &RunFlux,
     segments: [&Segment; 2],
     across: [&JointAxis; 2],
-    [own, other]: [&[Range<usize>; 2]; 2],
+    [x_lines, y_lines]: [&[Range<usize>; 2]; 2],
 ) -> f64 {
     let [Some(leaving), Some(_)] = segments.map(|segment| segment.leaving.as_ref()) else { return 0.0 };
     let [Some(first), Some(second)] = across.map(|axis| axis.squares.as_ref()) else { return 0.0 };
-    let [p, q] = [0, 1].map(|k| part(&across[k].modes, &own[k], &other[k]));
-    let (p2, q2) = (part(first, &own[0], &other[0]), part(second, &own[1], &other[1]));
+    let [p, q] = [0, 1].map(|k| part(&across[k].modes, &x_lines[k], &y_lines[k]));
+    let p2 = part(first, &x_lines[0], &y_lines[0]);
+    let q2 = part(second, &x_lines[1], &y_lines[1]);
     let mut out = 0.0;
     for (side, straight) in leaving.sides.iter().zip(&leaving.straight) {
         let [x, y] = [(x, segments[0]), (y, segments[1])]
-            .map(|(flux, own)| (flux.through(&own.face[*side]), flux.dims));
+            .map(|(flux, segment)| (flux.through(&segment.face[*side]), flux.dims));
         for (rows, columns) in [(&p2, &q), (&p, &q2)] {
             let (z, dims) = along(2, columns, &x.0, [x.1[0], 1, x.1[2]]);
             let (z, _) = along(0, rows, &z, dims);
@@ -447,14 +453,15 @@ mod tests {
             assert!(outcome.repair_share > 1e-4, "{}", outcome.repair_share);
             let found = Mat::from_fn(2, 2, |i, j| joint(&problem, (&outcome, i), (&outcome, j)));
             for i in 0..2 {
-                let own = found[(i, i)];
-                assert!(own >= lower[(i, i)] * (1.0 - 1e-9) && own <= upper[(i, i)], "{own} {lower:?}");
+                let energy = found[(i, i)];
+                let [least, most] = [lower[(i, i)] * (1.0 - 1e-9), upper[(i, i)]];
+                assert!(energy >= least && energy <= most, "{energy} {lower:?}");
                 for j in 0..2 {
                     let off = (found[(i, j)] - lower[(i, j)]).abs();
                     assert!(!is_exact || off < 1e-9 * lower[(i, i)], "{i} {j}: {found:?} {lower:?}");
                 }
             }
-            // What it still misses is a form without negative values.
+            // The remaining gap is a positive semidefinite form.
             let missing = Mat::from_fn(2, 2, |i, j| upper[(i, j)] - found[(i, j)]);
             assert!(missing[(0, 1)].powi(2) <= missing[(0, 0)] * missing[(1, 1)], "{missing:?}");
         }
@@ -474,7 +481,8 @@ mod tests {
             let [coarse, fine] = [coarse, fine].map(|grid| solved(&problem, &grid, 1e-12));
             for i in 0..2 {
                 for j in 0..2 {
-                    // Of all fluxes of the fine grid, among which are those of the coarse one, its own has the least energy.
+                    // Among all fluxes of the fine grid, which include those of the coarse one, the solution
+                    // has the least energy.
                     let (best, scale) = (fine.all.lower[(i, j)], fine.all.lower[(i, i)]);
                     for found in
                         [joint(&problem, (&coarse, i), (&fine, j)), joint(&problem, (&fine, i), (&coarse, j))]
@@ -505,19 +513,20 @@ mod tests {
         let [(one, _), (other, _)] = [&x, &y].map(only_part);
         let domain = common(&one.domain, &other.domain).unwrap();
         for (i, j) in [(0, 1), (1, 0), (0, 0), (1, 1)] {
-            let of = |outcome: &Outcome, at| outcome.potentials().on(0, &domain).unwrap().potential(at);
+            let potential =
+                |outcome: &Outcome, at| outcome.potentials().on(0, &domain).unwrap().potential(at);
             let product = crate::boxes::primal::Primal::without_preconditioner(&domain)
                 .unwrap()
-                .product_of(&of(&x, i), &of(&y, j));
+                .product_of(&potential(&x, i), &potential(&y, j));
             let upper = VACUUM_PERMITTIVITY * problem.layout.unit * product;
             let lower = joint(&problem, (&x, i), (&y, j));
             let gap = |all: &crate::matrix::MatrixBounds, k| all.upper[(k, k)] - all.lower[(k, k)];
             let half = 0.5 * (gap(&x.all, i) * gap(&y.all, j)).sqrt();
             let truth = 0.5 * (exact.upper[(i, j)] + exact.lower[(i, j)]);
             let error = (0.5 * (upper + lower) - truth).abs();
-            let own = 0.5 * (gap(&exact, i) * gap(&exact, j)).sqrt();
-            assert!(error <= half + own, "{i} {j}: {upper} {lower} {truth} +- {half}");
-            assert!(own < 0.5 * half, "{own} {half}");
+            let uncertainty = 0.5 * (gap(&exact, i) * gap(&exact, j)).sqrt();
+            assert!(error <= half + uncertainty, "{i} {j}: {upper} {lower} {truth} +- {half}");
+            assert!(uncertainty < 0.5 * half, "{uncertainty} {half}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The flux that the lower bound under a map aims at: that of the primal solution.
+//! The flux that the lower bound under a map approximates: that of the primal solution.
 
 use super::{Dual, reflection};
 use crate::boxes::domain::Domain;
@@ -14,7 +14,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Potentials that are taken off others.
+/// Potentials to subtract.
 #[derive(Clone, Copy)]
 pub(crate) struct Less<'a> {
     /// One for each right-hand side.
@@ -24,20 +24,21 @@ pub(crate) struct Less<'a> {
 }
 
 impl Less<'_> {
-    /// Their permittivity over that of a domain at Gauss points; `None` where both are the same everywhere.
+    /// The permittivity of these potentials over that of a domain at Gauss points; `None` where both agree
+    /// everywhere.
     pub(super) fn ratio(&self, domain: &Domain, points: &[AxisPoints; 3]) -> Option<Vec<f64>> {
         if self.permittivity == domain.permittivity.as_slice() {
             return None;
         }
         let cells = domain.cells();
         let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
-        let all = (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k])));
+        let places = (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k])));
         let ratio = |at: [usize; 3]| {
             let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
-            let own = self.permittivity[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
-            own / domain.permittivity_of(cell)
+            let permittivity = self.permittivity[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
+            permittivity / domain.permittivity_of(cell)
         };
-        Some(all.map(ratio).collect())
+        Some(places.map(ratio).collect())
     }
 }
 
@@ -45,12 +46,12 @@ impl Less<'_> {
 /// the projection.
 pub(super) struct Target {
     pub(super) points: [AxisPoints; 3],
-    /// `[point or mode]` on each axis: points along the component's own.
+    /// `[point or mode]` on each axis: points along the axis of the component, modes along the others.
     pub(super) parts: [Vec<f64>; 3],
 }
 
 impl Target {
-    /// The target for the image of the potential that this one is for.
+    /// The target for the image of a potential, if `self` is that of the potential.
     pub(super) fn image(&self, dual: &Dual, domain: &Domain, image: &Image) -> Self {
         let counts = self.points.each_ref().map(AxisPoints::len);
         let whole = domain.truncated();
@@ -87,30 +88,30 @@ pub(super) fn target(
     let functions = Functions::new(domain, &points);
     let coefficients: Vec<&[f64]> = std::iter::once(u).chain(less.map(|(_, p)| p)).collect();
     let elements = points[0].by_element();
-    let ranges = elements.iter().map(|own| (own.clone(), points[0].modes_on(&whole.axes[0], own)));
+    let ranges = elements.iter().map(|range| (range.clone(), points[0].modes_on(&whole.axes[0], range)));
     let aim = Aim {
         potentials: Potentials {
             functions: &functions,
             coefficients: &coefficients,
             dims: domain.primal_dims(),
         },
-        // Where the permittivity of the other one is not that of the domain, another share of it is taken off.
+        // Where the two permittivities differ, the gradient that is subtracted is scaled.
         ratio: less.and_then(|(less, _)| less.ratio(domain, &points)),
         bent: bent.map(|bent| Bent::new(bent.metric(), &points, domain)),
         back: [back(1), back(2)],
-        first: ranges.map(|(own, rows)| (turned(&modes[0], &own, &rows), own, rows)).collect(),
+        first: ranges.map(|(range, rows)| (transposed_part(&modes[0], &range, &rows), range, rows)).collect(),
         points: &points,
     };
     let plane = |component: usize| {
-        let of = |a: usize| if a == component { points[a].len() } else { dual.lines.dims[a] };
-        of(1) * of(2)
+        let count = |a: usize| if a == component { points[a].len() } else { dual.lines.dims[a] };
+        count(1) * count(2)
     };
     let length = |component: usize| if component == 0 { points[0].len() } else { dual.lines.dims[0] };
     let mut parts = [0, 1, 2].map(|component| vec![0.0; length(component) * plane(component)]);
     let lengths = aim
         .first
         .iter()
-        .map(|(_, own, rows)| [own.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)]);
+        .map(|(_, range, rows)| [range.len() * plane(0), rows.len() * plane(1), rows.len() * plane(2)]);
     let pool = Pool::<Work>::default();
     by_element(&mut parts, lengths)
         .into_par_iter()
@@ -119,7 +120,7 @@ pub(super) fn target(
     Target { points, parts }
 }
 
-/// The data that the targets of all elements have in common.
+/// The data that the targets of all elements share.
 struct Aim<'a> {
     potentials: Potentials<'a>,
     ratio: Option<Vec<f64>>,
@@ -131,7 +132,7 @@ struct Aim<'a> {
     points: &'a [AxisPoints; 3],
 }
 
-/// Working memory of one thread, kept from one element to the next.
+/// Working memory of one thread, reused for each element.
 #[derive(Default)]
 struct Work {
     across: [Vec<f64>; 3],
@@ -141,7 +142,7 @@ struct Work {
     half: Vec<f64>,
 }
 
-/// Where a map bends space, among all points: the places of its first points among them, and how many it has.
+/// The points where a map bends space: the index of the first of them among all points, and their numbers.
 struct Bent<'a> {
     metric: &'a Metric,
     first: [usize; 3],
@@ -160,19 +161,19 @@ impl<'a> Bent<'a> {
 
     /// The weighted tensor at a point, over the permittivity.
     fn at(&self, point: [usize; 3]) -> Option<(Symmetric, f64)> {
-        let mut own = [0; 3];
+        let mut local = [0; 3];
         for a in 0..3 {
-            own[a] = point[a].checked_sub(self.first[a]).filter(|k| *k < self.counts[a])?;
+            local[a] = point[a].checked_sub(self.first[a]).filter(|k| *k < self.counts[a])?;
         }
-        let cell = [0, 1, 2].map(|a| self.metric.points[a].interval[own[a]]);
-        Some((self.metric.at(own)?, self.domain.permittivity_of(cell)))
+        let cell = [0, 1, 2].map(|a| self.metric.points[a].interval[local[a]]);
+        Some((self.metric.at(local)?, self.domain.permittivity_of(cell)))
     }
 }
 
 impl Aim<'_> {
     /// The parts of one element of the first axis.
     fn of_element(&self, element: usize, [first, second, third]: [&mut [f64]; 3], work: &mut Work) {
-        let (turned, own, rows) = &self.first[element];
+        let (transposed, range, rows) = &self.first[element];
         let [n1, n2] = [self.points[1].len(), self.points[2].len()];
         let plane = n1 * n2;
         let Work { across, flux, less, rows: of_rows, half } = work;
@@ -180,11 +181,11 @@ impl Aim<'_> {
         for (field, to) in [&mut *flux, less].into_iter().enumerate().take(self.potentials.count()) {
             self.potentials.across(field, element, across);
             for ((to, from), matrix) in to.iter_mut().zip(&*across).zip(along.into_iter().flatten()) {
-                let to = to_rows(at_least(to, own.len() * plane), 0, plane);
+                let to = to_rows(at_least(to, range.len() * plane), 0, plane);
                 multiply(matrix.left(), right(from, 0, plane, plane), to, false);
             }
         }
-        self.weigh(own, flux, less);
+        self.weigh(range, flux, less);
         let [modes1, modes2] = [self.back[0].rows(), self.back[1].rows()];
         let half = at_least(half, n1 * modes2);
         for (from, to) in flux[0].chunks_exact(plane).zip(first.chunks_exact_mut((modes1 * modes2).max(1))) {
@@ -192,22 +193,23 @@ impl Aim<'_> {
             self.back[0].times(half, modes2, to, false);
         }
         let of_rows = at_least(of_rows, rows.len() * plane);
-        multiply(turned.left(), right(&flux[1], 0, plane, plane), to_rows(of_rows, 0, plane), false);
+        multiply(transposed.left(), right(&flux[1], 0, plane, plane), to_rows(of_rows, 0, plane), false);
         for (from, to) in of_rows.chunks_exact(plane).zip(second.chunks_exact_mut((n1 * modes2).max(1))) {
             self.back[1].times_rows(from, n1, n2, to_rows(to, 0, modes2), false);
         }
-        multiply(turned.left(), right(&flux[2], 0, plane, plane), to_rows(of_rows, 0, plane), false);
+        multiply(transposed.left(), right(&flux[2], 0, plane, plane), to_rows(of_rows, 0, plane), false);
         for (from, to) in of_rows.chunks_exact(plane).zip(third.chunks_exact_mut((modes1 * n2).max(1))) {
             self.back[0].times(from, n2, to, false);
         }
     }
 
-    /// Gradients at the points of an element become the flux that is aimed at, over the permittivity and times the weights.
-    fn weigh(&self, own: &Range<usize>, flux: &mut [Vec<f64>; 3], less: &[Vec<f64>; 3]) {
+    /// Turns gradients at the points of an element into the flux that is aimed at, over the permittivity and
+    /// weighted.
+    fn weigh(&self, range: &Range<usize>, flux: &mut [Vec<f64>; 3], less: &[Vec<f64>; 3]) {
         let [p0, p1, p2] = self.points;
         let has_other = self.potentials.count() > 1;
         let mut index = 0;
-        for i in own.clone() {
+        for i in range.clone() {
             for j in 0..p1.len() {
                 let outer = p0.weights[i] * p1.weights[j];
                 for (k, last) in p2.weights.iter().enumerate() {
@@ -232,7 +234,7 @@ impl Aim<'_> {
 }
 
 /// The transpose of a part of a matrix.
-fn turned(matrix: &Mat<f64>, rows: &Range<usize>, columns: &Range<usize>) -> Dense<f64> {
+fn transposed_part(matrix: &Mat<f64>, rows: &Range<usize>, columns: &Range<usize>) -> Dense<f64> {
     let part = matrix.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
     Dense::from_mat(part.transpose())
 }

@@ -22,14 +22,15 @@ impl Lines {
         self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
     }
 
-    /// Where the lines of a run begin in an array of one component with these strides, apart from their place along its axis, and the
-    /// root of the permittivity at their first interval.
+    /// The offset of each line of a run in an array of one component with these strides, apart from its
+    /// position along the axis, and the root of the permittivity at the first interval of the run.
     fn placed_lines(&self, a: usize, bundle: &Bundle, run: &Run, stride: [usize; 3]) -> Vec<(usize, f64)> {
         let (p, q) = others(a);
         self.lines(a, bundle, run).map(|(s, t, root)| (s * stride[p] + t * stride[q], root)).collect()
     }
 
-    /// The lines of a run: index across in the array of one component, and the root of the permittivity at its first interval.
+    /// The lines of a run: their indices across, and the root of the permittivity at the first interval of
+    /// the run.
     fn lines<'s>(
         &'s self,
         a: usize,
@@ -47,7 +48,8 @@ impl Lines {
         })
     }
 
-    /// The part along an axis of the flux that is nearest to a target, for each run: the target is given at points of that axis.
+    /// The part along an axis of the flux that is nearest to a target, for each run. `part` is the target's
+    /// component, at points of that axis.
     fn projected(&self, domain: &Domain, a: usize, points: &AxisPoints, part: &[f64]) -> Vec<Vec<f64>> {
         let values = self.values_at(domain, a, points);
         let mut dims = self.dims;
@@ -60,17 +62,17 @@ impl Lines {
             let mut weighed = vec![0.0; matrix.rows * width];
             let lines = self.placed_lines(a, bundle, run, stride);
             in_order(a, matrix.rows, width, |row, column| {
-                let (own, root) = lines[column];
-                weighed[row * width + column] = root * part[(first + row) * stride[a] + own];
+                let (offset, root) = lines[column];
+                weighed[row * width + column] = root * part[(first + row) * stride[a] + offset];
             });
             let mut y = vec![0.0; matrix.cols * width];
             let weighed = right(&weighed, 0, width, width);
             multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
-            for (column, (own, root)) in lines.iter().enumerate() {
-                let at = |point: usize| part[point * stride[a] + own];
+            for (column, (offset, root)) in lines.iter().enumerate() {
+                let at = |point: usize| part[point * stride[a] + offset];
                 let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
                 for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
-                    // Flux that leaves is taken from the last points: the projection need not be exact.
+                    // The flux that leaves is taken from the last points: the projection need not be exact.
                     let (point, sign) =
                         if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
                     let weight = sign * root * radius * at(point) / points.weights[point];
@@ -86,11 +88,11 @@ impl Lines {
         runs.into_par_iter().map(of_run).collect()
     }
 
-    /// Takes the divergence that a flux has along an axis from an array, in the scaling of the unknowns.
-    fn take_divergence(&self, a: usize, flux: &[Vec<f64>], out: &mut [f64]) {
+    /// Subtracts the divergence of a flux along an axis from an array, in the scaling of the unknowns.
+    fn subtract_divergence(&self, a: usize, flux: &[Vec<f64>], out: &mut [f64]) {
         let [n0, n1, n2] = self.dims;
         let plane = n1 * n2;
-        // Along a line minus the divergence of unit coordinates (columns), and the transpose.
+        // The negative divergence along a line of unit coordinates (columns), and its transpose.
         let minus = |segment: &super::Segment| {
             let Dense { rows, cols, data } = &segment.root;
             let minus = Dense { rows: *rows, cols: *cols, data: data.iter().map(|x| -x).collect() };
@@ -99,26 +101,26 @@ impl Lines {
         let minus: Vec<(Dense<f64>, Dense<f64>)> = self.segments[a].iter().map(minus).collect();
         let block = row_block(n0, plane);
         out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
-            let mine = piece * block..piece * block + out.len() / plane;
+            let slabs = piece * block..piece * block + out.len() / plane;
             for ((bundle, run), y) in self.runs(a).zip(flux) {
                 let [rows, columns] = &bundle.across;
                 let width = bundle.width();
                 let (matrix, turned) = &minus[run.segment];
                 if a == 0 {
-                    let own = mine.start.max(run.range.start)..mine.end.min(run.range.end);
-                    if own.is_empty() {
+                    let places = slabs.start.max(run.range.start)..slabs.end.min(run.range.end);
+                    if places.is_empty() {
                         continue;
                     }
-                    let part = matrix.left_rows(own.start - run.range.start..own.end - run.range.start);
+                    let part = matrix.left_rows(places.start - run.range.start..places.end - run.range.start);
                     for row in rows.clone() {
                         let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
-                        let at = (own.start - mine.start) * plane + row * n2 + columns.start;
+                        let at = (places.start - slabs.start) * plane + row * n2 + columns.start;
                         multiply(part, lines, Strided { data: &mut out[at..], stride: plane }, true);
                     }
                     continue;
                 }
-                for row in rows.start.max(mine.start)..rows.end.min(mine.end) {
-                    let at = (row - mine.start) * plane;
+                for row in rows.start.max(slabs.start)..rows.end.min(slabs.end) {
+                    let at = (row - slabs.start) * plane;
                     if a == 1 {
                         let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
                         let to = &mut out[at + run.range.start * n2 + columns.start..];
@@ -140,16 +142,16 @@ impl Lines {
             let [rows, columns] = bundle.across.clone();
             let of_row = |s: usize| {
                 let strip = Strip { axis: a, run, row: s, columns: columns.clone() };
-                let mut own = self.flux_of(&strip, potentials, phi);
-                self.add_obliqueness(&strip, &mut own);
-                own
+                let mut flux = self.flux_of(&strip, potentials, phi);
+                self.add_obliqueness(&strip, &mut flux);
+                flux
             };
             let strips: Vec<Vec<f64>> = rows.clone().into_par_iter().map(of_row).collect();
             let mut y = vec![0.0; self.segments[a][run.segment].root.rows * bundle.width()];
-            for (row, own) in rows.zip(&strips) {
-                for (r, own) in own.chunks_exact(columns.len().max(1)).enumerate() {
+            for (row, strip) in rows.zip(&strips) {
+                for (r, values) in strip.chunks_exact(columns.len().max(1)).enumerate() {
                     let at = r * bundle.width() + bundle.line(row, columns.start);
-                    y[at..at + columns.len()].copy_from_slice(own);
+                    y[at..at + columns.len()].copy_from_slice(values);
                 }
             }
             y
@@ -161,8 +163,8 @@ impl Lines {
     fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
         let ends = self.runs(a).flat_map(|(_, run)| run.ends.iter().flatten());
         let none = vec![0.0; ends.max().map_or(0, |last| last + 1)];
-        for (y, own) in flux.0[a].iter_mut().zip(self.fluxes(a, &none, phi)) {
-            y.iter_mut().zip(&own).for_each(|(y, x)| *y += x);
+        for (y, gradient) in flux.0[a].iter_mut().zip(self.fluxes(a, &none, phi)) {
+            y.iter_mut().zip(&gradient).for_each(|(y, x)| *y += x);
         }
     }
 }
@@ -187,20 +189,21 @@ impl Dual {
     pub(super) fn minus_divergence(&self, flux: &Flux) -> Vec<f64> {
         let mut out = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, &flux.0[a], out));
+            self.add_along(a, &mut out, |lines, out| lines.subtract_divergence(a, &flux.0[a], out));
         }
         out
     }
 
-    /// Minus the divergence of the flux M^-1 (g + D^T phi) as its coordinates are rounded.
+    /// The negative divergence of the flux M^-1 (g + D^T phi), computed from its rounded coordinates.
     ///
-    /// In exact arithmetic this is b - A phi. A product with A cancels nearly all of phi where the permittivity is high, and its rounding
-    /// may be more than all charge that the flux carries; coordinates are no larger than the flux, whose divergence loses nothing.
-    pub(crate) fn left_by(&self, potentials: &[f64], phi: &[f64]) -> Vec<f64> {
+    /// In exact arithmetic this is b - A phi. A product with A cancels nearly all of phi where the
+    /// permittivity is high, and its rounding error may exceed all charge that the flux carries. Coordinates
+    /// are no larger than the flux, whose divergence loses no digits.
+    pub(crate) fn flux_residual(&self, potentials: &[f64], phi: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.unknowns()];
         for a in 0..3 {
-            let flux = self.seen(a).fluxes(a, potentials, &self.seen_along(a, phi));
-            self.add_along(a, &mut out, |lines, out| lines.take_divergence(a, &flux, out));
+            let flux = self.whole_lines(a).fluxes(a, potentials, &self.unknowns_along(a, phi));
+            self.add_along(a, &mut out, |lines, out| lines.subtract_divergence(a, &flux, out));
         }
         self.clear_conductors(&mut out);
         out
@@ -209,16 +212,16 @@ impl Dual {
     /// Adds M^-1 D^T phi to a flux.
     pub(super) fn add_gradient(&self, flux: &mut Flux, phi: &[f64]) {
         for a in 0..3 {
-            self.seen(a).add_gradient(a, flux, &self.seen_along(a, phi));
+            self.whole_lines(a).add_gradient(a, flux, &self.unknowns_along(a, phi));
         }
     }
 
-    /// Energies of fluxes as if no map bent the scene, open space included.
+    /// Energies of fluxes without a map, open space included.
     pub(super) fn energies_of(&self, fluxes: &[&Flux]) -> Mat<f64> {
         let n = fluxes.len();
         let mut out = Mat::zeros(n, n);
         for a in 0..3 {
-            let lines = self.seen(a);
+            let lines = self.whole_lines(a);
             let across = shares(&lines.basis, a);
             for (number, (bundle, run)) in lines.runs(a).enumerate() {
                 let segment = &lines.segments[a][run.segment];
@@ -239,12 +242,13 @@ impl Dual {
         out
     }
 
-    /// Charges g_i s_j: what flows from the conductors at the potentials of right-hand side i in the flux of j, times these.
+    /// Charges g_i s_j: the flow from the conductors in the flux of right-hand side j, weighted by the
+    /// potentials of right-hand side i.
     pub(super) fn charges(&self, potentials: &[Vec<f64>], fluxes: &[&Flux]) -> Mat<f64> {
         let n = fluxes.len();
         let mut out = Mat::zeros(n, n);
         for a in 0..3 {
-            let (lines, (p, q)) = (self.seen(a), others(a));
+            let (lines, (p, q)) = (self.whole_lines(a), others(a));
             for (number, (bundle, run)) in lines.runs(a).enumerate() {
                 let segment = &lines.segments[a][run.segment];
                 let width = bundle.width();
@@ -273,8 +277,8 @@ impl Dual {
     }
 }
 
-/// Visits places along lines, and the lines, in the order in which an array has those of an axis: places are next to each other along the
-/// last axis, and lines along the others.
+/// Visits all pairs of a place along lines and a line, in the order of an array of that axis: places are
+/// contiguous along the last axis, lines along the others.
 fn in_order(axis: usize, places: usize, lines: usize, mut each: impl FnMut(usize, usize)) {
     if axis == 2 {
         (0..lines).for_each(|line| (0..places).for_each(|place| each(place, line)));

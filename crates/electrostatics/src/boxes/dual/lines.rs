@@ -31,12 +31,12 @@ pub(super) struct Bundle {
 }
 
 impl Bundle {
-    /// How many lines it has.
+    /// Number of lines.
     pub(super) fn width(&self) -> usize {
         self.across[0].len() * self.across[1].len()
     }
 
-    /// The number, among its lines, of the one at these places on the two other axes.
+    /// The index, among the lines of the bundle, of the line at these places on the two other axes.
     pub(super) fn line(&self, row: usize, column: usize) -> usize {
         let [rows, columns] = &self.across;
         (row - rows.start) * columns.len() + column - columns.start
@@ -58,7 +58,7 @@ pub(super) struct Segment {
     pub leaving: Option<Leaving>,
     /// For a scene that a map bends: L^-T, coefficients of the flux functions of the segment from energies' roots.
     pub coefficients: Option<Mat<f64>>,
-    /// First interval, one past the last, and what the flux does at the ends.
+    /// First interval, one past the last, and the condition on the flux at the ends.
     pub intervals: [usize; 2],
     pub ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
@@ -85,9 +85,9 @@ struct SegmentKey {
 struct Piece {
     /// First interval, and one past the last.
     intervals: [usize; 2],
-    /// Index of its segment.
+    /// Index of the segment.
     segment: usize,
-    /// Conductors at the lower and the upper end.
+    /// Blocks of conductors at the lower and the upper end.
     ends: [Option<usize>; 2],
 }
 
@@ -220,7 +220,8 @@ fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey, bent: bool) -> 
 }
 
 impl Segment {
-    /// The coordinates of its fluxes on an axis with the same planes, which need not be that of its own grid.
+    /// The coordinates of the segment's fluxes on an axis with the same planes, which may be that of another
+    /// grid.
     pub(super) fn coordinates(&self, axis: &Axis) -> Result<FluxCoordinates, SolveError> {
         let [lo, hi] = self.intervals;
         let mut per_interval = vec![1.0; axis.intervals()];
@@ -231,7 +232,8 @@ impl Segment {
         Ok(FluxCoordinates::new(&axis.line, elements, &permittivity, self.ends, continuation)?)
     }
 
-    /// Its flux functions among those of the line of an axis with the same planes, which has no infinite elements.
+    /// The range of the segment's flux functions among those of the line of an axis with the same planes and
+    /// without infinite elements.
     pub(super) fn functions(&self, axis: &Axis) -> Range<usize> {
         let numbering = Numbering::new(&axis.line);
         let [lo, hi] = self.intervals;
@@ -276,9 +278,9 @@ pub(super) fn mixed(
     let permittivity = per_element(axis, &per_interval);
     let elements = axis.cuts[lo]..axis.cuts[hi];
     let continuation = axis.continuation(lo, hi, factor);
-    let own = mixed_segment(&axis.line, elements, &permittivity, ends, continuation)?;
+    let segment = mixed_segment(&axis.line, elements, &permittivity, ends, continuation)?;
     Ok(match basis {
-        Some(basis) => own.with_modes(|rows| basis.radial.rotate_rows(axis.cuts[lo], rows)),
-        None => own,
+        Some(basis) => segment.with_modes(|rows| basis.radial.rotate_rows(axis.cuts[lo], rows)),
+        None => segment,
     })
 }

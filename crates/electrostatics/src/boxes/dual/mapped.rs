@@ -1,16 +1,18 @@
 //! The lower bound of a scene that a map bends.
 //!
-//! Fluxes are those of the boxes, and their energy is the integral of s K^-1 s. A flux near the best is made from the primal
-//! solution: K grad u is projected, in the norm of the boxes, on the fluxes without divergence. Projection cannot enlarge the distance
-//! from the best flux in that norm, and the norms differ by the stretch at most. It takes one problem of the boxes.
+//! Fluxes are those in the coordinates of the boxes, and their energy is the integral of s K^-1 s. A flux
+//! near the best one is made from the primal solution: K grad u is projected, in the norm without a map, on
+//! the fluxes without divergence. Projection cannot enlarge the distance from the best flux in that norm, and
+//! the norms differ at most by the stretch of the map. This takes one dual problem without a map.
 //!
 //! The solver leaves a divergence -r. A repair p cancels it exactly ([`super::repair`]), and the bound is
 //!
 //! J = 2 g s - (s, K^-1 s) - 2 (s, K^-1 p) - (p, K^-1 p).
 //!
-//! The energy of p is at most the largest of eps K^-1 times r A'^-1 r. The repair does not change the charge g s of a conductor: it has no
-//! divergence in there, so that what flows in flows out. The product of s and p is that of grad u and p but for s - K grad u, which is as
-//! small as the error of the grid. By Green's formula (grad u, p) = (u, r) and (grad u, s) = g s - (u, r), so that
+//! The energy of p is at most the largest eigenvalue of eps K^-1 times r A'^-1 r. The repair does not change
+//! the charge g s of a conductor: it has no divergence inside the conductor, so that inflow and outflow are
+//! equal. The product of s and p is that of grad u and p, except for s - K grad u, which is as small as the
+//! error of the grid. By Green's formula (grad u, p) = (u, r) and (grad u, s) = g s - (u, r), so that
 //!
 //! J >= 2 g s - (s, K^-1 s) - 2 (u, r) - d N - (1 + 1/d) (p, K^-1 p),    N = |s - K grad u|^2 = U + (s, K^-1 s) - 2 g s + 2 (u, r)
 //!
@@ -31,31 +33,33 @@ use faer::Mat;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Energy of a repair to aim for, over the error that the linear solver may have. That of the grid is usually 200 times as large and more,
-/// of which the bound loses about a fiftieth.
+/// Energy of a repair to aim for, over the error that the linear solver may have. The error of the grid is
+/// usually at least 200 times as large, and the bound loses about a fiftieth of it.
 const ENOUGH: f64 = 1e-2;
 
-/// A repair may have so many times that energy.
+/// Largest accepted energy of a repair, over that energy.
 const CHEAP: f64 = 4.0;
 
 /// The solved primal problem.
 pub(crate) struct Solved<'a> {
-    /// Its solutions.
+    /// The potentials.
     pub(crate) coefficients: &'a [Vec<f64>],
-    /// The potentials that are subtracted where no map bends the field: the flux aimed at is K grad u less eps times their gradient.
+    /// The potentials that are subtracted where no map bends the field: the flux aimed at is K grad u less
+    /// eps times their gradient.
     pub(crate) less: Option<Less<'a>>,
-    /// Their energies.
+    /// The energies of the potentials.
     pub(crate) energies: &'a Mat<f64>,
-    /// Which of them are images of others: what the flux of one aims at and starts from are the images of the other's.
+    /// Which right-hand sides are images of others: their targets and starts are the images of those of the
+    /// others.
     pub(crate) images: &'a [Option<Image>],
     /// The operator that the map added to the problem.
     pub(crate) bent: Option<&'a Gradients>,
 }
 
-/// One right-hand side's flux, its divergence and the repair.
-pub(super) struct Found {
+/// The flux of one right-hand side, its divergence and the repair.
+pub(super) struct Projection {
     pub(super) flux: Flux,
-    /// The potential whose gradient took the divergence out.
+    /// The potential whose gradient removed most of the divergence.
     correction: Vec<f64>,
     residual: Vec<f64>,
     repair: Vec<f64>,
@@ -64,7 +68,7 @@ pub(super) struct Found {
     pub(super) iterations: usize,
 }
 
-/// Where the correction of a flux and its repair start from.
+/// Initial guesses for the correction of a flux and for its repair.
 struct Near {
     correction: Vec<f64>,
     repair: Vec<f64>,
@@ -73,24 +77,24 @@ struct Near {
 /// The fluxes of all right-hand sides, and the forms that the bound is made of.
 pub(super) struct Projected {
     pub(super) dual: Dual,
-    pub(super) found: Vec<Found>,
-    /// (s, K^-1 s), no less than it is.
+    pub(super) projections: Vec<Projection>,
+    /// An upper bound on (s, K^-1 s).
     energy: Mat<f64>,
     /// g s.
     flow: Mat<f64>,
     /// (u, r).
     work: Mat<f64>,
-    /// (p, K^-1 p), no less than it is.
+    /// An upper bound on (p, K^-1 p).
     pub(super) repair: Mat<f64>,
     /// N.
     pub(super) apart: Mat<f64>,
-    /// The largest of eps K^-1.
+    /// An upper bound on the eigenvalues of eps K^-1.
     pub(super) largest: f64,
     /// Seconds assembling and seconds solving.
     pub(super) seconds: [f64; 2],
 }
 
-/// Lower energies of a scene that a map bends, from what was `solved` before.
+/// Lower energies of a scene that a map bends, from the `solved` primal problem.
 pub(crate) fn lower(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -99,11 +103,11 @@ pub(crate) fn lower(
     cancel: Option<&AtomicBool>,
 ) -> Result<Energies, SolveError> {
     let projected = project(domain, potentials, solved, (share, 0.0), cancel)?;
-    let Projected { dual, found, energy, flow, work, repair, apart, seconds, .. } = &projected;
+    let Projected { dual, projections, energy, flow, work, repair, apart, seconds, .. } = &projected;
     let n = potentials.len();
     let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>().max(0.0);
     let ratio = (trace(repair) / trace(apart)).sqrt();
-    // Half of what both cost together comes from either.
+    // The d that minimises d N + (1 + 1/d) (p, K^-1 p).
     let young = match ratio {
         0.0 => [0.0, 1.0],
         _ if ratio.is_finite() => [ratio, 1.0 + 1.0 / ratio],
@@ -118,14 +122,14 @@ pub(crate) fn lower(
         // Covers the rounding of the sums.
         matrix[(i, i)] -= 256.0 * f64::EPSILON * energy[(i, i)];
     }
-    if found.iter().any(|one| !one.proved) {
+    if projections.iter().any(|one| !one.proved) {
         matrix = Mat::zeros(n, n);
     }
     Ok(Energies {
         matrix,
         unknowns: dual.unknowns(),
-        iterations: found.iter().map(|one| one.iterations).sum(),
-        converged: found.iter().all(|one| one.converged),
+        iterations: projections.iter().map(|one| one.iterations).sum(),
+        converged: projections.iter().all(|one| one.converged),
         repair_share,
         coefficients: Vec::new(),
         with_error_of_base: None,
@@ -133,9 +137,9 @@ pub(crate) fn lower(
     })
 }
 
-/// Fluxes without divergence near those of what was `solved` before. Their repairs may take a share of the energy of the flux that follows
-/// from `share`, which is that of the linear solver's error, and one of the energy of what takes the divergence out, which is a good part of the
-/// error of the grid.
+/// Fluxes without divergence near those of the `solved` potentials. Their repairs may take a share of the
+/// energy of the flux that follows from `share`, the linear solver's error, and the share `of_correction` of
+/// the energy of the correction, which is a good part of the error of the grid.
 pub(super) fn project(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -149,28 +153,28 @@ pub(super) fn project(
     let assembled = Instant::now();
     stop_if_asked(cancel)?;
     let stretch = solved.bent.map_or(1.0, Gradients::largest);
-    let mut found: Vec<Found> = Vec::new();
+    let mut projections: Vec<Projection> = Vec::new();
     let mut targets: Vec<Option<Target>> = Vec::new();
-    let has_image = |k: usize| solved.images.iter().flatten().any(|image| image.of == k);
+    let has_image = |k: usize| solved.images.iter().flatten().any(|image| image.original == k);
     for (k, (u, image)) in solved.coefficients.iter().zip(solved.images).enumerate() {
         let less = solved.less.as_ref().map(|less| (less, less.potentials[k].as_slice()));
-        // What is taken off need not be the image of what was taken off the other.
+        // Potentials that are subtracted need not be images of each other.
         let of_image = image
             .filter(|_| less.is_none())
-            .and_then(|image| Some(targets.get(image.of)?.as_ref()?.image(&dual, domain, &image)));
+            .and_then(|image| Some(targets.get(image.original)?.as_ref()?.image(&dual, domain, &image)));
         let target = of_image.unwrap_or_else(|| target(domain, &dual, less, (u, solved.bent)));
         let flux = dual.projected(whole, &target);
         targets.push(has_image(k).then_some(target));
         let start = image.and_then(|image| {
-            let of = found.get(image.of)?;
-            let own = |x: &[f64]| dual.image(domain, x, &image);
-            Some(Near { correction: own(&of.correction), repair: own(&of.repair) })
+            let original = projections.get(image.original)?;
+            let image_of = |x: &[f64]| dual.image(domain, x, &image);
+            Some(Near { correction: image_of(&original.correction), repair: image_of(&original.repair) })
         });
-        found.push(dual.without_divergence(flux, start, (share, of_correction), stretch, cancel)?);
+        projections.push(dual.without_divergence(flux, start, (share, of_correction), stretch, cancel)?);
     }
     drop(targets);
     let n = potentials.len();
-    let fluxes: Vec<&Flux> = found.iter().map(|one| &one.flux).collect();
+    let fluxes: Vec<&Flux> = projections.iter().map(|one| &one.flux).collect();
     let mut energy = dual.energies_of(&fluxes);
     let mut largest = 1.0;
     if let (Some((coarser, _)), Some((finer, stretch))) =
@@ -182,18 +186,20 @@ pub(super) fn project(
     let charges = dual.charges(potentials, &fluxes);
     let modes: Vec<Vec<f64>> = solved.coefficients.iter().map(|u| dual.modes_of(domain, u)).collect();
     let worst = dual.repair_excess() * largest;
-    let symmetric = |of: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| 0.5 * (of(i, j) + of(j, i)));
-    let repair = symmetric(&|i, j| worst * dot(&found[i].repair, &found[j].residual));
-    let work = symmetric(&|i, j| dot(&modes[i], &found[j].residual));
+    let symmetric =
+        |form: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| 0.5 * (form(i, j) + form(j, i)));
+    let repair = symmetric(&|i, j| worst * dot(&projections[i].repair, &projections[j].residual));
+    let work = symmetric(&|i, j| dot(&modes[i], &projections[j].residual));
     let flow = symmetric(&|i, j| charges[(i, j)]);
     let apart =
         symmetric(&|i, j| solved.energies[(i, j)] + energy[(i, j)] - 2.0 * flow[(i, j)] + 2.0 * work[(i, j)]);
     let seconds = [(assembled - begin).as_secs_f64(), assembled.elapsed().as_secs_f64()];
-    Ok(Projected { dual, found, energy, flow, work, repair, apart, largest, seconds })
+    Ok(Projected { dual, projections, energy, flow, work, repair, apart, largest, seconds })
 }
 
 impl Dual {
-    /// Takes the divergence out of a flux by the problem of the boxes, starting from what may be near.
+    /// Removes the divergence of a flux by solving the dual problem without a map, from an initial guess if
+    /// there is one.
     fn without_divergence(
         &mut self,
         mut flux: Flux,
@@ -201,12 +207,12 @@ impl Dual {
         (share, of_correction): (f64, f64),
         largest: f64,
         cancel: Option<&AtomicBool>,
-    ) -> Result<Found, SolveError> {
+    ) -> Result<Projection, SolveError> {
         let b = self.minus_divergence(&flux);
         let energy = flux.0.iter().flatten().map(|y| dot(y, y)).sum::<f64>();
         let worst = self.repair_excess() * largest;
         let mut r = b.clone();
-        let (start, mut near) = start.map(|own| (own.correction, own.repair)).unzip();
+        let (start, mut near) = start.map(|near| (near.correction, near.repair)).unzip();
         if let Some(start) = &start {
             self.true_residual(&b, start, &mut r);
         }
@@ -217,13 +223,13 @@ impl Dual {
         let (mut factor, mut last, mut iterations) = (1.0 / largest, f64::INFINITY, 0);
         loop {
             step.fill(0.0);
-            let (own, start) = match of_correction {
+            let (share, start) = match of_correction {
                 0.0 => (ENOUGH * share, energy),
-                // What is enough grows with the energy of the correction, which every iteration adds to.
+                // The accepted energy grows with that of the correction, which every iteration increases.
                 _ => (of_correction, -(of_solver / of_correction + corrected)),
             };
             let goal_now = conjugate_gradients::Goal {
-                share: factor * own,
+                share: factor * share,
                 start,
                 iteration_limit: conjugate_gradients::ITERATION_LIMIT,
                 cancel,
@@ -245,7 +251,15 @@ impl Dual {
             if !proved || cheap || cost > 0.5 * last || iterations > conjugate_gradients::ITERATION_LIMIT {
                 self.add_gradient(&mut flux, &x);
                 let converged = proved && (c.reached || cheap);
-                return Ok(Found { flux, correction: x, residual: r, repair, proved, converged, iterations });
+                return Ok(Projection {
+                    flux,
+                    correction: x,
+                    residual: r,
+                    repair,
+                    proved,
+                    converged,
+                    iterations,
+                });
             }
             (last, factor) = (cost, factor * (enough / cost).clamp(1e-6, 0.1));
         }
@@ -319,7 +333,7 @@ pub(in crate::boxes) mod tests {
             let d = |i: usize, j: usize| sharp[(i, j)] - loose[(i, j)];
             println!("{share:e}: {:e} {:e} of {:e} {:e}", d(0, 0), d(1, 1), gap(0), gap(1));
             assert!(d(0, 0) > 0.0 && d(1, 1) > 0.0 && d(0, 0) * d(1, 1) >= d(0, 1).powi(2), "{share:e}");
-            let scale = |of: &dyn Fn(usize) -> f64| of(0).max(of(1));
+            let scale = |form: &dyn Fn(usize) -> f64| form(0).max(form(1));
             let whole = share * scale(&|i| upper[(i, i)]);
             let lost = (whole * scale(&gap)).sqrt() + whole;
             assert!(d(0, 0).max(d(1, 1)) < lost, "{share:e}: {lost:e}");

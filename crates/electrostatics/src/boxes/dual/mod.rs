@@ -50,21 +50,21 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct Dual {
     lines: Lines,
-    /// Where the domain is the half of a scene: lines of the first axis, which are whole on another half.
+    /// Where the domain is the half of a scene: the lines of the first axis, which are whole on another half.
     other: Option<OtherLines>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
     repair: Repairs,
 }
 
-/// Lines on another half of a scene than the unknowns, and how these get there.
+/// Lines on another half of a scene than the unknowns, and the exchange between the two halves.
 #[derive(Debug)]
 struct OtherLines {
     lines: Lines,
     exchange: Exchange,
     /// The parity of the potential under the turn: 1 if it is even, -1 if it is odd.
     parity: f64,
-    /// For products with the operator: unknowns on the other half, and what the lines there make of them.
+    /// For products with the operator: the unknowns on the other half, and the product there.
     work: [Vec<f64>; 2],
 }
 
@@ -185,23 +185,23 @@ impl Dual {
         Ok(Self { lines, other, schwarz, work: SchwarzWork::default(), repair })
     }
 
-    /// Where the lines of an axis are whole.
-    fn seen(&self, a: usize) -> &Lines {
+    /// The set of lines in which those of axis `a` are whole.
+    fn whole_lines(&self, a: usize) -> &Lines {
         match (&self.other, a) {
             (Some(other), 0) => &other.lines,
             _ => &self.lines,
         }
     }
 
-    /// Unknowns in the array that the lines of an axis are in.
-    fn seen_along<'x>(&self, a: usize, x: &'x [f64]) -> Cow<'x, [f64]> {
+    /// Unknowns in the array that the lines of an axis are in, see [`Dual::whole_lines`].
+    fn unknowns_along<'x>(&self, a: usize, x: &'x [f64]) -> Cow<'x, [f64]> {
         match (&self.other, a) {
             (Some(other), 0) => Cow::Owned(other.exchange.to_second(x, other.parity)),
             _ => Cow::Borrowed(x),
         }
     }
 
-    /// Adds to unknowns what is found on the lines of an axis, in the array that these are in.
+    /// Adds the result of `find` for the lines of an axis to an array of unknowns.
     fn add_along(&self, a: usize, y: &mut [f64], find: impl FnOnce(&Lines, &mut [f64])) {
         match (&self.other, a) {
             (Some(other), 0) => {
@@ -229,15 +229,15 @@ impl Dual {
         }
     }
 
-    /// The unknowns of a continuous potential, given by the coefficients of the primal problem on the domain: about those of the flux
-    /// that belongs to it.
+    /// The unknowns of a continuous potential, given by its coefficients in the primal problem on the domain.
+    /// They approximate those of the potential's flux.
     pub(crate) fn modes_of(&self, domain: &Domain, potential: &[f64]) -> Vec<f64> {
         let mut dims = domain.primal_dims();
         let mut x = potential.to_vec();
         for (a, axis) in domain.axes.iter().enumerate() {
-            let all = potential_modes_of(&axis.line);
+            let modes = potential_modes_of(&axis.line);
             let functions = axis.functions();
-            let free = all.as_ref().subcols(functions.start, functions.len()).to_owned();
+            let free = modes.as_ref().subcols(functions.start, functions.len()).to_owned();
             let modes = self.lines.basis[a].as_ref().map_or_else(
                 || SparseRows::from_mat(free.as_ref()),
                 |basis| SparseRows::from_mat(basis.radial.rotate_rows(0, &free).as_ref()),
@@ -265,9 +265,9 @@ impl Dual {
     pub(crate) fn flux_energies(&self, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
         let mut total = Mat::zeros(phi.len(), phi.len());
         for a in 0..3 {
-            let seen: Vec<Cow<'_, [f64]>> = phi.iter().map(|x| self.seen_along(a, x)).collect();
-            let phi: Vec<&[f64]> = seen.iter().map(AsRef::as_ref).collect();
-            total += self.seen(a).flux_energies(a, potentials, &phi);
+            let on_lines: Vec<Cow<'_, [f64]>> = phi.iter().map(|x| self.unknowns_along(a, x)).collect();
+            let phi: Vec<&[f64]> = on_lines.iter().map(AsRef::as_ref).collect();
+            total += self.whole_lines(a).flux_energies(a, potentials, &phi);
         }
         total
     }
@@ -286,15 +286,15 @@ impl Dual {
     /// Moves `x` along the constant, which also reduces its error, so that the residual `r` = b - A x holds no net charge.
     pub(crate) fn balance(&self, x: &mut [f64], r: &mut [f64]) {
         let constant = self.constant();
-        let taken = self.left_by(&vec![0.0; self.blocks()], &constant);
-        let step = -dot(&constant, r) / dot(&constant, &taken);
-        for ((x, r), (c, t)) in x.iter_mut().zip(r).zip(constant.iter().zip(&taken)) {
+        let removed = self.flux_residual(&vec![0.0; self.blocks()], &constant);
+        let step = -dot(&constant, r) / dot(&constant, &removed);
+        for ((x, r), (c, t)) in x.iter_mut().zip(r).zip(constant.iter().zip(&removed)) {
             *x += step * c;
             *r += step * t;
         }
     }
 
-    /// Blocks of conductors.
+    /// Number of blocks of conductors.
     pub(crate) fn blocks(&self) -> usize {
         let other = self.other.as_ref().map_or(0, |other| other.lines.conductors.len());
         self.lines.conductors.len() + other
@@ -325,19 +325,20 @@ impl Dual {
         self.repair.solve(r, near, self.lines.dims, &self.lines.weights)
     }
 
-    /// Largest factor by which the energy of the repair exceeds the one with the repair's own permittivity.
+    /// Largest ratio of the energy of the repair to that with the separable permittivity of the repair.
     pub(crate) fn repair_excess(&self) -> f64 {
         self.repair.excess()
     }
 }
 
-/// The matrix that takes potential modes of an axis of a domain without infinite elements to those of the mirror image.
+/// The matrix that reflects coefficients of the potential modes of an axis of a domain without infinite
+/// elements.
 fn reflection(domain: &Domain, basis: &[Option<Basis>; 3], a: usize) -> Mat<f64> {
     let legendre = reflected_modes(&domain.axes[a].line);
     let Some(basis) = &basis[a] else { return legendre };
     let rotated = |m: Mat<f64>| basis.radial.rotate_rows(0, &m);
-    let own = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
-    rotated(&legendre * own.transpose())
+    let rotation = rotated(Mat::identity(legendre.nrows(), legendre.ncols()));
+    rotated(&legendre * rotation.transpose())
 }
 
 impl Lines {
@@ -348,11 +349,12 @@ impl Lines {
         axes: [usize; N],
     ) -> Result<Self, SolveError> {
         let ray_permittivity = RayPermittivity::new(domain);
-        let own = |a: usize| match axes.contains(&a) {
+        let lines_of = |a: usize| match axes.contains(&a) {
             true => bundles(domain, a, basis[a].as_ref(), &ray_permittivity),
             false => Ok((Vec::new(), Vec::new())),
         };
-        let ((lines0, lines1), lines2) = rayon::join(|| rayon::join(|| own(0), || own(1)), || own(2));
+        let ((lines0, lines1), lines2) =
+            rayon::join(|| rayon::join(|| lines_of(0), || lines_of(1)), || lines_of(2));
         let [(b0, s0), (b1, s1), (b2, s2)] = [lines0?, lines1?, lines2?];
         let windows = domain
             .conductors
@@ -492,7 +494,7 @@ impl Lines {
         flux
     }
 
-    /// Makes a flux R phi + g of a strip that of the whole mass, with the obliqueness of what leaves along rays.
+    /// Corrects a flux R phi + g of a strip for the obliqueness of the flux that leaves along rays.
     fn add_obliqueness(&self, strip: &Strip<'_>, flux: &mut [f64]) {
         let segment = &self.segments[strip.axis][strip.run.segment];
         let Some(leaving) = &segment.leaving else { return };

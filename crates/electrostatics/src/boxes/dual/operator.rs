@@ -7,7 +7,7 @@ use elastocap_fem::tensor::{axpy, left, right, sized, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
-/// Entries that are worth a task of their own.
+/// Least number of entries for a parallel task.
 const SMALL_TASK: usize = 65_536;
 
 impl Operator for Dual {
@@ -17,12 +17,12 @@ impl Operator for Dual {
     }
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
         apply(&self.lines, x, y);
-        if let Some(OtherLines { lines, exchange, parity, work: [seen, along] }) = &mut self.other {
-            exchange.write_second(x, *parity, seen);
-            sized(along, seen.len());
-            along.par_chunks_mut(SMALL_TASK).for_each(|own| own.fill(0.0));
-            along_slabs(lines, seen, along);
-            exchange.add_to_first(along, *parity, y);
+        if let Some(OtherLines { lines, exchange, parity, work: [on_other, product] }) = &mut self.other {
+            exchange.write_second(x, *parity, on_other);
+            sized(product, on_other.len());
+            product.par_chunks_mut(SMALL_TASK).for_each(|chunk| chunk.fill(0.0));
+            along_slabs(lines, on_other, product);
+            exchange.add_to_first(product, *parity, y);
         }
         self.clear_conductors(y);
     }
@@ -160,7 +160,8 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
     };
     let damped: Vec<Vec<Option<[Vec<f64>; 2]>>> =
         bundles.iter().map(|b| b.runs.iter().map(|r| damped(b, r)).collect()).collect();
-    // What `Condensed::between` says of the lines of each run, for one row of the first transverse axis after the other.
+    // The results of `Condensed::between` for the lines of each run, one row of the first transverse axis
+    // after the other.
     let between = |bundle: &Bundle, run: &Run| -> Vec<f64> {
         let (operator, (js, ks)) = (&segments[run.segment].operator, (&bundle.across[0], &bundle.across[1]));
         let at = run.range.start * plane + js.start * n2 + ks.start;
@@ -170,24 +171,24 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
         bundles.iter().map(|b| b.runs.iter().map(|r| between(b, r)).collect()).collect();
     let block = n0.div_ceil((n0 * plane / 16_384).clamp(1, 4));
     y.par_chunks_mut(block * plane).enumerate().for_each(|(b, slabs)| {
-        let mine = b * block..b * block + slabs.len() / plane;
+        let slab_range = b * block..b * block + slabs.len() / plane;
         for (bundle, (damped, between)) in bundles.iter().zip(damped.iter().zip(&between)) {
             let (js, ks) = (&bundle.across[0], &bundle.across[1]);
             for (run, (damped, between)) in bundle.runs.iter().zip(damped.iter().zip(between)) {
-                let some = run.range.start.max(mine.start)..run.range.end.min(mine.end);
+                let some = run.range.start.max(slab_range.start)..run.range.end.min(slab_range.end);
                 if some.is_empty() {
                     continue;
                 }
                 let segment = &segments[run.segment];
-                let own = some.start - run.range.start..some.end - run.range.start;
+                let local = some.start - run.range.start..some.end - run.range.start;
                 let width = segment.operator.nodes() * ks.len();
                 for (row, j) in js.clone().enumerate() {
                     let across = j * n2 + ks.start;
                     segment.operator.add_rows(
-                        own.clone(),
+                        local.clone(),
                         right(x, run.range.start * plane + across, ks.len(), plane),
                         &between[row * width..(row + 1) * width],
-                        target(slabs, (some.start - mine.start) * plane + across, plane),
+                        target(slabs, (some.start - slab_range.start) * plane + across, plane),
                     );
                 }
                 let (Some(damped), Some(leaving)) = (damped, &segment.leaving) else { continue };
@@ -195,7 +196,7 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
                     for (t, v) in damped.iter().zip(&leaving.vectors) {
                         let weight = -v[i - run.range.start];
                         for (j, t) in js.clone().zip(t.chunks_exact(ks.len().max(1))) {
-                            let at = (i - mine.start) * plane + j * n2;
+                            let at = (i - slab_range.start) * plane + j * n2;
                             axpy(&mut slabs[at + ks.start..at + ks.end], weight, t);
                         }
                     }

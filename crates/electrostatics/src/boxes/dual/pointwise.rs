@@ -4,7 +4,7 @@ use super::flux::Flux;
 use super::run_values::RunValues;
 use super::{Basis, Dual, Lines, OtherLines};
 use crate::boxes::domain::{Domain, OtherParts};
-use crate::boxes::mapped::metric::{Of, Rule};
+use crate::boxes::mapped::metric::{Rule, TensorKind};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::sums::{Fields, Tensors, at_least, at_points, products};
 use crate::error::SolveError;
@@ -17,37 +17,37 @@ use std::ops::Range;
 const PIECES: usize = 4;
 
 impl Lines {
-    /// The component of a flux along the first axis at so many points, given the values of its segments there, for a window of the modes of
-    /// the other two.
-    fn along_first(&self, flux: &Flux, values: &[RunValues], points: usize, window: &Window) -> Vec<f64> {
+    /// The component of a flux along the first axis at `points` points, given the values of its segments
+    /// there, for a window of the modes of the other two axes.
+    fn along_first(&self, flux: &Flux, values: &[RunValues], count: usize, window: &Window) -> Vec<f64> {
         let [rows, columns] = window;
         let plane = rows.len() * columns.len();
-        let mut out = vec![0.0; points * plane];
+        let mut out = vec![0.0; count * plane];
         // Few enough pieces that the flux is not read too often.
-        let block = points.div_ceil(PIECES);
+        let block = count.div_ceil(PIECES);
         out.par_chunks_mut((block * plane).max(1)).enumerate().for_each(|(piece, out)| {
-            let mine = piece * block..piece * block + out.len() / plane;
+            let piece_points = piece * block..piece * block + out.len() / plane;
             for ((bundle, run), y) in self.runs(0).zip(&flux.0[0]) {
                 let RunValues { first, matrix } = &values[run.segment];
-                let own = mine.start.max(*first)..mine.end.min(first + matrix.rows);
-                if own.is_empty() {
+                let points = piece_points.start.max(*first)..piece_points.end.min(first + matrix.rows);
+                if points.is_empty() {
                     continue;
                 }
-                let part = matrix.left_rows(own.start - first..own.end - first);
-                let [all, across] = &bundle.across;
+                let part = matrix.left_rows(points.start - first..points.end - first);
+                let [lines, across] = &bundle.across;
                 let some = common(across, columns);
                 if some.is_empty() {
                     continue;
                 }
-                for row in common(all, rows) {
+                for row in common(lines, rows) {
                     let line = right(y, bundle.line(row, some.start), some.len(), bundle.width());
-                    let at = (own.start - mine.start) * plane
+                    let at = (points.start - piece_points.start) * plane
                         + (row - rows.start) * columns.len()
                         + (some.start - columns.start);
                     multiply(part, line, target(out, at, plane), false);
                     let root = |t: usize| self.weights.root_at([run.range.start, row, t]);
                     let roots: Vec<f64> = some.clone().map(root).collect();
-                    for line in out[at..].chunks_mut(plane).take(own.len()) {
+                    for line in out[at..].chunks_mut(plane).take(points.len()) {
                         line.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
                     }
                 }
@@ -65,7 +65,7 @@ fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     a.start.max(b.start)..a.end.min(b.end)
 }
 
-/// Fluxes on lines at points, by component; those of the first axis are on other lines where these are given.
+/// Fluxes on lines at points, by component; those along the first axis are on the `other` lines, where given.
 pub(super) fn fluxes_at(
     (lines, other): (&Lines, Option<&OtherLines>),
     domain: &Domain,
@@ -84,10 +84,10 @@ impl OtherLines {
         points: &AxisPoints,
         flux: &Flux,
     ) -> Vec<f64> {
-        let both = points.with_mirror_image(&domain.axes[0]);
-        let values = self.lines.values_at(&turn.half, 0, &both);
+        let all_points = points.with_mirror_image(&domain.axes[0]);
+        let values = self.lines.values_at(&turn.half, 0, &all_points);
         let [_, n1, n2] = self.lines.dims;
-        let found = self.lines.along_first(flux, &values, both.len(), &[0..n1, 0..n2]);
+        let found = self.lines.along_first(flux, &values, all_points.len(), &[0..n1, 0..n2]);
         let exchange = self.exchange.at_points(points.len());
         let mut out = vec![0.0; exchange.dims()[0].iter().product()];
         // A derivative along the first axis has the other parity.
@@ -97,20 +97,20 @@ impl OtherLines {
 }
 
 impl Dual {
-    /// Its lines, as [`fluxes_at`] takes them.
+    /// The lines of the problem, as [`fluxes_at`] takes them.
     pub(super) fn all_lines(&self) -> (&Lines, Option<&OtherLines>) {
         (&self.lines, self.other.as_ref())
     }
 
-    /// The energies that the map adds to those of fluxes, by a rule of `extra` more points on each element than its degree, and at least the
-    /// largest of eps K^-1; `None` where the map changes nothing.
+    /// The energies that the map adds to those of fluxes, by a rule of `extra` more points on each element
+    /// than its degree, and at least the largest of eps K^-1; `None` where the map changes nothing.
     pub(super) fn added_energies(
         &self,
         domain: &Domain,
         extra: usize,
         fluxes: &[&Flux],
     ) -> Result<Option<(Mat<f64>, f64)>, SolveError> {
-        let Some(rule) = Rule::new(domain, extra, Of::Resistance) else { return Ok(None) };
+        let Some(rule) = Rule::new(domain, extra, TensorKind::Resistance) else { return Ok(None) };
         let fluxes = FluxesAt::new(&self.lines, self.other.as_ref(), domain, &rule.points, fluxes);
         products(Tensors::Of(&rule), &fluxes).map(Some)
     }
@@ -150,19 +150,19 @@ impl<'f> FluxesAt<'f> {
             false => points[a].modes_on(&domain.axes[a], &(0..points[a].len())),
         });
         let strips = |a: usize| {
-            let (all, own) = (modes(a), &window[a - 1]);
-            let part = all.as_ref().submatrix(0, own.start, all.nrows(), own.len());
+            let (modes, window) = (modes(a), &window[a - 1]);
+            let part = modes.as_ref().submatrix(0, window.start, modes.nrows(), window.len());
             Strips::new(&SparseRows::from_mat(part))
         };
         let first = modes(0);
-        let of_element = |own: Range<usize>| {
-            let rows = points[0].modes_on(&domain.axes[0], &own);
-            let part = first.as_ref().submatrix(own.start, rows.start, own.len(), rows.len());
-            (own, rows, Dense::from_mat(part))
+        let of_element = |elements: Range<usize>| {
+            let rows = points[0].modes_on(&domain.axes[0], &elements);
+            let part = first.as_ref().submatrix(elements.start, rows.start, elements.len(), rows.len());
+            (elements, rows, Dense::from_mat(part))
         };
-        let with_transpose = |own: RunValues| {
-            let turned = own.matrix.transposed();
-            (own, turned)
+        let with_transpose = |values: RunValues| {
+            let transpose = values.matrix.transposed();
+            (values, transpose)
         };
         let along_first = |flux: &&Flux| match (other, &domain.turn) {
             (Some(other), Some(turn)) => other.component_along_first(domain, turn, &points[0], flux),
@@ -231,9 +231,9 @@ impl<'f> FluxesAt<'f> {
                 continue;
             }
             let (width, from) = (bundle.width(), bundle.line(i, some.start));
-            let own = Left { data: &y[from..], rows: some.len(), cols: turned.rows, row: 1, col: width };
+            let lines = Left { data: &y[from..], rows: some.len(), cols: turned.rows, row: 1, col: width };
             let at = (some.start - window.start) * across + first;
-            multiply(own, turned.right(), target(out, at, across), false);
+            multiply(lines, turned.right(), target(out, at, across), false);
             for j in some {
                 let root = self.lines.weights.root_at([i, j, run.range.start]);
                 let at = (j - window.start) * across + first;
@@ -253,11 +253,11 @@ impl Fields for FluxesAt<'_> {
         let ([d1, d2], [n1, n2]) = (self.window.each_ref().map(Range::len), self.counts);
         let plane = n1 * n2;
         let [first, second, third] = components;
-        let own = &self.first[field][points.start * d1 * d2..points.end * d1 * d2];
+        let slabs_along_first = &self.first[field][points.start * d1 * d2..points.end * d1 * d2];
         let mut half = vec![0.0; d1 * n2];
         let slabs = at_least(first, points.len() * plane).chunks_exact_mut(plane);
-        for (own, to) in own.chunks_exact((d1 * d2).max(1)).zip(slabs) {
-            self.modes[1].times_rows(own, d1, d2, target(&mut half, 0, n2), false);
+        for (slab, to) in slabs_along_first.chunks_exact((d1 * d2).max(1)).zip(slabs) {
+            self.modes[1].times_rows(slab, d1, d2, target(&mut half, 0, n2), false);
             self.modes[0].times(&half, n2, to, false);
         }
         let mut between = vec![0.0; n1 * d2];
@@ -303,13 +303,13 @@ mod tests {
         (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| one(i, j)).fold(0.0, f64::max)
     }
 
-    /// Potentials and fluxes without divergence of a scene under a map, and what they are made on.
+    /// Runs a check on the potentials and the fluxes without divergence of a scene under a map.
     fn with_both(scene: &Scene, check: impl Fn(&SolvedPart, &Projected)) {
         let settings = Settings::default();
         let problem = GridProblem::new(scene, Some(&map()), None, &settings).unwrap();
         let outcome = solved(&problem, 4, Lower::None);
         let part = &outcome.solved[0].1;
-        let own = Solved {
+        let solved_part = Solved {
             coefficients: &part.energies.coefficients,
             less: None,
             energies: &part.energies.matrix,
@@ -317,7 +317,7 @@ mod tests {
             bent: part.primal.bent(),
         };
         let potentials = vec![vec![0.0; part.domain.conductors.len()]; 2];
-        check(part, &project(&part.domain, &potentials, &own, (1e-3, 0.0), None).unwrap());
+        check(part, &project(&part.domain, &potentials, &solved_part, (1e-3, 0.0), None).unwrap());
     }
 
     #[test]
@@ -334,7 +334,7 @@ mod tests {
             let at = gradients_at(domain, &points, &coefficients);
             let found = Mat::from_fn(2, 2, |i, j| weights.product(&at[i], &at[j], true));
             assert!(apart(&part.primal.straight_energies(u), &found) < 1e-12, "{found:?}");
-            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            let fluxes: Vec<&Flux> = projected.projections.iter().map(|one| &one.flux).collect();
             let at = fluxes_at(projected.dual.all_lines(), whole, &points, &fluxes);
             let found = Mat::from_fn(2, 2, |i, j| weights.over_permittivity(&at[i], &at[j]));
             assert!(apart(&projected.dual.energies_of(&fluxes), &found) < 1e-12, "{found:?}");
@@ -352,7 +352,7 @@ mod tests {
                 })
             };
             let (all, some) = (on(&|n| 0..n), on(&|n| n / 3..n / 3 + 2));
-            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            let fluxes: Vec<&Flux> = projected.projections.iter().map(|one| &one.flux).collect();
             let lines = projected.dual.all_lines();
             let [of_all, of_some] = [&all, &some].map(|points| fluxes_at(lines, whole, points, &fluxes));
             let first = [0, 1, 2].map(|a| all[a].element.partition_point(|e| *e < some[a].element[0]));
@@ -375,19 +375,19 @@ mod tests {
             let (domain, u) = (&part.domain, &part.energies.coefficients);
             let whole = &domain.truncated();
             let coefficients: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
-            let fluxes: Vec<&Flux> = projected.found.iter().map(|one| &one.flux).collect();
+            let fluxes: Vec<&Flux> = projected.projections.iter().map(|one| &one.flux).collect();
             for extra in [EXTRA, FINER] {
-                let of = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
+                let products = |metric: &Metric, x: &[[Vec<f64>; 3]]| {
                     Mat::from_fn(2, 2, |i, j| metric.product(&x[i], &x[j]))
                 };
-                let metric = Metric::new(domain, extra, Of::Permittivity).unwrap().unwrap();
+                let metric = Metric::new(domain, extra, TensorKind::Permittivity).unwrap().unwrap();
                 let at = gradients_at(domain, &metric.points, &coefficients);
                 let found = added_energies(domain, extra, u, domain.primal_dims()).unwrap().unwrap();
-                assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
-                let metric = Metric::new(whole, extra, Of::Resistance).unwrap().unwrap();
+                assert!(apart(&products(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+                let metric = Metric::new(whole, extra, TensorKind::Resistance).unwrap().unwrap();
                 let at = fluxes_at(projected.dual.all_lines(), whole, &metric.points, &fluxes);
                 let (found, largest) = projected.dual.added_energies(whole, extra, &fluxes).unwrap().unwrap();
-                assert!(apart(&of(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
+                assert!(apart(&products(&metric, &at), &found) < 1e-12, "{extra}: {found:?}");
                 assert_eq!(largest, metric.largest);
             }
         };
@@ -408,10 +408,10 @@ mod tests {
             let shares: Vec<[f64; 2]> = (0..19).map(|k| [f64::from(k).cos(), f64::from(k).sin()]).collect();
             let sum = |s: &[f64; 2]| u[0].iter().zip(&u[1]).map(|(x, y)| s[0] * x + s[1] * y).collect();
             let (few, many) = (added(u), added(&shares.iter().map(sum).collect::<Vec<Vec<f64>>>()));
-            let of = |x: &[f64; 2], y: &[f64; 2]| -> f64 {
+            let product = |x: &[f64; 2], y: &[f64; 2]| -> f64 {
                 (0..2).map(|i| (0..2).map(|j| x[i] * few[(i, j)] * y[j]).sum::<f64>()).sum()
             };
-            let expected = Mat::from_fn(19, 19, |i, j| of(&shares[i], &shares[j]));
+            let expected = Mat::from_fn(19, 19, |i, j| product(&shares[i], &shares[j]));
             assert!(apart(&expected, &many) < 1e-11);
         });
     }
@@ -437,8 +437,9 @@ mod tests {
         let image = images(domain, &[vec![1.0, 0.0], vec![0.0, 1.0]])[1].unwrap();
         let u = &part.energies.coefficients[0];
         let dual = Dual::new(domain).unwrap();
-        let of = |u: &[f64]| target(domain, &dual, None, (u, part.primal.bent()));
-        let (turned, direct) = (of(u).image(&dual, domain, &image), of(&image.of_potential(domain, u)));
+        let target_of = |u: &[f64]| target(domain, &dual, None, (u, part.primal.bent()));
+        let turned = target_of(u).image(&dual, domain, &image);
+        let direct = target_of(&image.of_potential(domain, u));
         for (turned, direct) in turned.parts.iter().zip(&direct.parts) {
             let size = direct.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             let apart = turned.iter().zip(direct).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -47,23 +47,25 @@ pub(super) fn schwarz(
         .zip(&keyed)
         .map(|(b, keys)| {
             let window = [0, 1, 2].map(|a| domain.axes[a].modes(b.block.lo[a], b.block.hi[a]));
-            let own = SeparableBox::new(window, [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])));
+            let separable =
+                SeparableBox::new(window, [0, 1, 2].map(|a| Arc::clone(&modes[distinct[&keys[a]]])));
             match scaling(domain, &b.block) {
-                Some(scaling) => own.with_scaling(scaling),
-                None => own,
+                Some(scaling) => separable.with_scaling(scaling),
+                None => separable,
             }
         })
         .collect();
     Ok(Schwarz::new(boxes, dims))
 }
 
-/// Unknowns are scaled by the root of the scene's permittivity, a box's operator by that of its own separable one:
-/// their ratio on the box, or `None` where they agree.
+/// The ratio of the two scalings of a box's unknowns: the root of the scene's permittivity over that of the
+/// box's separable one, or `None` where they agree. Unknowns are scaled by the former, the operator of a box
+/// by the latter.
 fn scaling(domain: &Domain, block: &Block) -> Option<Vec<f32>> {
     let factors = domain.separable(block);
     let ratio = |c: [usize; 3]| {
-        let own = factors[0][c[0]] * factors[1][c[1]] * factors[2][c[2]];
-        (domain.permittivity_of(c) / own).sqrt()
+        let separable = factors[0][c[0]] * factors[1][c[1]] * factors[2][c[2]];
+        (domain.permittivity_of(c) / separable).sqrt()
     };
     let interval = [0, 1, 2].map(|a| -> Vec<usize> {
         let axis = &domain.axes[a];

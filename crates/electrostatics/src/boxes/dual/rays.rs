@@ -18,13 +18,14 @@ pub(super) struct Leaving {
     pub(super) sides: Vec<usize>,
     /// e M^-1 e between the open ends.
     gram: [[f64; 2]; 2],
-    /// Energy of the straight continuation of each open end: what the share of the squared distance is multiplied by.
+    /// Energy of the straight continuation of each open end, by which the share of the squared distance is
+    /// multiplied.
     pub(super) straight: Vec<f64>,
 }
 
 impl Leaving {
-    /// `straight` is the energy of the straight continuation per squared flux at either end, in the segment's own scale.
-    /// `None` if no flux leaves it.
+    /// `straight` is the energy of the straight continuation per squared flux at either end, in the scale of
+    /// the segment. `None` if no flux leaves it.
     pub(super) fn new(segment: &MixedSegment, straight: [f64; 2]) -> Option<Self> {
         let sides: Vec<usize> = (0..2).filter(|&s| straight[s] > 0.0).collect();
         if sides.is_empty() {
@@ -62,7 +63,8 @@ impl Leaving {
 }
 
 impl Leaving {
-    /// The energy that obliqueness adds to that of a straight continuation, of what leaves in two fluxes.
+    /// The energy that obliqueness adds to that of the straight continuation, as a product of two fluxes that
+    /// leave.
     pub(super) fn oblique(&self, share: f64, x: [f64; 2], y: [f64; 2]) -> f64 {
         self.straight.iter().zip(x.iter().zip(&y)).map(|(straight, (x, y))| straight * share * x * y).sum()
     }

@@ -22,19 +22,21 @@ use std::sync::Arc;
 /// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
 const ENOUGH: f64 = 1e-9;
 
-/// The rounding error that one entry of a product with the operator of the repair may have, as a share of the operator's largest eigenvalue
-/// times the norm of the vector it is applied to. An entry is a sum of some hundred products, whose errors are not all of one sign.
+/// Rounding error of one entry of a product with the operator of the repair, as a share of the operator's
+/// largest eigenvalue times the norm of the vector. An entry is a sum of some hundred products, whose errors
+/// are not all of one sign.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// A flux that cancels a divergence, but for a small rest.
+/// A flux that cancels a divergence, except for a small rest.
 #[derive(Debug)]
 pub(crate) struct Repaired {
     /// psi = A'^-1 r, the potential of the flux.
     pub(crate) potential: Vec<f64>,
     /// The norm of the rest over that of r.
     pub(crate) left: f64,
-    /// The energy, at most, of a flux that cancels the rest: its squared norm over the least eigenvalue of A'. It is counted with
-    /// [`Dual::repair_excess`](super::Dual::repair_excess), as that of psi is.
+    /// An upper bound on the energy of a flux that cancels the rest: its squared norm over the least
+    /// eigenvalue of A'. It has to be multiplied by [`Dual::repair_excess`](super::Dual::repair_excess), as
+    /// the energy of psi does.
     pub(crate) energy_left: f64,
 }
 
@@ -43,13 +45,15 @@ pub(crate) struct Repaired {
 pub(super) struct Repair {
     solver: SeparableBox<f64>,
     pub(super) singular: bool,
-    /// Product permittivity of the repair over the true one, at its largest: scales the repair's energy.
+    /// Largest ratio of the separable permittivity of the repair to the true one, by which the repair's
+    /// energy is multiplied.
     pub(super) excess: f64,
-    /// Uncut T of each axis, in the scaling of the repair's own permittivity.
+    /// T of each axis over its whole length, in the scaling of the separable permittivity.
     operator: [Condensed; 3],
-    /// Repair's root permittivity over the scene's, per cell of intervals; `None` where they agree everywhere.
+    /// Root of the ratio of the separable permittivity to that of the scene, per cell of intervals; `None`
+    /// where they agree.
     ratio: Option<Vec<f64>>,
-    /// Its permittivity, a product of one factor per axis and interval.
+    /// The separable permittivity, a product of one factor per axis and interval.
     factors: [Vec<f64>; 3],
     /// The factor by which straight continuations to infinity are multiplied.
     obliqueness: f64,
@@ -58,13 +62,14 @@ pub(super) struct Repair {
 /// The repair of a domain.
 #[derive(Debug)]
 pub(super) enum Repairs {
-    /// On its box.
+    /// That of a whole scene, on its box.
     Whole(Box<Repair>),
-    /// Where the domain is the half of a scene, on quarters of it: what is odd across the middle of the last axis, and what is even.
+    /// Where the domain is the half of a scene: one on each of two quarters of it, for what is odd across the
+    /// middle of the last axis, and for what is even.
     Quarters(Box<Quarters>),
 }
 
-/// The repairs of both parts.
+/// The repairs of the odd and the even part.
 #[derive(Debug)]
 pub(super) struct Quarters {
     fold: Fold,
@@ -77,11 +82,11 @@ impl Repairs {
         domains: &[Domain; 2],
         basis: [[Option<Basis>; 3]; 2],
     ) -> Result<Self, SolveError> {
-        let of = |domain: &Domain, basis: &[Option<Basis>; 3]| -> Result<_, SolveError> {
+        let part = |domain: &Domain, basis: &[Option<Basis>; 3]| -> Result<_, SolveError> {
             let repair = Repair::new(domain, basis, &RayPermittivity::new(domain))?;
             Ok((repair, Weights::new(domain, basis)))
         };
-        let [odd, even] = [0, 1].map(|k| of(&domains[k], &basis[k]));
+        let [odd, even] = [0, 1].map(|k| part(&domains[k], &basis[k]));
         Ok(Self::Quarters(Box::new(Quarters { fold, parts: [odd?, even?] })))
     }
 
@@ -110,7 +115,7 @@ impl Repairs {
     pub(super) fn is_singular(&self) -> bool {
         match self {
             Self::Whole(repair) => repair.singular,
-            Self::Quarters(quarters) => quarters.parts.iter().any(|(own, _)| own.singular),
+            Self::Quarters(quarters) => quarters.parts.iter().any(|(repair, _)| repair.singular),
         }
     }
 
@@ -118,7 +123,9 @@ impl Repairs {
     pub(super) fn excess(&self) -> f64 {
         match self {
             Self::Whole(repair) => repair.excess,
-            Self::Quarters(quarters) => quarters.parts.iter().map(|(own, _)| own.excess).fold(1.0, f64::max),
+            Self::Quarters(quarters) => {
+                quarters.parts.iter().map(|(repair, _)| repair.excess).fold(1.0, f64::max)
+            }
         }
     }
 }
@@ -147,8 +154,8 @@ impl Repair {
         for i in 0..cells[0] {
             for j in 0..cells[1] {
                 for k in 0..cells[2] {
-                    let own = factors[0][i] * factors[1][j] * factors[2][k];
-                    let r = own / domain.permittivity_of([i, j, k]);
+                    let separable = factors[0][i] * factors[1][j] * factors[2][k];
+                    let r = separable / domain.permittivity_of([i, j, k]);
                     differs |= (r - 1.0).abs() > 1e-14;
                     excess = excess.max(r);
                     ratio.push(r.sqrt());
@@ -170,8 +177,9 @@ impl Repair {
         })
     }
 
-    /// The flux along axis `a` that unit entries of psi have on a line: coefficients of the functions of the axis (rows) for modes
-    /// (columns), for psi in the scaling of the repair's own permittivity and times [`Repair::root_across`].
+    /// The flux along axis `a` of unit entries of psi on a line: coefficients of the functions of the axis
+    /// (rows) for modes (columns), with psi in the scaling of the separable permittivity and times
+    /// [`Repair::root_across`].
     pub(super) fn flux_functions(
         &self,
         axis: &Axis,
@@ -192,14 +200,14 @@ impl Repair {
         Ok(out)
     }
 
-    /// Root of its permittivity across axis `a`, at intervals of the two other axes.
+    /// Root of the separable permittivity across axis `a`, at intervals of the two other axes.
     pub(super) fn root_across(&self, a: usize, [s, t]: [usize; 2]) -> f64 {
         let (p, q) = others(a);
         (self.factors[p][s] * self.factors[q][t]).sqrt()
     }
 
-    /// `psi` of [`Repair::solve`] in the scaling of the repair's own permittivity.
-    pub(super) fn own_scaling(&self, mut psi: Vec<f64>, dims: Dims, weights: &Weights) -> Vec<f64> {
+    /// Rescales `psi` of [`Repair::solve`] to the separable permittivity of the repair.
+    pub(super) fn separable_scaling(&self, mut psi: Vec<f64>, dims: Dims, weights: &Weights) -> Vec<f64> {
         self.rescale(&mut psi, dims, weights, |x, ratio| x * ratio);
         psi
     }
@@ -216,26 +224,28 @@ impl Repair {
         let Weights { interval, cells, .. } = weights;
         v.par_chunks_mut((n1 * n2).max(1)).enumerate().for_each(|(i, slab)| {
             for (j, row) in slab.chunks_exact_mut(n2.max(1)).enumerate() {
-                let own = &ratio[(interval[0][i] * cells[1] + interval[1][j]) * cells[2]..][..cells[2]];
-                row.iter_mut().zip(&interval[2]).for_each(|(v, c)| *v = change(*v, own[*c]));
+                let row_ratios =
+                    &ratio[(interval[0][i] * cells[1] + interval[1][j]) * cells[2]..][..cells[2]];
+                row.iter_mut().zip(&interval[2]).for_each(|(v, c)| *v = change(*v, row_ratios[*c]));
             }
         });
     }
 
     /// The flux that cancels the divergence `r`. Starts from `near` if that is given.
     pub(super) fn solve(&self, r: &[f64], near: Option<Vec<f64>>, dims: Dims, weights: &Weights) -> Repaired {
-        // r is scaled by the root of the scene's permittivity, the repair's operator by that of its own.
+        // r is scaled by the root of the scene's permittivity, the repair's operator by that of the separable
+        // one.
         let to_own = |x: f64, ratio: f64| x / ratio;
         let mut target = r.to_vec();
         self.rescale(&mut target, dims, weights, to_own);
         let size = dot(&target, &target).sqrt();
-        let of = |rest: &[f64]| if size > 0.0 { dot(rest, rest).sqrt() / size } else { 0.0 };
+        let relative_size = |rest: &[f64]| if size > 0.0 { dot(rest, rest).sqrt() / size } else { 0.0 };
         let mut rest = target.clone();
         let (mut psi, mut left) = match near {
             Some(near) if size > 0.0 => {
-                let psi = self.own_scaling(near, dims, weights);
+                let psi = self.separable_scaling(near, dims, weights);
                 self.subtract_product(&psi, &mut rest, dims);
-                let left = of(&rest);
+                let left = relative_size(&rest);
                 (psi, left)
             }
             Some(_) | None => (vec![0.0; r.len()], 1.0),
@@ -250,7 +260,7 @@ impl Repair {
             add(&mut psi, &step);
             rest.copy_from_slice(&target);
             self.subtract_product(&psi, &mut rest, dims);
-            left = of(&rest);
+            left = relative_size(&rest);
         }
         let [least, greatest] = self.solver.eigenvalues();
         let rest = left * size + ROUNDING * greatest * dot(&psi, &psi).sqrt();
@@ -264,7 +274,8 @@ impl Repair {
         let [n0, n1, n2] = dims;
         let plane = n1 * n2;
         let minus: Vec<f64> = psi.par_iter().map(|p| -p).collect();
-        // What `Condensed::between` says of the lines of the first axis, for one row of the second after the other.
+        // The results of `Condensed::between` for the lines of the first axis, one row of the second after
+        // the other.
         let [along, second, third] = &self.operator;
         let width = along.nodes() * n2;
         let between = along.between_each(right(&minus, 0, n2, plane), n1, n2);

@@ -9,8 +9,7 @@ use elastocap_fem::tensor::Dense;
 use elastocap_linalg::dense;
 use faer::Mat;
 
-/// A run of an axis with its segment's matrices at points: which of the points lie on it, and the values there of the flux whose
-/// coordinates are unit vectors.
+/// The points that lie on a run, and the values there of the fluxes whose coordinates are unit vectors.
 pub(super) struct RunValues {
     /// The first of the points, and a row for each.
     pub(super) first: usize,
@@ -23,7 +22,7 @@ impl Lines {
         let axis = &domain.axes[a];
         let numbering = Numbering::new(&axis.line);
         let [all, _] = points.all_functions(axis, 0..numbering.len);
-        let of = |segment: &Segment| {
+        let run_values = |segment: &Segment| {
             let [lo, hi] = segment.intervals;
             let elements = axis.cuts[lo]..axis.cuts[hi];
             let first = points.element.partition_point(|e| *e < elements.start);
@@ -37,6 +36,6 @@ impl Lines {
             let product = dense::product(values, coefficients.as_ref());
             RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
         };
-        self.segments[a].iter().map(of).collect()
+        self.segments[a].iter().map(run_values).collect()
     }
 }

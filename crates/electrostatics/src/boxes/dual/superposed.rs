@@ -1,4 +1,5 @@
-//! How far a flux that is added to one known before is from the one that belongs to a potential: see [`crate::boxes::superposed`].
+//! The distance of a flux that is added to that of a base from the flux of the added potential: see
+//! [`crate::boxes::superposed`].
 
 use super::across_grids::Fluxes;
 use super::aim::Less;
@@ -7,7 +8,7 @@ use super::mapped::{Solved, project};
 use super::pointwise::fluxes_at;
 use crate::boxes::domain::{Axis, Block, Domain};
 use crate::boxes::mapped::gradients::{EXTRA, FINER, add_with_error, gradients_at};
-use crate::boxes::mapped::metric::{Metric, Of, held};
+use crate::boxes::mapped::metric::{Metric, TensorKind, held};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::error::SolveError;
 use elastocap_linalg::conjugate_gradients::Operator;
@@ -15,17 +16,17 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
-/// The largest share of the energy of a flux's correction that its repair may take: next to nothing, but more than the solver is asked for
-/// where the solution that is added is small.
+/// Largest share of the energy of a flux's correction that its repair may take: negligible, but more than the
+/// solver is asked for where the added solution is small.
 const OF_CORRECTION: f64 = 1e-4;
 
-/// Squared distances, as forms of the right-hand sides, and what they took.
+/// Squared distances, as forms of the right-hand sides, and the cost of computing them.
 pub(crate) struct Distances {
     /// |s - (K grad y - eps grad p)|^2, in the norm of K^-1.
     pub(crate) apart: Mat<f64>,
-    /// The square of the repair of s, no less than it is.
+    /// An upper bound on the square of the repair of s.
     pub(crate) repair: Mat<f64>,
-    /// At least the largest of eps K^-1.
+    /// An upper bound on the eigenvalues of eps K^-1.
     pub(crate) largest: f64,
     pub(crate) unknowns: usize,
     pub(crate) iterations: usize,
@@ -36,8 +37,8 @@ pub(crate) struct Distances {
     pub(crate) seconds: [f64; 2],
 }
 
-/// The distances of fluxes s without divergence from K grad y - eps grad p, for the potentials y that were `solved` and the potentials p
-/// that are taken `less` there. The latter vanish outside of `around` and the elements next to it.
+/// The distances of fluxes s without divergence from K grad y - eps grad p, for the `solved` potentials y and
+/// the potentials p of `less`, which vanish outside of `around` and the elements next to it.
 pub(crate) fn distances(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -50,8 +51,9 @@ pub(crate) fn distances(
     let projected = project(domain, potentials, solved, (share, OF_CORRECTION), cancel)?;
     let (whole, n) = (&domain.truncated(), potentials.len());
     let mut apart = projected.apart.clone();
-    // |s - K grad y + eps grad p|^2 is |s - K grad y|^2 with the products of s - K grad y and eps grad p, and the square of the latter:
-    // first as if there were no map, where Gauss's rule is exact, then what K^-1 - 1 / eps adds.
+    // |s - K grad y + eps grad p|^2 is |s - K grad y|^2, plus twice the product of s - K grad y and eps grad
+    // p, plus the square of the latter: first without a map, where Gauss's rule is exact, then the part of
+    // K^-1 - 1 / eps.
     let points = near(whole, around);
     let weights = Weights::new(whole, &points);
     let gradients = |u: &[Vec<f64>], points: &[AxisPoints; 3]| {
@@ -62,34 +64,36 @@ pub(crate) fn distances(
     let cut_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
         let ratio = less.ratio(whole, points);
         let mut out = gradients(less.potentials, points);
-        for own in out.iter_mut().flatten() {
-            own.iter_mut().zip(ratio.iter().flatten()).for_each(|(x, ratio)| *x *= ratio);
+        for component in out.iter_mut().flatten() {
+            component.iter_mut().zip(ratio.iter().flatten()).for_each(|(x, ratio)| *x *= ratio);
         }
         out
     };
-    let (cut, own) = (cut_at(&points), gradients(solved.coefficients, &points));
-    let found: Vec<&Flux> = projected.found.iter().map(|found| &found.flux).collect();
+    let (cut, field) = (cut_at(&points), gradients(solved.coefficients, &points));
+    let found: Vec<&Flux> = projected.projections.iter().map(|projection| &projection.flux).collect();
     let flux_at = |points: &[AxisPoints; 3]| fluxes_at(projected.dual.all_lines(), whole, points, &found);
     let fluxes = flux_at(&points);
     for i in 0..n {
         for j in 0..n {
-            let flow = weights.product(&fluxes[i], &cut[j], false);
-            let field = weights.product(&own[i], &cut[j], true);
-            apart[(i, j)] += flow - field;
-            apart[(j, i)] += flow - field;
+            let flux_term = weights.product(&fluxes[i], &cut[j], false);
+            let potential_term = weights.product(&field[i], &cut[j], true);
+            apart[(i, j)] += flux_term - potential_term;
+            apart[(j, i)] += flux_term - potential_term;
             apart[(i, j)] += weights.product(&cut[i], &cut[j], true);
         }
     }
-    drop((fluxes, own, cut));
+    drop((fluxes, field, cut));
     let added = |extra: usize| -> Result<Mat<f64>, SolveError> {
-        let Some(metric) = Metric::new(whole, extra, Of::Resistance)? else { return Ok(Mat::zeros(n, n)) };
+        let Some(metric) = Metric::new(whole, extra, TensorKind::Resistance)? else {
+            return Ok(Mat::zeros(n, n));
+        };
         let fluxes = flux_at(&metric.points);
         let permittivity = Weights::new(whole, &metric.points);
         let cut: Vec<[Vec<f64>; 3]> =
             cut_at(&metric.points).into_iter().map(|p| permittivity.times_permittivity(p)).collect();
-        let own = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| metric.product(x, y);
+        let product = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| metric.product(x, y);
         Ok(Mat::from_fn(n, n, |i, j| {
-            own(&fluxes[i], &cut[j]) + own(&fluxes[j], &cut[i]) + own(&cut[i], &cut[j])
+            product(&fluxes[i], &cut[j]) + product(&fluxes[j], &cut[i]) + product(&cut[i], &cut[j])
         }))
     };
     let (coarser, finer) = (added(EXTRA)?, added(FINER)?);
@@ -99,9 +103,9 @@ pub(crate) fn distances(
         repair: projected.repair,
         largest: projected.largest,
         unknowns: projected.dual.unknowns(),
-        iterations: projected.found.iter().map(|one| one.iterations).sum(),
-        converged: projected.found.iter().all(|one| one.converged),
-        proved: projected.found.iter().all(|one| one.proved),
+        iterations: projected.projections.iter().map(|one| one.iterations).sum(),
+        converged: projected.projections.iter().all(|one| one.converged),
+        proved: projected.projections.iter().all(|one| one.proved),
         seconds: projected.seconds,
     })
 }
@@ -137,7 +141,7 @@ impl Weights {
         Self { weights, permittivity }
     }
 
-    /// The integral of x y, times the permittivity if that is asked for.
+    /// The integral of x y, or of x y times the permittivity.
     pub(super) fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3], by_permittivity: bool) -> f64 {
         let scale = |n: usize| if by_permittivity { self.permittivity[n] } else { 1.0 };
         self.sum(|n| scale(n) * (0..3).map(|a| x[a][n] * y[a][n]).sum::<f64>())
@@ -148,30 +152,32 @@ impl Weights {
         self.sum(|n| (0..3).map(|a| x[a][n] * y[a][n]).sum::<f64>() / self.permittivity[n])
     }
 
-    /// The integral of what is given at each point.
-    fn sum(&self, of: impl Fn(usize) -> f64 + Sync) -> f64 {
+    /// The integral of a density that is given at each point.
+    fn sum(&self, density: impl Fn(usize) -> f64 + Sync) -> f64 {
         // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
         const PIECE: usize = 4096;
         let pieces: Vec<f64> = self
             .weights
             .par_chunks(PIECE)
             .enumerate()
-            .map(|(piece, own)| own.iter().enumerate().map(|(n, w)| w * of(piece * PIECE + n)).sum())
+            .map(|(piece, weights)| {
+                weights.iter().enumerate().map(|(n, w)| w * density(piece * PIECE + n)).sum()
+            })
             .collect();
         pieces.iter().sum()
     }
 
     /// A gradient times the permittivity.
     pub(crate) fn times_permittivity(&self, gradient: [Vec<f64>; 3]) -> [Vec<f64>; 3] {
-        gradient.map(|mut own| {
-            own.iter_mut().zip(&self.permittivity).for_each(|(x, eps)| *x *= eps);
-            own
+        gradient.map(|mut component| {
+            component.iter_mut().zip(&self.permittivity).for_each(|(x, eps)| *x *= eps);
+            component
         })
     }
 }
 
 impl Fluxes {
-    /// Makes ready for [`Fluxes::at`].
+    /// Computes and keeps the coordinates of the fluxes, for [`Fluxes::at`].
     ///
     /// # Errors
     /// Elements that differ too much in size.
@@ -182,7 +188,7 @@ impl Fluxes {
                 segment.coefficients = Some(coefficients);
             }
         }
-        self.kept = (0..self.states()).map(|state| self.run_fluxes(state)).collect::<Result<_, _>>()?;
+        self.prepared = (0..self.states()).map(|state| self.run_fluxes(state)).collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -193,6 +199,6 @@ impl Fluxes {
 
     /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
     pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
-        fluxes_at((&self.lines, None), &self.domain, points, &[self.kept.get(state)?]).pop()
+        fluxes_at((&self.lines, None), &self.domain, points, &[self.prepared.get(state)?]).pop()
     }
 }

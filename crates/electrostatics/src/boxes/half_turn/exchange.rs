@@ -1,7 +1,8 @@
-//! Arrays that are even or odd under a half turn, on the half above the middle of the first axis and on that above the middle of the last.
+//! Arrays that are even or odd under a half turn, on two halves of a scene: that above the middle of the
+//! first axis, and that above the middle of the last.
 //!
-//! Lines of the first axis that cross its middle are whole on the second of these halves alone, lines of the last on the first. What one
-//! half has and the other has not is the turned rest of it.
+//! Lines of the first axis that cross its middle are complete on the second half only, lines of the last axis
+//! on the first half only. The rest of each half is the turned image of a part of the other.
 
 use super::mirror_images;
 use crate::error::SolveError;
@@ -9,7 +10,7 @@ use elastocap_fem::tensor::{Dims, sized};
 use faer::Mat;
 use rayon::prelude::*;
 
-/// Takes arrays of the first half to arrays of the second and back.
+/// Carries arrays of the first half to the second and back.
 #[derive(Debug, Clone)]
 pub(crate) struct Exchange {
     /// Places of the first axis above its middle, and their images below it with a sign, as places of the whole axis.
@@ -23,14 +24,14 @@ pub(crate) struct Exchange {
 /// A place above the middle of an axis, its image, and the sign of that.
 #[derive(Debug, Clone, Copy)]
 struct Image {
-    here: usize,
-    there: usize,
+    index: usize,
+    image: usize,
     sign: f64,
 }
 
 impl Exchange {
-    /// Makes the exchange where the second axis has `between` places, and the `first` and the `last` axis are each given by what takes their
-    /// places to the mirror images: a place is the image of one other place, but for its sign.
+    /// The exchange for `between` places on the second axis. `first` and `last` take the places of these two
+    /// axes to their mirror images; each place is the image of one other place, up to sign.
     ///
     /// # Errors
     /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis could make them.
@@ -39,14 +40,14 @@ impl Exchange {
             let above =
                 mirror_images(reflection.as_ref()).ok_or(SolveError::Eigenvalues)?.into_iter().enumerate();
             let above = above.skip(reflection.nrows() / 2);
-            Ok::<_, SolveError>(above.map(|(here, (there, sign))| Image { here, there, sign }).collect())
+            Ok::<_, SolveError>(above.map(|(index, (image, sign))| Image { index, image, sign }).collect())
         };
         Ok(Self { first: images(first)?, between, last: images(last)? })
     }
 
     /// The exchange with this many points of the first axis above its middle in place of modes.
     pub(crate) fn at_points(&self, points: usize) -> Self {
-        let image = |k: usize| Image { here: points + k, there: points - 1 - k, sign: 1.0 };
+        let image = |k: usize| Image { index: points + k, image: points - 1 - k, sign: 1.0 };
         Self { first: (0..points).map(image).collect(), ..self.clone() }
     }
 
@@ -56,49 +57,51 @@ impl Exchange {
         [[n0, self.between, 2 * n2], [2 * n0, self.between, n2]]
     }
 
-    /// The array on the second half that belongs to an array on the first. `parity` is 1 for arrays that are even under the turn, -1 for odd ones.
+    /// The array on the second half that belongs to an array on the first. `parity` is 1 for arrays that are
+    /// even under the turn, -1 for odd ones.
     pub(crate) fn to_second(&self, x: &[f64], parity: f64) -> Vec<f64> {
         let mut out = Vec::new();
         self.write_second(x, parity, &mut out);
         out
     }
 
-    /// Writes what an array of the first half is on the second into an array that is there already; see [`Exchange::to_second`].
+    /// Writes the result of [`Exchange::to_second`] into an existing array.
     pub(crate) fn write_second(&self, x: &[f64], parity: f64, out: &mut Vec<f64>) {
         let [[_, n1, n2], [m0, _, m2]] = self.dims();
         let (from, to) = (n1 * n2, n1 * m2);
         sized(out, m0 * to);
-        // For each place of the whole axis the one above its middle that it is or is the image of.
+        // For each place of the whole axis, the place above the middle that it is, or that it is the image
+        // of.
         let mut above = vec![0; m0];
-        for (k, own) in self.first.iter().enumerate() {
-            (above[own.here], above[own.there]) = (k, k);
+        for (k, pair) in self.first.iter().enumerate() {
+            (above[pair.index], above[pair.image]) = (k, k);
         }
         out.par_chunks_exact_mut(to.max(1)).zip(above).enumerate().for_each(|(place, (slab, k))| {
-            let own = &self.first[k];
+            let pair = &self.first[k];
             let rows = x[k * from..(k + 1) * from].chunks_exact(n2.max(1));
             for (to, row) in slab.chunks_exact_mut(m2.max(1)).zip(rows) {
                 for (to, last) in to.iter_mut().zip(&self.last) {
-                    *to = match place == own.here {
-                        true => row[last.here],
-                        false => parity * own.sign * last.sign * row[last.there],
+                    *to = match place == pair.index {
+                        true => row[last.index],
+                        false => parity * pair.sign * last.sign * row[last.image],
                     };
                 }
             }
         });
     }
 
-    /// Adds to an array of the first half what one of the second is there.
+    /// Adds an array of the second half, carried to the first, to `out`.
     pub(crate) fn add_to_first(&self, x: &[f64], parity: f64, out: &mut [f64]) {
         let [[_, n1, n2], [_, _, m2]] = self.dims();
         let (to, from) = (n1 * n2, n1 * m2);
-        out.par_chunks_exact_mut(to.max(1)).zip(&self.first).for_each(|(out, own)| {
-            let [above, below] = [own.here, own.there].map(|slab| &x[slab * from..(slab + 1) * from]);
+        out.par_chunks_exact_mut(to.max(1)).zip(&self.first).for_each(|(out, pair)| {
+            let [above, below] = [pair.index, pair.image].map(|slab| &x[slab * from..(slab + 1) * from]);
             for ((above, below), row) in
                 above.chunks_exact(m2).zip(below.chunks_exact(m2)).zip(out.chunks_exact_mut(n2))
             {
                 for ((above, below), last) in above.iter().zip(below).zip(&self.last) {
-                    row[last.here] += above;
-                    row[last.there] += parity * own.sign * last.sign * below;
+                    row[last.index] += above;
+                    row[last.image] += parity * pair.sign * last.sign * below;
                 }
             }
         });
@@ -127,8 +130,9 @@ mod tests {
             // On the whole: an array and its turned image, times the parity.
             let some = |i: usize, j: usize, k: usize| ((7 * i + 5 * j + 3 * k) % 11) as f64;
             let turned = |i: usize, j: usize, k: usize| -> f64 {
-                let of = |p: usize, q: usize| reflections[0][(i, p)] * reflections[1][(k, q)] * some(p, j, q);
-                (0..n0 * n2).map(|pq| of(pq / n2, pq % n2)).sum()
+                let term =
+                    |p: usize, q: usize| reflections[0][(i, p)] * reflections[1][(k, q)] * some(p, j, q);
+                (0..n0 * n2).map(|pq| term(pq / n2, pq % n2)).sum()
             };
             let whole = |i: usize, j: usize, k: usize| some(i, j, k) + parity * turned(i, j, k);
             let part = |first: std::ops::Range<usize>, last: std::ops::Range<usize>| -> Vec<f64> {
@@ -141,7 +145,7 @@ mod tests {
             assert_eq!(exchange.to_second(&first, parity), second);
             let mut back = vec![1.0; first.len()];
             exchange.add_to_first(&second, parity, &mut back);
-            assert!(back.iter().zip(&first).all(|(back, own)| *back == own + 1.0));
+            assert!(back.iter().zip(&first).all(|(back, x)| *back == x + 1.0));
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last axis.
 //!
-//! The half lies above the middle of the first axis, and all of the last axis belongs to it. Of what is odd under a half turn about the
-//! second axis, the part that is odd across the middle of the last axis is even across that of the first, and the other way round; of what
-//! is even, each is the same across both. Either part is a function on a quarter of the scene, with walls of its own
-//! ([`crate::boxes::domain::OtherParts::quarters`]).
+//! The half lies above the middle of the first axis and includes all of the last axis. Consider functions
+//! that are odd under a half turn about the second axis. Their part that is odd across the middle of the last
+//! axis is even across that of the first, and the other way round. Of functions that are even under the turn,
+//! each part has the same parity across both. Either part is a function on a quarter of the scene, with
+//! different walls ([`crate::boxes::domain::OtherParts::quarters`]).
 
 use super::mirror_images;
 use crate::error::SolveError;
@@ -12,10 +13,10 @@ use faer::MatRef;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Rows that are worth a task of their own.
+/// Least number of rows for a parallel task.
 const SMALL_TASK: usize = 64;
 
-/// How the two parts are made from coefficients, and the coefficients from them.
+/// Splits coefficients into the two parts, and adds parts up to coefficients.
 #[derive(Debug, Clone)]
 pub(crate) struct Fold {
     dims: Dims,
@@ -23,13 +24,15 @@ pub(crate) struct Fold {
     pairs: Vec<(usize, usize, f64)>,
     /// The function in the middle, if there is one.
     middle: Option<usize>,
-    /// Functions of the first axis that the odd and the even part do not have, since they do not vanish in its middle.
+    /// Number of functions of the first axis that the odd and the even part lack, since they do not vanish in
+    /// its middle.
     skipped: [usize; 2],
 }
 
 impl Fold {
-    /// For arrays of these dimensions. `reflection` takes coefficients of the last axis to those of the mirror image; each function is the
-    /// image of one, but for its sign. The odd and the even part do not have the first `skipped` functions of the first axis.
+    /// The fold of arrays of dimensions `dims`. `reflection` takes coefficients of the last axis to those of
+    /// the mirror image; each function is the image of one function, up to sign. The odd and the even part
+    /// lack the first `skipped` functions of the first axis.
     ///
     /// # Errors
     /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their basis could make them.
@@ -64,10 +67,10 @@ impl Fold {
         out
     }
 
-    /// Writes the odd and the even part, as [`Fold::parts_of`] gives them, into arrays that are there already.
+    /// Writes the odd and the even part, as [`Fold::parts_of`] gives them, into existing arrays.
     pub(crate) fn write_parts<T: Real>(&self, x: &[T], out: &mut [Vec<T>; 2]) {
-        for (own, dims) in out.iter_mut().zip(self.parts()) {
-            sized(own, dims.iter().product());
+        for (part, dims) in out.iter_mut().zip(self.parts()) {
+            sized(part, dims.iter().product());
         }
         let [odd, even] = out;
         let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
@@ -99,25 +102,25 @@ impl Fold {
         let skipped = self.skipped.map(|skipped| skipped * n1);
         out.par_chunks_exact_mut(n2.max(1)).enumerate().with_min_len(SMALL_TASK).for_each(|(row, out)| {
             let [of_odd, of_even] = skipped.map(|skipped| row.checked_sub(skipped));
-            let own = of_odd.map_or(&[][..], |row| &odd[row * w..(row + 1) * w]);
-            for ((x, (upper, lower, _)), sign) in own.iter().zip(&self.pairs).zip(&signs) {
+            let odd_row = of_odd.map_or(&[][..], |row| &odd[row * w..(row + 1) * w]);
+            for ((x, (upper, lower, _)), sign) in odd_row.iter().zip(&self.pairs).zip(&signs) {
                 out[*upper] += root * *x;
                 out[*lower] += T::default() - *sign * root * *x;
             }
             let Some(row) = of_even else { return };
-            let (middle, own) = even[row * v..(row + 1) * v].split_at(usize::from(self.middle.is_some()));
+            let (middle, pairs) = even[row * v..(row + 1) * v].split_at(usize::from(self.middle.is_some()));
             for (x, at) in middle.iter().zip(self.middle) {
                 out[at] += root * *x;
             }
-            for ((x, (upper, lower, _)), sign) in own.iter().zip(&self.pairs).zip(&signs) {
+            for ((x, (upper, lower, _)), sign) in pairs.iter().zip(&self.pairs).zip(&signs) {
                 out[*upper] += root * *x;
                 out[*lower] += *sign * root * *x;
             }
         });
     }
 
-    /// Makes what there is in the middle of the first axis odd across the middle of the last, or even: takes out the part that vanishes in the
-    /// middle of the first.
+    /// Projects the functions that do not vanish in the middle of the first axis on the parity across the
+    /// middle of the last axis that they must have.
     pub(crate) fn project(&self, x: &mut [f64]) {
         let [_, n1, n2] = self.dims;
         let [skipped_odd, skipped_even] = self.skipped;
@@ -164,8 +167,8 @@ mod tests {
             let parts = fold.parts().map(|dims| some(dims.iter().product(), 7));
             let mut extended = vec![0.0; n];
             fold.add(parts.each_ref().map(Vec::as_slice), &mut extended);
-            let own = fold.parts_of(&x);
-            let sum = dot(&own[0], &parts[0]) + dot(&own[1], &parts[1]);
+            let folded = fold.parts_of(&x);
+            let sum = dot(&folded[0], &parts[0]) + dot(&folded[1], &parts[1]);
             assert!((dot(&x, &extended) - sum).abs() < 1e-12 * sum.abs().max(1.0));
         }
     }

@@ -1,16 +1,19 @@
-//! Halves and quarters of a scene that a half turn about the second axis takes to itself, and a potential that is even or odd under it.
+//! Halves and quarters of a scene that a half turn about the second axis takes to itself, for potentials that
+//! are even or odd under the turn.
 //!
 //! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above x1 = 0. There it is a
 //! potential like any other, but for the plane x1 = 0, on which it is even, or odd, across x3 = 0; and so is the flux through that plane,
 //! with the other sign.
 //!
-//! - Potentials are functions on this half whose trace is such. The projection on these ([`Fold::project`](super::fold::Fold)) is all that
-//!   sets the primal problem apart.
-//! - The flux on lines of the first axis that cross the plane is that of the whole line. So these lines are taken on the half above
-//!   x3 = 0, to which the unknowns are carried and back ([`Exchange`](super::exchange::Exchange)): a line and its turned image are one.
-//! - Permittivity and map are their own mirror images across both planes. So the problem without conductors falls apart in two, each on
-//!   a quarter of the scene: what is odd across x3 = 0, and what is even. With it do the repair of a divergence, and the boxes of the
-//!   preconditioner that meet no conductor on either side ([`Fold`](super::fold::Fold)).
+//! - Potentials are functions on this half whose trace is such. The projection on these
+//!   ([`Fold::project`](super::fold::Fold)) is all that distinguishes the primal problem.
+//! - The flux on lines of the first axis that cross the plane is that of the whole line. So these lines are
+//!   taken on the half above x3 = 0, to which the unknowns are carried and back
+//!   ([`Exchange`](super::exchange::Exchange)): a line and its turned image are one.
+//! - Permittivity and map are mirror-symmetric across both planes. So the problem without conductors
+//!   separates into two, each on a quarter of the scene: one for what is odd across x3 = 0, one for what is
+//!   even. The same holds for the repair of a divergence, and for the boxes of the preconditioner that meet
+//!   no conductor on either side ([`Fold`](super::fold::Fold)).
 
 use super::mirror_images;
 use crate::boxes::conductor_free::{FreeBox, free_boxes};
@@ -28,17 +31,18 @@ pub(crate) struct Halves {
     pub(crate) half: Layout,
     /// The half above the middle of the last axis.
     other_half: Layout,
-    /// The quarter above both, with the conductors on both sides of the middle of the last axis: what grids are made for.
+    /// The quarter above both middles, with the conductors on both sides of the middle of the last axis.
+    /// Grids are made for this quarter.
     pub(crate) quarter: Layout,
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
 }
 
 impl Halves {
-    /// Makes the halves and the quarter of a layout that a half turn takes to itself, and that has the planes `first` and `last` in the middle
-    /// of these two axes.
+    /// The halves and the quarter of a layout that a half turn takes to itself, and that has the planes
+    /// `first` and `last` in the middle of these two axes.
     pub(crate) fn of(whole: &Layout, [first, last]: [usize; 2], odd: bool) -> Self {
-        // What ends at a plane is on it: the turned rest begins there, but elsewhere.
+        // A block that ends at the plane touches it: its turned image begins there, at another place.
         let touches = |a: usize| move |b: &Block, first: usize| b.hi[a] >= first;
         let half = whole.above(0, first, Wall::Insulated, touches(0));
         let other_half = whole.above(2, last, Wall::Insulated, touches(2));
@@ -80,8 +84,8 @@ pub(crate) fn core_of(layout: &Layout) -> Layout {
     }
 }
 
-/// A potential of the half of a scene on the whole of it, by the functions of the axes there ([`whole_axes`]). `None` where these axes are not
-/// their own mirror images.
+/// Extends a potential from the half of a scene to the whole, in the functions of the axes there
+/// ([`whole_axes`]). `None` where these axes are not mirror-symmetric.
 pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Option<Vec<f64>> {
     let axes = whole_axes(domain, turn);
     let [m0, n1, n2] = axes.map(|axis| axis.functions().len());
@@ -90,15 +94,15 @@ pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Option<
     let above = m0 - domain.axes[0].functions().len();
     let plane = n1 * n2;
     let mut out = vec![0.0; m0 * plane];
-    for (slab, own) in u.chunks_exact(plane.max(1)).zip(above..) {
-        let (image, sign) = first[own];
+    for (slab, index) in u.chunks_exact(plane.max(1)).zip(above..) {
+        let (image, sign) = first[index];
         for (row, from) in slab.chunks_exact(n2.max(1)).enumerate() {
             let at = image * plane + row * n2;
-            for (x, (there, own)) in from.iter().zip(&last) {
-                out[at + there] = turn.parity() * sign * own * x;
+            for (x, (there, last_sign)) in from.iter().zip(&last) {
+                out[at + there] = turn.parity() * sign * last_sign * x;
             }
         }
-        out[own * plane..(own + 1) * plane].copy_from_slice(slab);
+        out[index * plane..(index + 1) * plane].copy_from_slice(slab);
     }
     Some(out)
 }
@@ -110,32 +114,34 @@ pub(crate) fn whole_axes<'d>(domain: &'d Domain, turn: &'d OtherParts) -> [&'d A
 
 /// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
 pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
-    let (whole, own) = (reflected_functions(&axis.line), axis.functions());
-    whole.as_ref().submatrix(own.start, own.start, own.len(), own.len()).to_owned()
+    let (whole, free) = (reflected_functions(&axis.line), axis.functions());
+    whole.as_ref().submatrix(free.start, free.start, free.len(), free.len()).to_owned()
 }
 
-/// Picks those conductor-free boxes of a domain that the preconditioner needs besides the boxes of the quarters; all of them where the
-/// domain is not the half of a scene.
+/// Keeps the conductor-free boxes of a domain that the preconditioner needs besides the boxes of the
+/// quarters; all of them where the domain is not the half of a scene.
 ///
-/// The functions of a box that ends in the middle of the first axis vanish there, as those of each box do at its ends. Functions that do not
-/// vanish there must all be in boxes of the quarters, and are: what is free in that plane is free on both sides of the middle of the last
-/// axis, since the turn takes the plane to itself.
+/// The functions of a box that ends in the middle of the first axis are made to vanish there, as at any end
+/// of a box. Functions that do not vanish there are in boxes of the quarters: what is free of conductors in
+/// that plane is so on both sides of the middle of the last axis, since the turn takes the plane to itself.
 pub(crate) fn not_in_quarters(domain: &Domain, mut boxes: Vec<FreeBox>) -> Vec<FreeBox> {
     let Some(turn) = &domain.turn else { return boxes };
     let [quarter, _] = &turn.quarters;
-    let both = free_boxes(quarter);
+    let quarter_boxes = free_boxes(quarter);
     let middle = quarter.cells()[2];
-    boxes.retain(|own| !both.iter().any(|both| is_in(own, both, middle)));
-    boxes.iter_mut().filter(|own| own.block.lo[0] == 0).for_each(|own| own.held[0][0] = true);
+    boxes.retain(|half_box| !quarter_boxes.iter().any(|quarter_box| is_in(half_box, quarter_box, middle)));
+    for half_box in boxes.iter_mut().filter(|half_box| half_box.block.lo[0] == 0) {
+        half_box.held[0][0] = true;
+    }
     boxes
 }
 
 /// Whether a box of a half lies in one of a quarter, or in its mirror image across the middle of the last axis.
-fn is_in(own: &FreeBox, both: &FreeBox, middle: usize) -> bool {
-    let (p, q) = (&own.block, &both.block);
+fn is_in(half_box: &FreeBox, quarter_box: &FreeBox, middle: usize) -> bool {
+    let (p, q) = (&half_box.block, &quarter_box.block);
     let within = |lo: usize, hi: usize, a: usize| q.lo[a] <= lo && hi <= q.hi[a];
     // Where both reach an end on which a sheet lies, the functions of both have to vanish on it.
-    let (held, is_held) = (&both.held, &own.held);
+    let (held, is_held) = (&quarter_box.held, &half_box.held);
     let ends = (held[0][0] && p.lo[0] == 0 && q.lo[0] == 0 && !is_held[0][0])
         || (held[0][1] && p.hi[0] == q.hi[0] && !is_held[0][1])
         || (0..2).any(|side| {
@@ -262,7 +268,8 @@ mod tests {
                 let [whole, half] = energies(&combs(wall), map.as_ref(), 2, odd);
                 println!("{wall:?} {odd}: {whole:?} {half:?}");
                 assert!(whole[1] < whole[0] && whole[1] > 0.8 * whole[0]);
-                // What the linear solver leaves costs the lower bound as much as its error times that of the grid, in roots.
+                // The error of the linear solver lowers the bound by about the geometric mean of that error
+                // and the grid's.
                 for (whole, half) in whole.into_iter().zip(half) {
                     assert!((half / whole - 1.0).abs() < 1e-7, "{wall:?} {odd}: {whole} {half}");
                 }

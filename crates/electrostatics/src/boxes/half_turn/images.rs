@@ -1,8 +1,10 @@
-//! Half turns and point reflections: scenes that are their own image under mirrors of two or three axes together, but of none alone.
+//! Half turns and point reflections, for scenes that are symmetric under mirrors of two or three axes
+//! together, but not under any mirror alone.
 //!
-//! The scene is then not cut ([`super::halves`] does that for some of them), but the potential of one right-hand side is the turned
-//! potential of another, which the iteration then starts from and finds to be the solution. Nothing is taken on trust: a start that is
-//! not the solution costs iterations, and a flux that aims at another field costs sharpness of the lower bound.
+//! The scene is then not cut (for some scenes, [`super::halves`] does that). The potential of one right-hand
+//! side is the turned potential of another, from which the iteration starts and which it finds to be the
+//! solution. Correctness does not rest on the symmetry: a start that is not the solution costs iterations,
+//! and a flux that aims at another field makes the lower bound less sharp.
 
 use super::halves::reflected;
 use crate::boxes::domain::{Axis, Domain};
@@ -15,8 +17,8 @@ use std::collections::BTreeSet;
 /// A right-hand side that is an earlier one after a half turn, times a sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Image {
-    /// The number of the earlier one.
-    pub of: usize,
+    /// The number of the earlier right-hand side.
+    pub original: usize,
     turn: HalfTurn,
     sign: f64,
 }
@@ -27,7 +29,8 @@ impl Image {
         self.applied(u, domain.primal_dims(), |a| reflected(&domain.axes[a]))
     }
 
-    /// An array of coefficients, reflected along each axis that the turn is across by the matrix that `reflection` gives.
+    /// An array of coefficients, reflected along each axis that the turn is across. `reflection` gives the
+    /// matrix of an axis.
     pub(crate) fn applied(&self, x: &[f64], dims: Dims, reflection: impl Fn(usize) -> Mat<f64>) -> Vec<f64> {
         let mut out: Vec<f64> = x.par_iter().map(|x| self.sign * x).collect();
         for a in (0..3).filter(|a| self.turn.is_across(*a)) {
@@ -39,24 +42,26 @@ impl Image {
 
 /// For each right-hand side, given by the potentials of the domain's blocks, the earlier one whose image it is.
 pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Image>> {
-    // A potential on half of a scene is its own image already.
+    // On half of a scene, the potential already is symmetric.
     let turns = if potentials.len() > 1 && domain.turn.is_none() { half_turns(domain) } else { Vec::new() };
     let image = |k: usize| {
-        (0..k).flat_map(|of| turns.iter().map(move |turn| (of, turn))).find_map(|(of, (turn, pairs))| {
-            let goes =
-                |sign: &f64| pairs.iter().all(|(b, to)| potentials[k][*to] == sign * potentials[of][*b]);
-            [1.0, -1.0].into_iter().find(goes).map(|sign| Image { of, turn: *turn, sign })
+        let mut candidates = (0..k).flat_map(|original| turns.iter().map(move |turn| (original, turn)));
+        candidates.find_map(|(original, (turn, pairs))| {
+            let is_image = |sign: &f64| {
+                pairs.iter().all(|(b, to)| potentials[k][*to] == sign * potentials[original][*b])
+            };
+            [1.0, -1.0].into_iter().find(is_image).map(|sign| Image { original, turn: *turn, sign })
         })
     };
     (0..potentials.len()).map(image).collect()
 }
 
-/// The half turns and point reflections of a domain, each with the pairs of blocks of which it brings a part of the first to the
-/// second: the same conductor may be cut into blocks in more than one way.
+/// The half turns and point reflections of a domain, each with pairs of blocks: it takes a part of the first
+/// block to the second. The same conductor may be cut into blocks in more than one way.
 fn half_turns(domain: &Domain) -> Vec<(HalfTurn, BTreeSet<(usize, usize)>)> {
     let symmetric = domain.axes.each_ref().map(Axis::is_symmetric);
     let several = [[true, false, true], [true, true, false], [false, true, true], [true; 3]];
-    // A map is its own image where it is mirrored along each of the axes.
+    // A map is symmetric where it is mirrored along each of the axes.
     let mirrored = |a: usize| domain.map.as_ref().is_none_or(|map| map.is_mirrored(a));
     let possible =
         several.into_iter().filter(|across| (0..3).all(|a| symmetric[a] && mirrored(a) || !across[a]));

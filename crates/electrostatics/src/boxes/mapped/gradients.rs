@@ -1,6 +1,7 @@
-//! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss points, factor by factor.
+//! The part of the primal operator that the map adds: the integral of grad v (K - eps) grad u by Gauss
+//! quadrature, one axis after the other.
 
-use super::metric::{Metric, Of, Rule};
+use super::metric::{Metric, Rule, TensorKind};
 use super::points::AxisPoints;
 use super::sums::{Fields, Tensors, at_least, at_points, products};
 use crate::boxes::domain::Domain;
@@ -10,18 +11,18 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Points on each element beyond its degree: in products with the operator, and for energies.
+/// Gauss points on each element beyond its degree: in products with the operator, and for energies.
 pub(crate) const EXTRA: usize = 2;
 pub(crate) const FINER: usize = 3;
 
-/// Functions of an axis at points, and the transpose.
+/// A matrix from functions of an axis to points, and its transpose.
 #[derive(Debug)]
-struct Both {
+struct WithTranspose {
     forward: Strips,
     back: Strips,
 }
 
-impl Both {
+impl WithTranspose {
     fn new(matrix: &Mat<f64>) -> Self {
         let [forward, back] = [matrix.as_ref(), matrix.transpose()].map(SparseRows::from_mat);
         Self { forward: Strips::new(&forward), back: Strips::new(&back) }
@@ -35,21 +36,22 @@ pub(crate) struct Functions {
     /// Points on each axis.
     counts: Dims,
     /// Values of the functions of the second and the third axis.
-    values: [Both; 2],
+    values: [WithTranspose; 2],
     /// Slopes of the functions of the second and the third axis.
-    slopes: [Both; 2],
+    slopes: [WithTranspose; 2],
     /// Values and slopes of the functions of the first axis, for the points of each element in turn.
     first: Vec<OfElement>,
 }
 
-/// The functions of an axis that are nonzero on an element, counted from the first of the window, at the points there.
+/// The functions of the first axis that are nonzero on an element, counted from the start of the window, at
+/// the element's points.
 #[derive(Debug)]
 struct OfElement {
     points: Range<usize>,
     functions: Range<usize>,
     value: Dense<f64>,
     slope: Dense<f64>,
-    /// Transposes of both.
+    /// Transposes of `value` and `slope`.
     back: [Dense<f64>; 2],
 }
 
@@ -64,38 +66,38 @@ impl Functions {
     /// The functions that are nonzero at some of the points.
     pub(crate) fn new(domain: &Domain, points: &[AxisPoints; 3]) -> Self {
         let window = [0, 1, 2].map(|a| points[a].functions_on(&domain.axes[a], &(0..points[a].len())));
-        let both = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
-        let values = [1, 2].map(|a: usize| Both::new(&both[a][0]));
-        let slopes = [1, 2].map(|a: usize| Both::new(&both[a][1]));
-        let [value, slope] = &both[0];
-        let of_element = |own: Range<usize>| {
-            let all = points[0].functions_on(&domain.axes[0], &own);
+        let matrices = [0, 1, 2].map(|a| points[a].functions(&domain.axes[a], &window[a]));
+        let values = [1, 2].map(|a: usize| WithTranspose::new(&matrices[a][0]));
+        let slopes = [1, 2].map(|a: usize| WithTranspose::new(&matrices[a][1]));
+        let [value, slope] = &matrices[0];
+        let of_element = |range: Range<usize>| {
+            let nonzero = points[0].functions_on(&domain.axes[0], &range);
             let functions =
-                all.start.saturating_sub(window[0].start)..all.end.saturating_sub(window[0].start);
-            let [value, slope] = [value, slope].map(|all| {
-                let part = all.as_ref().submatrix(own.start, functions.start, own.len(), functions.len());
-                Dense::from_mat(part)
+                nonzero.start.saturating_sub(window[0].start)..nonzero.end.saturating_sub(window[0].start);
+            let [value, slope] = [value, slope].map(|matrix| {
+                let (rows, columns) = (range.len(), functions.len());
+                Dense::from_mat(matrix.as_ref().submatrix(range.start, functions.start, rows, columns))
             });
             let back = [value.transposed(), slope.transposed()];
-            OfElement { points: own, functions, value, slope, back }
+            OfElement { points: range, functions, value, slope, back }
         };
         let first = points[0].by_element().into_iter().map(of_element).collect();
         Self { window, counts: points.each_ref().map(AxisPoints::len), values, slopes, first }
     }
 
-    /// For function `i` of the first axis: its share of `x`, and the derivatives of that along the second and the third axis, at the points of
-    /// these two.
+    /// The part of `x` that belongs to function `i` of the first axis, and its derivatives along the second
+    /// and the third axis, at the points of these two.
     fn of_slab(&self, x: &[f64], dims: Dims, i: usize, between: &mut Between, out: [&mut [f64]; 3]) {
         let [w0, w1, w2] = &self.window;
         let n2 = self.counts[2];
         let ([v1, v2], [g1, g2]) = (&self.values, &self.slopes);
         let Between { by_value, by_slope } = between;
-        let [by_value, by_slope] = [by_value, by_slope].map(|own| at_least(own, w1.len() * n2));
-        let own = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
-        v2.forward.times_rows(own, w1.len(), dims[2], target(by_value, 0, n2), false);
-        g2.forward.times_rows(own, w1.len(), dims[2], target(by_slope, 0, n2), false);
-        let [none, second, third] = out;
-        v1.forward.times(by_value, n2, none, false);
+        let [by_value, by_slope] = [by_value, by_slope].map(|buffer| at_least(buffer, w1.len() * n2));
+        let slab = &x[((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start..];
+        v2.forward.times_rows(slab, w1.len(), dims[2], target(by_value, 0, n2), false);
+        g2.forward.times_rows(slab, w1.len(), dims[2], target(by_slope, 0, n2), false);
+        let [value, second, third] = out;
+        v1.forward.times(by_value, n2, value, false);
         g1.forward.times(by_value, n2, second, false);
         v1.forward.times(by_slope, n2, third, false);
     }
@@ -116,12 +118,13 @@ impl Fields for Potentials<'_> {
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]) {
         let OfElement { functions, .. } = &self.functions.first[element];
         let [_, n1, n2] = self.functions.counts;
-        let [none, second, third] = components.each_mut().map(|own| at_least(own, functions.len() * n1 * n2));
+        let size = functions.len() * n1 * n2;
+        let [value, second, third] = components.each_mut().map(|buffer| at_least(buffer, size));
         let mut between = Between::default();
-        let slabs = none.chunks_exact_mut(n1 * n2).zip(second.chunks_exact_mut(n1 * n2));
-        for ((i, third), (none, second)) in functions.clone().zip(third.chunks_exact_mut(n1 * n2)).zip(slabs)
+        let slabs = value.chunks_exact_mut(n1 * n2).zip(second.chunks_exact_mut(n1 * n2));
+        for ((i, third), (value, second)) in functions.clone().zip(third.chunks_exact_mut(n1 * n2)).zip(slabs)
         {
-            let out = [none, second, third];
+            let out = [value, second, third];
             self.functions.of_slab(self.coefficients[field], self.dims, i, &mut between, out);
         }
     }
@@ -139,12 +142,13 @@ pub(crate) struct Gradients {
     functions: Functions,
 }
 
-/// Working memory of products with the operator, kept from one to the next: arrays at points of the second and the third axis, for functions
-/// of the first.
+/// Working memory of products with the operator, reused: arrays at points of the second and the third axis,
+/// for functions of the first.
 #[derive(Debug, Default)]
 pub(crate) struct Work([Vec<f64>; 3]);
 
-/// About how many points of the second and the third axis products take at a time, for all of the first: what they need stays in cache.
+/// Approximate number of points of the second and the third axis that products treat at a time, for all of
+/// the first: their data stays in cache.
 const AT_ONCE: usize = 512;
 
 /// Rows of the functions of an element, and of its points, for each component.
@@ -159,7 +163,7 @@ struct OnElement {
 impl Gradients {
     /// `None` where the map changes nothing.
     pub(crate) fn new(domain: &Domain, extra: usize) -> Result<Option<Self>, SolveError> {
-        let Some(metric) = Metric::new(domain, extra, Of::Permittivity)? else { return Ok(None) };
+        let Some(metric) = Metric::new(domain, extra, TensorKind::Permittivity)? else { return Ok(None) };
         let functions = Functions::new(domain, &metric.points);
         Ok(Some(Self { metric, functions }))
     }
@@ -181,15 +185,16 @@ impl Gradients {
         } = &self.functions;
         let plane = n1 * n2;
         let Work(middle) = work;
-        middle.iter_mut().for_each(|own| sized(own, w0.len() * plane));
-        let [none, second, third] = &mut *middle;
-        // Slab by slab, so that what is between the second and the third axis stays in cache.
-        none.par_chunks_mut(plane)
+        middle.iter_mut().for_each(|array| sized(array, w0.len() * plane));
+        let [value, second, third] = &mut *middle;
+        // Slab by slab, so that the results between the second and the third axis stay in cache.
+        value
+            .par_chunks_mut(plane)
             .zip(second.par_chunks_mut(plane))
             .zip(third.par_chunks_mut(plane))
             .enumerate()
-            .for_each_init(Between::default, |between, (i, ((none, second), third))| {
-                self.functions.of_slab(x, dims, i, between, [none, second, third]);
+            .for_each_init(Between::default, |between, (i, ((value, second), third))| {
+                self.functions.of_slab(x, dims, i, between, [value, second, third]);
             });
         let at_once = (AT_ONCE / n2).max(1);
         columns(middle, plane, at_once * n2).into_par_iter().enumerate().for_each_init(
@@ -199,38 +204,40 @@ impl Gradients {
                 self.on_columns(&lines, columns, work);
             },
         );
-        let [none, second, third] = &*middle;
+        let [value, second, third] = &*middle;
         let slabs = &mut y[w0.start * dims[1] * dims[2]..w0.end * dims[1] * dims[2]];
         slabs.par_chunks_mut(dims[1] * dims[2]).enumerate().for_each_init(
             || [vec![0.0; w1.len() * n2], vec![0.0; w1.len() * n2]],
             |[by_value, by_slope], (i, slab)| {
-                let [none, second, third] = [none, second, third].map(|own| &own[i * plane..(i + 1) * plane]);
-                v1.back.times(none, *n2, by_value, false);
+                let range = i * plane..(i + 1) * plane;
+                let [value, second, third] = [value, second, third].map(|array| &array[range.clone()]);
+                v1.back.times(value, *n2, by_value, false);
                 g1.back.times(second, *n2, by_value, true);
                 v1.back.times(third, *n2, by_slope, false);
-                let mut own = |matrix: &Strips, from: &[f64]| {
+                let mut add_rows = |matrix: &Strips, from: &[f64]| {
                     let to = target(slab, w1.start * dims[2] + w2.start, dims[2]);
                     matrix.times_rows(from, w1.len(), *n2, to, true);
                 };
-                own(&v2.back, by_value);
-                own(&g2.back, by_slope);
+                add_rows(&v2.back, by_value);
+                add_rows(&g2.back, by_slope);
             },
         );
     }
 
-    /// For some lines of points of the third axis, the rows of each function of the first become those of K grad u times the weight, without
-    /// its part eps grad u, tested with the functions.
+    /// For some lines of points along the third axis: turns the rows of the functions of the first axis into
+    /// those of (K - eps) grad u, weighted and tested with the functions.
     fn on_columns(&self, lines: &Range<usize>, mut columns: [Vec<&mut [f64]>; 3], work: &mut OnElement) {
         let Metric { points, runs, tensors, .. } = &self.metric;
         let [n1, width] = [points[1].len(), lines.len() * points[2].len()];
         let of_point = n1 * runs.ranges.len();
         let mut before = 0..0;
-        for own in &self.functions.first {
-            let OfElement { points: at, functions, value, slope, back: [value_back, slope_back] } = own;
+        for element in &self.functions.first {
+            let OfElement { points: at, functions, value, slope, back: [value_back, slope_back] } = element;
             let OnElement { rows, before: rows_before, flux, images } = work;
             std::mem::swap(rows, rows_before);
             for c in 0..3 {
-                // What the element before left is not what it found.
+                // Rows shared with the previous element already hold its results: their inputs are in its
+                // copy.
                 let rows = at_least(&mut rows[c], functions.len() * width);
                 for (i, row) in functions.clone().zip(rows.chunks_exact_mut(width)) {
                     row.copy_from_slice(match i < before.end {
@@ -243,7 +250,7 @@ impl Gradients {
                 multiply(matrix.left(), right(rows, 0, width, width), target(flux, 0, width), false);
             }
             let tensors = &tensors[at.start * of_point..at.end * of_point];
-            let [x, y, z] = flux.each_mut().map(|own| &mut own[..at.len() * width]);
+            let [x, y, z] = flux.each_mut().map(|component| &mut component[..at.len() * width]);
             runs.weigh(tensors, n1, lines, &points[2].weights, [x, y, z]);
             for c in 0..3 {
                 let images = at_least(&mut images[c], functions.len() * width);
@@ -260,7 +267,7 @@ impl Gradients {
         }
     }
 
-    /// The energies that the map adds to those of potentials, by the rule of these points.
+    /// The energies that the map adds to those of potentials, by the quadrature of these points.
     ///
     /// # Errors
     /// As for [`products`].
@@ -271,7 +278,8 @@ impl Gradients {
     }
 }
 
-/// Arrays of rows of one length, cut in pieces of so many columns: for each piece the part of every row, by array.
+/// Cuts arrays of rows of equal length into pieces of `columns` columns: for each piece the part of every
+/// row, by array.
 fn columns(arrays: &mut [Vec<f64>; 3], length: usize, columns: usize) -> Vec<[Vec<&mut [f64]>; 3]> {
     let mut out: Vec<[Vec<&mut [f64]>; 3]> =
         (0..length.div_ceil(columns)).map(|_| Default::default()).collect();
@@ -306,15 +314,15 @@ pub(crate) fn added_energies(
     potentials: &[Vec<f64>],
     dims: Dims,
 ) -> Result<Option<Mat<f64>>, SolveError> {
-    let Some(rule) = Rule::new(domain, extra, Of::Permittivity) else { return Ok(None) };
+    let Some(rule) = Rule::new(domain, extra, TensorKind::Permittivity) else { return Ok(None) };
     let functions = Functions::new(domain, &rule.points);
     let coefficients: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
     let fields = Potentials { functions: &functions, coefficients: &coefficients, dims };
     Ok(Some(products(Tensors::Of(&rule), &fields)?.0))
 }
 
-/// Adds to energies what the map adds by the finer of two rules, and to the diagonal, with the sign given, how far the two are apart:
-/// what the finer rule leaves out is a small part of that.
+/// Adds to energies what the map adds according to the finer of two rules. The difference of the two, with
+/// the sign given, goes to the diagonal: the error of the finer rule is a small part of it.
 pub(crate) fn add_with_error(matrix: &mut Mat<f64>, coarser: &Mat<f64>, finer: &Mat<f64>, sign: f64) {
     for i in 0..matrix.nrows() {
         for j in 0..matrix.ncols() {

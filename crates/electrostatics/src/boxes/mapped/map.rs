@@ -19,16 +19,16 @@ const ROUNDING: f64 = 1e-12;
 /// One axis of the grid of a [`SceneMap`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapAxis {
-    /// Where the polynomials end, ascending, m. On an axis that is mirrored the first is 0.
+    /// The ends of the polynomials, ascending, m. On a mirrored axis the first is 0.
     pub breaks: Vec<f64>,
-    /// The degree in each interval between two breaks, at least 1: one fewer than breaks.
+    /// The degree in each interval between two breaks, at least 1: one entry fewer than breaks.
     pub degrees: Vec<usize>,
-    /// Whether the map on the other side of 0 is the mirror image.
+    /// Whether the axis continues below 0 as the mirror image.
     pub mirrored: bool,
 }
 
 impl MapAxis {
-    /// The places where the displacement is given, ascending, m.
+    /// The coordinates at which the displacement is given, ascending, m.
     pub fn nodes(&self) -> Vec<f64> {
         let mut nodes: Vec<f64> = self.breaks.first().copied().into_iter().collect();
         for (ends, &degree) in self.breaks.windows(2).zip(&self.degrees) {
@@ -40,12 +40,12 @@ impl MapAxis {
         nodes
     }
 
-    /// For each interval between two breaks the nodes on it, those at its ends among them.
+    /// The range of nodes on each interval between two breaks, its ends included.
     fn node_ranges(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.degrees.iter().scan(0, |first, degree| {
-            let own = *first..*first + degree + 1;
+            let range = *first..*first + degree + 1;
             *first += degree;
-            Some(own)
+            Some(range)
         })
     }
 
@@ -56,7 +56,7 @@ impl MapAxis {
             && self.breaks.last().is_some_and(|last| x <= *last)
     }
 
-    /// The interval between two breaks that `place` (m) lies in, and whether that is seen in the mirror.
+    /// The interval between two breaks that holds `place` (m), and whether it is that of the mirror image.
     fn interval(&self, place: f64) -> (usize, bool) {
         let reflected = self.mirrored && place < 0.0;
         let x = if reflected { -place } else { place };
@@ -118,15 +118,15 @@ impl SceneMap {
         for &x in &x {
             for &y in &y {
                 for &z in &z {
-                    for (all, one) in values.iter_mut().zip(displacement([x, y, z])) {
-                        all.push(one);
+                    for (component, value) in values.iter_mut().zip(displacement([x, y, z])) {
+                        component.push(value);
                     }
                 }
             }
         }
-        let mut own = Self { axes, displacement: values, steady: Vec::new(), rounded: None };
-        own.make_steady();
-        own
+        let mut map = Self { axes, displacement: values, steady: Vec::new(), rounded: None };
+        map.make_steady();
+        map
     }
 
     /// Makes the displacement the same all along an interval of the third axis where it changes by rounding alone.
@@ -135,8 +135,8 @@ impl SceneMap {
         let [_, _, n2] = self.counts();
         for nodes in self.axes[2].node_ranges() {
             let is_same = |line: &[f64]| {
-                let own = line.get(nodes.clone()).unwrap_or_default();
-                own.first().is_some_and(|u| own.iter().all(|v| (u - v).abs() <= ROUNDING * largest))
+                let line = line.get(nodes.clone()).unwrap_or_default();
+                line.first().is_some_and(|u| line.iter().all(|v| (u - v).abs() <= ROUNDING * largest))
             };
             let is_steady = self.displacement.iter().all(|values| values.chunks_exact(n2).all(is_same));
             self.steady.push(is_steady);
@@ -149,27 +149,29 @@ impl SceneMap {
         }
     }
 
-    /// This map with a box whose image has no edges: fields are then smooth at the edges of the box, and grids need not be fine there.
+    /// This map with a box whose image has no edges: fields are then smooth at the edges of the box, and
+    /// grids need not be refined there.
     pub fn with_rounded(self, rounded: Rounded) -> Self {
         Self { rounded: Some(rounded), ..self }
     }
 
-    /// Whether the image of a body is smooth where the faces of this box of it across axis `a` meet others.
+    /// Whether the image of the body that `region` belongs to is smooth where the faces of `region` across
+    /// axis `a` meet others.
     pub(crate) fn is_round(&self, region: &Box3, a: usize) -> bool {
-        self.rounded.is_some_and(|own| own.region == *region && own.across[a])
+        self.rounded.is_some_and(|rounded| rounded.region == *region && rounded.across[a])
     }
 
-    /// The axes of its grid.
+    /// The axes of the map's grid.
     pub fn axes(&self) -> &[MapAxis; 3] {
         &self.axes
     }
 
-    /// Where a point (m) goes, m.
+    /// The image of a point (m), m.
     pub fn image(&self, point: [f64; 3]) -> [f64; 3] {
         self.images(&point.map(|x| vec![x])).first().copied().unwrap_or(point)
     }
 
-    /// Where the tensor product of places (m) goes, m, `[i][j][k]`.
+    /// The images of the tensor product of places (m), m, `[i][j][k]`.
     pub fn images(&self, places: &[Vec<f64>; 3]) -> Vec<[f64; 3]> {
         let [x, y, z] = places;
         let mut points = Vec::with_capacity(x.len() * y.len() * z.len());
@@ -184,8 +186,9 @@ impl SceneMap {
         points
     }
 
-    /// The smallest determinant of its gradient between two heights, m. It is looked for along each axis at one place more than the
-    /// degree of each polynomial, so that a map may fold between these places though this is positive.
+    /// The smallest determinant of the map's gradient between two heights, m. It is sampled along each axis
+    /// at one place more than the degree of each polynomial, so that a map may fold between samples although
+    /// this is positive.
     pub fn smallest_volume(&self, heights: [f64; 2]) -> f64 {
         let mut places = self.axes.each_ref().map(|axis| {
             let between = |(ends, &degree): (&[f64], &usize)| {
@@ -197,11 +200,12 @@ impl SceneMap {
         });
         places[1].retain(|y| heights[0] <= *y && *y <= heights[1]);
         let gradients = self.gradients(&places);
-        let all = (0..places[0].len()).flat_map(|i| gradients.slab(i));
-        all.map(|f| adjugate(&f).1).fold(f64::INFINITY, f64::min)
+        let all_gradients = (0..places[0].len()).flat_map(|i| gradients.slab(i));
+        all_gradients.map(|f| adjugate(&f).1).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the map is continuous in a scene: where its grid ends, a wall of the scene lies or nothing moves.
+    /// Whether the map is continuous in a scene: at each end of its grid there is a wall, or the displacement
+    /// is zero.
     pub(crate) fn is_continuous(&self, scene: &Scene) -> bool {
         let counts = self.counts();
         let strides = [counts[1] * counts[2], counts[2], 1];
@@ -214,7 +218,7 @@ impl SceneMap {
             let axis = &self.axes[a];
             let at_mirror = axis.mirrored && side == 0;
             let end = if side == 0 { axis.breaks.first() } else { axis.breaks.last() };
-            // At a mirrored axis the other side ends as this one does.
+            // A mirrored axis ends at the mirror image of this end, too.
             let at_wall = |x: &f64| is_wall(*x, a, side) && (!axis.mirrored || is_wall(-x, a, 0));
             if !at_mirror && end.is_some_and(at_wall) {
                 return true;
@@ -231,14 +235,16 @@ impl SceneMap {
     /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
     /// within the grid, slab by slab along the first axis.
     pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
-        let both = |a: usize| [false, true].map(|odd| self.axes[a].matrices(&places[a], odd));
-        let strips = |a: usize| both(a).map(|own| own.map(|matrix| Strips::new(&matrix)));
-        MapGradients { map: self, first: both(0), across: [strips(1), strips(2)] }
+        let matrices = |a: usize| [false, true].map(|odd| self.axes[a].matrices(&places[a], odd));
+        let strips = |a: usize| matrices(a).map(|parity| parity.map(|matrix| Strips::new(&matrix)));
+        MapGradients { map: self, first: matrices(0), across: [strips(1), strips(2)] }
     }
 
-    /// A field that is sampled on the boxes, in the bent scene: its points move, and E = F^-T times that of the boxes.
+    /// A field that was sampled in the coordinates of the boxes, carried to the bent scene: its points move,
+    /// and E becomes F^-T E.
     pub(crate) fn bend(&self, mut field: Field) -> Field {
-        // Slopes of the map may jump where its polynomials meet: limits from below and from above are looked at beside the nodes.
+        // The gradient of the map may jump where its polynomials meet: its limits from below and from above
+        // are evaluated next to the nodes.
         for (side, towards) in [-1.0, 1.0].into_iter().enumerate() {
             let beside = field.nodes.each_ref().map(|x| {
                 let size = x.last().zip(x.first()).map_or(0.0, |(last, first)| last - first);
@@ -246,34 +252,35 @@ impl SceneMap {
             });
             let (within, nodes) = self.within(&beside);
             let gradients = self.gradients(&within);
-            let all = (0..within[0].len()).flat_map(|i| gradients.slab(i));
-            for (f, index) in all.zip(nodes) {
+            let all_gradients = (0..within[0].len()).flat_map(|i| gradients.slab(i));
+            for (f, index) in all_gradients.zip(nodes) {
                 let (adjugate, volume) = adjugate(&f);
                 if let Some(limits) = field.electric_field.get_mut(index).filter(|_| volume > 0.0) {
-                    let own = limits[side];
+                    let straight = limits[side];
                     limits[side] =
-                        [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * own[k]).sum::<f64>() / volume);
+                        [0, 1, 2].map(|r| (0..3).map(|k| adjugate[k][r] * straight[k]).sum::<f64>() / volume);
                 }
             }
         }
         field.points = Some(self.images(&field.nodes));
-        let bent = |own: FieldSection| FieldSection { field: self.bend(own.field), ..own };
+        let bent = |section: FieldSection| FieldSection { field: self.bend(section.field), ..section };
         field.sections = field.sections.into_iter().map(bent).collect();
         field
     }
 
-    /// The places on each axis that the grid reaches, and the numbers of the points of their tensor product among those of all.
+    /// The places on each axis that lie within the grid, and the indices of their tensor product in that of
+    /// all `places`.
     fn within(&self, places: &[Vec<f64>; 3]) -> ([Vec<f64>; 3], Vec<usize>) {
-        let own = [0, 1, 2].map(|a| -> Vec<usize> {
+        let inside = [0, 1, 2].map(|a| -> Vec<usize> {
             (0..places[a].len()).filter(|i| self.axes[a].reaches(places[a][*i])).collect()
         });
         let mut numbers = Vec::new();
-        for i in &own[0] {
-            for j in &own[1] {
-                numbers.extend(own[2].iter().map(|k| (i * places[1].len() + j) * places[2].len() + k));
+        for i in &inside[0] {
+            for j in &inside[1] {
+                numbers.extend(inside[2].iter().map(|k| (i * places[1].len() + j) * places[2].len() + k));
             }
         }
-        ([0, 1, 2].map(|a| own[a].iter().map(|i| places[a][*i]).collect()), numbers)
+        ([0, 1, 2].map(|a| inside[a].iter().map(|i| places[a][*i]).collect()), numbers)
     }
 
     /// The number of nodes on each axis.
@@ -281,14 +288,14 @@ impl SceneMap {
         self.axes.each_ref().map(|axis| axis.degrees.iter().sum::<usize>() + 1)
     }
 
-    /// For each place on the third axis, m, the interval between two breaks that it lies in and whether that is seen in the mirror, if the
-    /// displacement does not change along the interval; `None` if it does.
+    /// For each place on the third axis, m, its interval between two breaks and whether that is the mirror
+    /// image's, if the displacement does not change along the interval; `None` if it does.
     pub(crate) fn steady_pieces(&self, places: &[f64]) -> Vec<Option<(usize, bool)>> {
-        let of = |place: &f64| {
+        let piece = |place: &f64| {
             let (interval, reflected) = self.axes[2].interval(*place);
             self.steady.get(interval).is_some_and(|steady| *steady).then_some((interval, reflected))
         };
-        places.iter().map(of).collect()
+        places.iter().map(piece).collect()
     }
 
     /// A component of the displacement at the tensor product of places.
@@ -303,8 +310,8 @@ impl SceneMap {
     }
 }
 
-/// Gradients of a map at the tensor product of places. The matrices of the axes, to values and to slopes of even and of odd functions,
-/// serve all slabs.
+/// Gradients of a map at the tensor product of places. The matrices of the axes are computed once for all
+/// slabs: from values at the nodes to values and slopes, of even and of odd functions.
 pub(crate) struct MapGradients<'m> {
     map: &'m SceneMap,
     first: [[SparseRows<f64>; 2]; 2],
@@ -317,7 +324,7 @@ impl MapGradients<'_> {
     pub(crate) fn slab(&self, i: usize) -> Vec<[[f64; 3]; 3]> {
         let [_, n1, n2] = self.map.counts();
         let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));
-        let [rows, columns] = self.across.each_ref().map(|own| own[0][0].rows());
+        let [rows, columns] = self.across.each_ref().map(|parities| parities[0][0].rows());
         let mut out = vec![identity; rows * columns];
         let (mut half, mut slopes) = (vec![0.0; rows * n2], vec![0.0; rows * columns]);
         for (component, displacement) in self.map.displacement.iter().enumerate() {
@@ -350,7 +357,7 @@ fn chebyshev(degree: usize) -> Vec<f64> {
 /// Values and slopes at `s` of the polynomials that are 1 at one of the extrema and 0 at the others.
 fn lagrange(degree: usize, s: f64) -> Vec<(f64, f64)> {
     let nodes = chebyshev(degree);
-    let one = |k: usize| {
+    let polynomial = |k: usize| {
         let (mut value, mut slope) = (1.0, 0.0);
         for (_, node) in nodes.iter().enumerate().filter(|(j, _)| *j != k) {
             let width = nodes[k] - node;
@@ -359,7 +366,7 @@ fn lagrange(degree: usize, s: f64) -> Vec<(f64, f64)> {
         }
         (value, slope)
     };
-    (0..=degree).map(one).collect()
+    (0..=degree).map(polynomial).collect()
 }
 
 #[cfg(test)]
@@ -390,9 +397,9 @@ mod tests {
                 displacement(moved)
             };
             for row in 0..3 {
-                let own = if row == column { 1.0 } else { 0.0 };
+                let identity = if row == column { 1.0 } else { 0.0 };
                 let slope = (at(1.0)[row] - at(-1.0)[row]) / (2.0 * step);
-                assert!((gradient[row][column] - own - slope).abs() < 1e-8, "{row} {column}");
+                assert!((gradient[row][column] - identity - slope).abs() < 1e-8, "{row} {column}");
             }
         }
     }

@@ -16,7 +16,7 @@ const ROWS_AT_ONCE: usize = 32;
 
 /// The tensor that a [`Metric`] holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Of {
+pub(crate) enum TensorKind {
     /// K - eps, for potentials.
     Permittivity,
     /// K^-1 - 1 / eps, for fluxes.
@@ -26,7 +26,7 @@ pub(crate) enum Of {
 /// Gauss points where the map is not the identity.
 pub(crate) struct Rule<'d> {
     domain: &'d Domain,
-    of: Of,
+    kind: TensorKind,
     pub(crate) points: [AxisPoints; 3],
     pub(crate) runs: Runs,
     gradients: MapGradients<'d>,
@@ -34,31 +34,32 @@ pub(crate) struct Rule<'d> {
 }
 
 impl<'d> Rule<'d> {
-    /// With `extra` more points on each element than its degree; `None` where the map changes nothing.
-    pub(crate) fn new(domain: &'d Domain, extra: usize, of: Of) -> Option<Self> {
+    /// The rule with `extra` more points on each element than its degree; `None` where the map changes
+    /// nothing.
+    pub(crate) fn new(domain: &'d Domain, extra: usize, kind: TensorKind) -> Option<Self> {
         let map = domain.map.as_ref()?;
         let points = [0, 1, 2].map(|a| {
             let axis = &domain.axes[a];
             AxisPoints::new(axis, bent(axis, |x| map.reaches(a, x)), extra)
         });
-        if points.iter().any(|own| own.len() == 0) {
+        if points.iter().any(|points| points.len() == 0) {
             return None;
         }
         let runs = Runs::new(map, &points[2]);
         let mut places = points.each_ref().map(|p| p.places.clone());
         places[2] = runs.ranges.iter().map(|run| points[2].places[run.start]).collect();
         let gradients = map.gradients(&places);
-        Some(Self { domain, of, points, runs, gradients, held: held(domain) })
+        Some(Self { domain, kind, points, runs, gradients, held: held(domain) })
     }
 
-    /// How many tensors there are for one place on the first axis.
+    /// Number of tensors for one place on the first axis.
     pub(crate) fn plane(&self) -> usize {
         self.points[1].len() * self.runs.ranges.len()
     }
 
-    /// The tensor for each point of the second axis and each run of the third, `[j][run]`, times the weights of the first two axes, for one
-    /// place on the first axis; zero in conductors. Returns a number that is at least 1 and at least the largest of eps K^-1 at these points in
-    /// any direction.
+    /// The tensor for each point of the second axis and each run of the third, `[j][run]`, times the weights
+    /// of the first two axes, for one place on the first axis; zero in conductors. Returns an upper bound on
+    /// the eigenvalues of eps K^-1 at these points, at least 1.
     ///
     /// # Errors
     /// A map that turns space inside out.
@@ -77,13 +78,13 @@ impl<'d> Rule<'d> {
                     *tensor = [0.0; 6];
                     continue;
                 }
-                let (own, stretch) = tensor_of(f, self.of).ok_or(SolveError::InsideOut)?;
+                let (unweighted, stretch) = tensor_of(f, self.kind).ok_or(SolveError::InsideOut)?;
                 let eps = self.domain.permittivity[cell];
-                let scale = match self.of {
-                    Of::Permittivity => weight * eps,
-                    Of::Resistance => weight / eps,
+                let scale = match self.kind {
+                    TensorKind::Permittivity => weight * eps,
+                    TensorKind::Resistance => weight / eps,
                 };
-                *tensor = scaled(scale, &own);
+                *tensor = scaled(scale, &unweighted);
                 largest = largest.max(stretch);
             }
         }
@@ -98,17 +99,18 @@ pub(crate) struct Metric {
     pub(crate) runs: Runs,
     /// The tensors that [`Rule::slab`] gives for each place on the first axis: `[i][j][run]`.
     pub(crate) tensors: Vec<Symmetric>,
-    /// At least the largest of eps K^-1 at any of the points in any direction, and at least 1.
+    /// An upper bound on the eigenvalues of eps K^-1 at all points, at least 1.
     pub(crate) largest: f64,
 }
 
 impl Metric {
-    /// With `extra` more points on each element than its degree; `None` where the map changes nothing.
+    /// The tensors with `extra` more points on each element than its degree; `None` where the map changes
+    /// nothing.
     ///
     /// # Errors
     /// A map that turns space inside out.
-    pub(crate) fn new(domain: &Domain, extra: usize, of: Of) -> Result<Option<Self>, SolveError> {
-        let Some(rule) = Rule::new(domain, extra, of) else { return Ok(None) };
+    pub(crate) fn new(domain: &Domain, extra: usize, kind: TensorKind) -> Result<Option<Self>, SolveError> {
+        let Some(rule) = Rule::new(domain, extra, kind) else { return Ok(None) };
         let plane = rule.plane();
         let mut tensors = vec![[0.0; 6]; rule.points[0].len() * plane];
         // Slab by slab, so that gradients of the map never take more memory than the tensors.
@@ -122,11 +124,11 @@ impl Metric {
     pub(crate) fn at(&self, [i, j, k]: [usize; 3]) -> Option<Symmetric> {
         let weight = self.points[2].weights.get(k)?;
         let row = i * self.points[1].len() + j;
-        let tensor = self.tensors.get(row * self.runs.ranges.len() + self.runs.of(k))?;
+        let tensor = self.tensors.get(row * self.runs.ranges.len() + self.runs.run_of(k))?;
         Some(scaled(*weight, tensor))
     }
 
-    /// Sum of x K y over points, weighted.
+    /// The weighted sum of x K y over all points.
     pub(crate) fn product(&self, x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]) -> f64 {
         let (n2, count) = (self.points[2].len(), self.runs.ranges.len());
         let weights = &self.points[2].weights;
@@ -138,7 +140,7 @@ impl Metric {
             .map(|(piece, tensors)| {
                 let row = |(n, tensors): (usize, &[Symmetric])| {
                     let first = (piece * ROWS_AT_ONCE + n) * n2;
-                    let one = |(run, k): (&Range<usize>, &Symmetric)| {
+                    let over_run = |(run, k): (&Range<usize>, &Symmetric)| {
                         let at = |n: usize| {
                             let (x, y) =
                                 ([0, 1, 2].map(|a| x[a][first + n]), [0, 1, 2].map(|a| y[a][first + n]));
@@ -147,7 +149,7 @@ impl Metric {
                         };
                         run.clone().map(at).sum::<f64>()
                     };
-                    self.runs.ranges.iter().zip(tensors).map(one).sum::<f64>()
+                    self.runs.ranges.iter().zip(tensors).map(over_run).sum::<f64>()
                 };
                 tensors.chunks_exact(count.max(1)).enumerate().map(row).sum()
             })
@@ -155,7 +157,8 @@ impl Metric {
         pieces.iter().sum()
     }
 
-    /// At least the largest of eps K^-1 at any of the points outside a block in any direction, and at least 1; of [`Of::Resistance`].
+    /// An upper bound on the eigenvalues of eps K^-1 at the points outside a block, at least 1. The tensors
+    /// must be those of [`TensorKind::Resistance`].
     pub(crate) fn largest_outside(&self, domain: &Domain, block: &Block) -> f64 {
         let (n1, runs) = (self.points[1].len(), &self.runs.ranges);
         let trace = |(index, tensor): (usize, &Symmetric)| {
@@ -172,20 +175,21 @@ impl Metric {
     }
 }
 
-/// The tensor for unit permittivity, less the identity, of a map with gradient `f`; and the trace of K^-1, which is no less than its
-/// largest eigenvalue. `None` if the map turns space inside out.
+/// The tensor for unit permittivity, less the identity, of a map with gradient `f`; and the trace of K^-1,
+/// which is at least its largest eigenvalue. `None` if the map turns space inside out.
 ///
-/// It is called for millions of points, and written out: whether the compiler inlines closures over indices changes with code elsewhere.
+/// This is called for millions of points and written out by hand: whether the compiler inlines closures over
+/// indices depends on code elsewhere.
 #[inline]
-fn tensor_of(f: &[[f64; 3]; 3], of: Of) -> Option<(Symmetric, f64)> {
+fn tensor_of(f: &[[f64; 3]; 3], kind: TensorKind) -> Option<(Symmetric, f64)> {
     let (adjugate, volume) = adjugate(f);
     if volume.is_nan() || volume <= 0.0 {
         return None;
     }
     let columns = transposed(f);
-    let rows = match of {
-        Of::Permittivity => adjugate,
-        Of::Resistance => columns,
+    let rows = match kind {
+        TensorKind::Permittivity => adjugate,
+        TensorKind::Resistance => columns,
     };
     let [a, b, c] = rows;
     let tensor = [
@@ -200,14 +204,14 @@ fn tensor_of(f: &[[f64; 3]; 3], of: Of) -> Option<(Symmetric, f64)> {
     Some((tensor, dot(x, x) / volume + dot(y, y) / volume + dot(z, z) / volume))
 }
 
-/// The finite elements of an axis whose middles fulfil a condition, from the first to the last of them.
+/// The range of finite elements of an axis from the first to the last whose middle fulfils a condition.
 fn bent(axis: &Axis, reaches: impl Fn(f64) -> bool) -> Range<usize> {
     let line = &axis.line;
     let first = line.first_finite();
     let middle = |e: usize| 0.5 * (line.nodes[e - first] + line.nodes[e - first + 1]);
-    let mut own = (first..first + line.degrees.len()).filter(|e| reaches(middle(*e)));
-    match own.next() {
-        Some(low) => low..own.next_back().unwrap_or(low) + 1,
+    let mut elements = (first..first + line.degrees.len()).filter(|e| reaches(middle(*e)));
+    match elements.next() {
+        Some(low) => low..elements.next_back().unwrap_or(low) + 1,
         None => first..first,
     }
 }

@@ -24,20 +24,20 @@ impl PlacedMap {
 
     /// See [`SceneMap::gradients`].
     pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
-        let own = [0, 1, 2].map(|a| places[a].iter().map(|x| self.origin[a] + self.unit * x).collect());
-        self.map.gradients(&own)
+        let metres = [0, 1, 2].map(|a| places[a].iter().map(|x| self.origin[a] + self.unit * x).collect());
+        self.map.gradients(&metres)
     }
 
     /// See [`SceneMap::steady_pieces`].
     pub(crate) fn steady_pieces(&self, places: &[f64]) -> Vec<Option<(usize, bool)>> {
-        let own: Vec<f64> = places.iter().map(|x| self.origin[2] + self.unit * x).collect();
-        self.map.steady_pieces(&own)
+        let metres: Vec<f64> = places.iter().map(|x| self.origin[2] + self.unit * x).collect();
+        self.map.steady_pieces(&metres)
     }
 
-    /// Where the polynomials end on an axis, on both sides of a mirror plane.
+    /// The ends of the map's polynomials on an axis, on both sides of a mirror plane.
     pub(crate) fn breaks(&self, axis: usize) -> Vec<f64> {
-        let own = &self.map.axes[axis];
-        let mirrored = own.breaks.iter().filter(|_| own.mirrored).map(|x| -x);
-        own.breaks.iter().copied().chain(mirrored).map(|x| (x - self.origin[axis]) / self.unit).collect()
+        let map_axis = &self.map.axes[axis];
+        let mirrored = map_axis.breaks.iter().filter(|_| map_axis.mirrored).map(|x| -x);
+        map_axis.breaks.iter().copied().chain(mirrored).map(|x| (x - self.origin[axis]) / self.unit).collect()
     }
 }

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Gauss points on a run of finite elements.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisPoints {
-    /// Places on the reference element, and on the axis in its own unit.
+    /// Coordinates on the reference element, and on the axis in the unit of the layout.
     reference: Vec<f64>,
     pub(crate) places: Vec<f64>,
     /// Weights of integrals along the axis.
@@ -45,42 +45,43 @@ impl AxisPoints {
         }
     }
 
-    /// `extra` more points on each of the elements than its degree.
+    /// Points on some elements, `extra` more on each than its degree.
     pub(crate) fn new(axis: &Axis, elements: Range<usize>, extra: usize) -> Self {
         let (mut reference, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         let (mut element, mut interval) = (Vec::new(), Vec::new());
         for e in elements {
             let Element::Finite { start, length } = axis.line.element(e) else { continue };
-            let own = axis.cuts.partition_point(|cut| *cut <= e).saturating_sub(1);
+            let interval_index = axis.cuts.partition_point(|cut| *cut <= e).saturating_sub(1);
             let (points, w) = gauss_legendre(axis.line.degree(e) + extra);
             for (s, w) in points.into_iter().zip(w) {
                 reference.push(s);
                 places.push(start + 0.5 * (s + 1.0) * length);
                 weights.push(0.5 * length * w);
                 element.push(e - axis.line.first_finite());
-                interval.push(own);
+                interval.push(interval_index);
             }
         }
         Self { reference, places, weights, element, interval }
     }
 
-    /// The points of an axis that begins in the middle of another, and their mirror images below it, on that other one.
+    /// The points of an axis that begins in the middle of another, together with their mirror images, on that
+    /// other axis.
     pub(crate) fn with_mirror_image(&self, upper: &Axis) -> Self {
         let (elements, intervals) = (upper.line.degrees.len(), upper.intervals());
-        let both = |below: &dyn Fn(usize) -> f64, above: &[f64]| {
+        let mirrored = |below: &dyn Fn(usize) -> f64, above: &[f64]| {
             let images = (0..self.len()).rev().map(below);
             images.chain(above.iter().copied()).collect::<Vec<f64>>()
         };
-        let count = |number: &[usize], of: usize| {
-            let images = number.iter().rev().map(|k| of - 1 - k);
-            images.chain(number.iter().map(|k| of + k)).collect::<Vec<usize>>()
+        let index = |numbers: &[usize], half: usize| {
+            let images = numbers.iter().rev().map(|k| half - 1 - k);
+            images.chain(numbers.iter().map(|k| half + k)).collect::<Vec<usize>>()
         };
         Self {
-            reference: both(&|k| -self.reference[k], &self.reference),
-            places: both(&|k| -self.places[k], &self.places),
-            weights: both(&|k| self.weights[k], &self.weights),
-            element: count(&self.element, elements),
-            interval: count(&self.interval, intervals),
+            reference: mirrored(&|k| -self.reference[k], &self.reference),
+            places: mirrored(&|k| -self.places[k], &self.places),
+            weights: mirrored(&|k| self.weights[k], &self.weights),
+            element: index(&self.element, elements),
+            interval: index(&self.interval, intervals),
         }
     }
 
@@ -100,13 +101,14 @@ impl AxisPoints {
         out
     }
 
-    /// Values and slopes of the axis functions `window` (in the trimmed numbering of [`Axis::functions`]).
+    /// Values and slopes of the functions `window` of an axis (in the trimmed numbering of
+    /// [`Axis::functions`]).
     pub(crate) fn functions(&self, axis: &Axis, window: &Range<usize>) -> [Mat<f64>; 2] {
         let first = axis.functions().start;
         self.all_functions(axis, first + window.start..first + window.end)
     }
 
-    /// Values and slopes of functions of an axis, those that walls hold among them, in the numbering of its line.
+    /// Values and slopes of functions of an axis, held by walls or not, in the numbering of its line.
     pub(crate) fn all_functions(&self, axis: &Axis, window: Range<usize>) -> [Mat<f64>; 2] {
         let numbering = Numbering::new(&axis.line);
         let finite = axis.line.first_finite();
@@ -131,9 +133,10 @@ impl AxisPoints {
         let (free, first) = (axis.functions(), axis.line.first_finite());
         let elements = self.element.get(points.clone()).unwrap_or_default();
         let Some((low, high)) = elements.first().zip(elements.last()) else { return 0..0 };
-        let all = (low + first..high + first + 1).flat_map(|e| numbering.element(&axis.line, e)).flatten();
-        let own: Vec<usize> = all.filter(|i| free.contains(i)).map(|i| i - free.start).collect();
-        own.iter().min().zip(own.iter().max()).map_or(0..0, |(low, high)| *low..high + 1)
+        let elements = low + first..high + first + 1;
+        let functions = elements.flat_map(|e| numbering.element(&axis.line, e)).flatten();
+        let indices: Vec<usize> = functions.filter(|i| free.contains(i)).map(|i| i - free.start).collect();
+        indices.iter().min().zip(indices.iter().max()).map_or(0..0, |(low, high)| *low..high + 1)
     }
 
     /// The potential modes of an axis without infinite elements that belong to the elements of some of the points.

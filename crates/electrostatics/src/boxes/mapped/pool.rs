@@ -1,19 +1,19 @@
-//! Buffers that threads use one after the other.
+//! Buffers that threads share.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Buffers that are not in use. As many are made as threads need at the same time: what each piece of work that the threads share out makes
-/// for itself takes new pages of memory every time, which costs as much as the work in them.
+/// Buffers that are not in use. No more are allocated than threads use at the same time: to allocate one for
+/// each piece of work would touch new pages of memory every time, which costs as much as the work itself.
 #[derive(Debug, Default)]
 pub(crate) struct Pool<T>(Mutex<Vec<T>>);
 
 impl<T: Default> Pool<T> {
-    /// Does some work with one of them.
+    /// Runs some work with one of the buffers.
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> R {
         let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut own = idle().pop().unwrap_or_default();
-        let out = work(&mut own);
-        idle().push(own);
+        let mut buffer = idle().pop().unwrap_or_default();
+        let out = work(&mut buffer);
+        idle().push(buffer);
         out
     }
 }

@@ -1,5 +1,5 @@
-//! Runs of points of the third axis over which nothing changes that tensors depend on. A layer in plane strain is bent in the same way
-//! all along that axis: then a few tensors serve for hundreds of points.
+//! Runs of points of the third axis over which the tensors of a map do not change. A layer in plane strain is
+//! bent in the same way all along that axis: then a few tensors serve for hundreds of points.
 
 use super::placed::PlacedMap;
 use super::points::AxisPoints;
@@ -11,13 +11,13 @@ use std::ops::Range;
 pub(crate) struct Runs {
     pub(crate) ranges: Vec<Range<usize>>,
     /// The run of each point.
-    of: Vec<usize>,
+    run_of_point: Vec<usize>,
 }
 
 impl Runs {
     pub(crate) fn new(map: &PlacedMap, points: &AxisPoints) -> Self {
         let pieces = map.steady_pieces(&points.places);
-        let (mut ranges, mut of) = (Vec::<Range<usize>>::new(), Vec::new());
+        let (mut ranges, mut run_of_point) = (Vec::<Range<usize>>::new(), Vec::new());
         for (k, piece) in pieces.iter().enumerate() {
             let is_same = |last: &Range<usize>| {
                 piece.is_some()
@@ -28,18 +28,19 @@ impl Runs {
                 Some(last) => last.end = k + 1,
                 None => ranges.push(k..k + 1),
             }
-            of.push(ranges.len() - 1);
+            run_of_point.push(ranges.len() - 1);
         }
-        Self { ranges, of }
+        Self { ranges, run_of_point }
     }
 
     /// The run of a point.
-    pub(crate) fn of(&self, point: usize) -> usize {
-        self.of[point]
+    pub(crate) fn run_of(&self, point: usize) -> usize {
+        self.run_of_point[point]
     }
 
-    /// Fields at points become their images. The points are those of some places on the first axis, of `lines` of the second, and of the third
-    /// axis, which have these weights; the tensors are those of the same places and of all `count` points of the second axis.
+    /// Multiplies fields at points by the tensors and the weights of the third axis. The points are those of
+    /// some places on the first axis, of `lines` of the second, and of the third axis; the tensors are those
+    /// of the same places and of all `count` points of the second axis.
     pub(crate) fn weigh(
         &self,
         tensors: &[Symmetric],
@@ -69,7 +70,7 @@ mod tests {
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::mapped::gradients::EXTRA;
     use crate::boxes::mapped::map::SceneMap;
-    use crate::boxes::mapped::metric::{Metric, Of};
+    use crate::boxes::mapped::metric::{Metric, TensorKind};
     use crate::boxes::one_grid::Lower;
     use crate::solution::Settings;
     use std::sync::Arc;
@@ -83,12 +84,12 @@ mod tests {
             [to[0] - x[0] + 1e-9 * x[2], to[1] - x[1], to[2] - x[2]]
         }));
         let settings = Settings::default();
-        let of = |map: &Arc<SceneMap>| {
+        let metric = |map: &Arc<SceneMap>| {
             let problem = GridProblem::new(&scene(), Some(map), None, &settings).unwrap();
             let outcome = solved(&problem, 4, Lower::None);
-            Metric::new(&outcome.solved[0].1.domain, EXTRA, Of::Permittivity).unwrap().unwrap()
+            Metric::new(&outcome.solved[0].1.domain, EXTRA, TensorKind::Permittivity).unwrap().unwrap()
         };
-        let (few, all) = (of(&steady), of(&other));
+        let (few, all) = (metric(&steady), metric(&other));
         let [n0, n1, n2] = few.points.each_ref().map(|points| points.len());
         assert_eq!(all.runs.ranges.len(), n2);
         assert!(3 * few.runs.ranges.len() < n2, "{:?}", few.runs.ranges);

@@ -1,5 +1,6 @@
-//! Fields at Gauss points, and integrals of two of them with a tensor between them, element by element of the first axis. For the integrals,
-//! fields are never held at all points at once: such arrays are larger than those of the unknowns.
+//! Fields at Gauss points, and integrals of two of them with a tensor between them, element by element of the
+//! first axis. The integrals never hold fields at all points at once: such arrays are larger than those of
+//! the unknowns.
 
 use super::metric::{Metric, Rule};
 use super::points::AxisPoints;
@@ -12,20 +13,21 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// About how many points of the second and the third axis are looked at together, for all points of an element of the first: what these take
-/// stays in cache.
+/// Approximate number of points of the second and the third axis that are treated together, for all points of
+/// an element of the first: their data stays in cache.
 const TOGETHER: usize = 1024;
 
-/// Fields that are held at a time, twice: of many, those of all would take more memory on many threads than the unknowns.
+/// Fields in each of the two blocks that are held at a time. All of many fields would take, on many threads,
+/// more memory than the unknowns.
 const HELD: usize = 8;
 
 /// Fields with three components that are wanted at Gauss points.
 pub(crate) trait Fields: Sync {
-    /// How many there are.
+    /// Number of fields.
     fn count(&self) -> usize;
 
-    /// The components of one field at the points of the second and the third axis, `[row][j][k]`, in rows that [`Fields::along`] takes to the
-    /// points of an element of the first axis.
+    /// The components of one field at the points of the second and the third axis, `[row][j][k]`.
+    /// [`Fields::along`] takes the rows to the points of an element of the first axis.
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]);
 
     /// For each component the matrix from these rows to the points of the element; `None` where the rows are those of the points.
@@ -76,7 +78,7 @@ pub(crate) fn at_points(points: &[AxisPoints; 3], fields: &impl Fields) -> Vec<[
     let pool = Pool::default();
     let of_field = |field: usize| {
         let mut out = [0; 3].map(|_| vec![0.0; points[0].len() * plane]);
-        let parts = by_element(&mut out, elements.iter().map(|own| [own.len() * plane; 3]));
+        let parts = by_element(&mut out, elements.iter().map(|range| [range.len() * plane; 3]));
         parts.into_par_iter().enumerate().for_each(|(element, parts)| {
             pool.with(|across: &mut [Vec<f64>; 3]| {
                 fields.across(field, element, across);
@@ -97,9 +99,9 @@ pub(crate) fn by_element(
 ) -> Vec<[&mut [f64]; 3]> {
     let mut rest = arrays.each_mut().map(Vec::as_mut_slice);
     let mut cut = |c: usize, length: usize| {
-        let (own, after) = std::mem::take(&mut rest[c]).split_at_mut(length);
+        let (part, after) = std::mem::take(&mut rest[c]).split_at_mut(length);
         rest[c] = after;
-        own
+        part
     };
     lengths.map(|[a, b, c]| [cut(0, a), cut(1, b), cut(2, c)]).collect()
 }
@@ -134,9 +136,9 @@ pub(crate) fn products(tensors: Tensors<'_>, fields: &impl Fields) -> Result<(Ma
         .map(|(element, points)| pool.with(|work| of_element(tensors, fields, element, points, work)))
         .collect::<Result<_, _>>()?;
     let (mut sum, mut largest) = (Mat::zeros(fields.count(), fields.count()), 1.0_f64);
-    for (part, own) in parts {
+    for (part, part_largest) in parts {
         sum += part;
-        largest = largest.max(own);
+        largest = largest.max(part_largest);
     }
     Ok((sum, largest))
 }
@@ -159,12 +161,12 @@ fn of_element(
             (&metric.tensors[points.start * n1 * row..points.end * n1 * row], metric.largest)
         }
         Tensors::Of(rule) => {
-            let own = at_least(computed, count * n1 * row);
+            let slabs = at_least(computed, count * n1 * row);
             let mut largest = 1.0_f64;
-            for (i, slab) in points.clone().zip(own.chunks_exact_mut(n1 * row)) {
+            for (i, slab) in points.clone().zip(slabs.chunks_exact_mut(n1 * row)) {
                 largest = largest.max(rule.slab(i, slab)?);
             }
-            (&*own, largest)
+            (&*slabs, largest)
         }
     };
     let along = fields.along(element);
@@ -178,8 +180,8 @@ fn of_element(
                 first.clone().chain(second.clone()).collect()
             };
             across.resize_with(across.len().max(held.len()), Default::default);
-            for (field, own) in held.iter().zip(across.iter_mut()) {
-                fields.across(*field, element, own);
+            for (field, components) in held.iter().zip(across.iter_mut()) {
+                fields.across(*field, element, components);
             }
             let at_once = (TOGETHER / n2.max(1)).max(1);
             for from in (0..n1).step_by(at_once) {
@@ -187,21 +189,21 @@ fn of_element(
                 let some = lines.start * n2..lines.end * n2;
                 let size = count * some.len();
                 let values = at_least(values, 3 * held.len() * size);
-                for (own, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
-                    for ((rows, matrix), to) in own.iter().zip(along).zip(to.chunks_exact_mut(size)) {
+                for (components, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
+                    for ((rows, matrix), to) in components.iter().zip(along).zip(to.chunks_exact_mut(size)) {
                         to_points(rows, matrix, plane, some.clone(), to);
                     }
                 }
                 let images = at_least(images, 3 * size);
-                let of = |place: usize| &values[3 * place * size..3 * (place + 1) * size];
+                let values_of = |place: usize| &values[3 * place * size..3 * (place + 1) * size];
                 for (place, &j) in held.iter().enumerate().filter(|(_, j)| second.contains(j)) {
-                    images.copy_from_slice(of(place));
+                    images.copy_from_slice(values_of(place));
                     let (x, rest) = images.split_at_mut(size);
                     let (y, z) = rest.split_at_mut(size);
                     runs.weigh(tensors, n1, &lines, weights, [x, y, z]);
                     let others = held.iter().enumerate().filter(|(_, i)| first.contains(i) && **i <= j);
                     for (other, &i) in others {
-                        out[(i, j)] += dot(of(other), images);
+                        out[(i, j)] += dot(values_of(other), images);
                     }
                 }
             }

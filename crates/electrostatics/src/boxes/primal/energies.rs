@@ -13,7 +13,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Entries of slabs that are worth a task of their own.
+/// Least number of entries of slabs for a parallel task.
 const SMALL_TASK: usize = 8192;
 
 /// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T diag(coefficient) D.
@@ -62,9 +62,9 @@ impl Primal {
     pub(crate) fn straight_energies(&self, potentials: &[Vec<f64>]) -> Mat<f64> {
         let n = potentials.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
-        let all: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
+        let slices: Vec<&[f64]> = potentials.iter().map(Vec::as_slice).collect();
         for term in &self.terms.terms {
-            matrix += term.products(&all, &all, |i, j| i <= j, self.dims);
+            matrix += term.products(&slices, &slices, |i, j| i <= j, self.dims);
         }
         let mut beyond = vec![0.0; potentials.first().map_or(0, Vec::len)];
         for (j, u) in potentials.iter().enumerate() {
@@ -212,7 +212,7 @@ impl Term {
         let pieces = Pieces::new(self, dims);
         let buffers = || (Work::default(), vec![Vec::new(); x.len()], Vec::new());
         let of_piece = |(work, gradients, flux): &mut (Work, Vec<Vec<f64>>, Vec<f64>), piece: Piece| {
-            x.iter().zip(&mut *gradients).for_each(|(u, own)| pieces.gradient(piece, u, work, own));
+            x.iter().zip(&mut *gradients).for_each(|(u, gradient)| pieces.gradient(piece, u, work, gradient));
             let mut sums = vec![0.0; x.len() * y.len()];
             for (j, u) in y.iter().enumerate() {
                 pieces.flux(piece, u, work, flux);

@@ -87,10 +87,11 @@ impl Faces {
                 rows.flat_map(|s| face[s * width..][piece.across[1].clone()].to_vec()).collect()
             };
             debug_assert!(piece.across[0].end <= cells[p]);
-            let own: Vec<Vec<f64>> = on_face.iter().map(|face| cut(face(piece.axis, side))).collect();
-            let images: Vec<Vec<f64>> = own.iter().map(|own| piece.product_of(own)).collect();
+            let cuts: Vec<Vec<f64>> = on_face.iter().map(|face| cut(face(piece.axis, side))).collect();
+            let images: Vec<Vec<f64>> =
+                cuts.iter().map(|coefficients| piece.product_of(coefficients)).collect();
             for i in 0..n {
-                (0..n).for_each(|j| out[(i, j)] += dot(&own[i], &images[j]));
+                (0..n).for_each(|j| out[(i, j)] += dot(&cuts[i], &images[j]));
             }
         }
         out

@@ -31,11 +31,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use terms::{Product, separable_terms};
 
-/// Under a map, so many times as many iterations are made before giving up.
+/// Factor by which the iteration limit is larger under a map.
 const UNDER_MAP: usize = 2;
 
-/// Rows of a strip of the matrices of the last axis. Its columns reach a degree beyond the rows on either side: narrower strips spend more work
-/// on this overlap, wider ones more on zeros.
+/// Rows of a strip of the matrices of the last axis. The columns of a strip reach beyond its rows by the
+/// degree on either side: narrower strips spend more work on this overlap, wider ones more on zeros.
 const STRIP: usize = 16;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
@@ -74,7 +74,7 @@ impl Term {
         });
         let gradient = |a: usize| Gradient::new(&domain.axes[a], &factors[a], &window[a]);
         let gradient = [gradient(0)?, gradient(1)?, gradient(2)?];
-        let last = matrices[2].each_ref().map(|own| Strips::of_rows(own, STRIP));
+        let last = matrices[2].each_ref().map(|matrix| Strips::of_rows(matrix, STRIP));
         let [[m0, k0], [m1, k1], [m2, k2]] = matrices;
         Ok(Self { mass: [m0, m1, m2], stiffness: [k0, k1, k2], last, window, gradient })
     }
@@ -161,7 +161,7 @@ pub(crate) struct Primal {
     /// The operator that the map of a bent scene adds, and the domain, for a finer rule.
     bent: Option<(Gradients, Domain)>,
     bent_work: Work,
-    /// Where the potential is even or odd under a half turn.
+    /// Set where the potential is even or odd under a half turn.
     fold: Option<Fold>,
     schwarz: Schwarz<f32>,
     work: SchwarzWork<f32>,
@@ -173,7 +173,7 @@ impl Primal {
         Self::preconditioned(domain, schwarz(domain, domain.primal_dims())?)
     }
 
-    /// Assembles line matrices alone, for energies of potentials that are known: nothing can be solved for.
+    /// Assembles line matrices only, for energies of known potentials: nothing can be solved for.
     pub(crate) fn without_preconditioner(domain: &Domain) -> Result<Self, SolveError> {
         Self::preconditioned(domain, Schwarz::new(Vec::new(), domain.primal_dims()))
     }
@@ -202,8 +202,8 @@ impl Primal {
         })
     }
 
-    /// Iterations before giving up. The preconditioner is that of the boxes without their map: where this squeezes space a hundredfold, as
-    /// under a wide indenter, iterations make progress for longer.
+    /// Iterations before giving up. The preconditioner is that of the boxes without a map: where the map
+    /// squeezes space a hundredfold, as under a wide indenter, iterations make progress for longer.
     pub(crate) fn iteration_limit(&self) -> usize {
         if self.bent.is_some() { UNDER_MAP * ITERATION_LIMIT } else { ITERATION_LIMIT }
     }
@@ -244,7 +244,7 @@ impl Primal {
         out
     }
 
-    /// A u as if there were no map, over all functions.
+    /// A u without a map, over all functions.
     pub(crate) fn straight_product(&mut self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         self.terms.apply(u, &mut out);
@@ -252,7 +252,7 @@ impl Primal {
         out
     }
 
-    /// Zeroes the prescribed entries, and takes out what is not even, or odd, as it has to be.
+    /// Zeroes the prescribed entries, and projects on the parity under a half turn, if there is one.
     pub(crate) fn clear_prescribed(&self, v: &mut [f64]) {
         for window in &self.conductors {
             clear(v, self.dims, window);
@@ -277,7 +277,7 @@ impl Operator for Primal {
     }
 }
 
-/// How potentials on the half of a scene fall into parts on quarters of it, where the domain is such a half.
+/// The split of potentials on the half of a scene into parts on its quarters; `None` for a whole scene.
 fn fold(domain: &Domain) -> Result<Option<Fold>, SolveError> {
     let Some(turn) = &domain.turn else { return Ok(None) };
     // The function of the middle of the first axis is odd, or even, across the last.
@@ -286,13 +286,14 @@ fn fold(domain: &Domain) -> Result<Option<Fold>, SolveError> {
 }
 
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
-    let own = boxes(domain, dims)?;
-    let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)?) else { return Ok(own) };
+    let schwarz = boxes(domain, dims)?;
+    let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)?) else { return Ok(schwarz) };
     let [odd, even] = turn.quarters.each_ref().map(|quarter| boxes(quarter, quarter.primal_dims()));
-    Ok(own.with_quarters(fold, [odd?, even?]))
+    Ok(schwarz.with_quarters(fold, [odd?, even?]))
 }
 
-/// The inverses of boxes without conductors: those that are not on the quarters of a scene whose half the domain is.
+/// The inverses of the conductor-free boxes of a domain; for the half of a scene, without those that lie on
+/// quarters of it.
 fn boxes(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     let window =
         |b: &FreeBox| [0, 1, 2].map(|a| domain.axes[a].open(b.block.lo[a], b.block.hi[a], b.held[a]));

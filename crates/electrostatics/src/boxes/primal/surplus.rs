@@ -1,18 +1,19 @@
-//! The contribution of each function of an axis to the energy. That of the highest degree, the surplus, shows where a grid is too
-//! coarse, and in which direction.
+//! The contribution of each function of an axis to the energy. That of the highest degree, the surplus, shows
+//! where a grid is too coarse, and in which direction.
 
 use super::{Primal, Term};
 use elastocap_fem::tensor::{Dims, SparseRows, axpy, target};
 use rayon::prelude::*;
 
 impl Primal {
-    /// Energy of the part of `u` that each function of each axis carries (its own square, not its products with others).
+    /// Energy of the part of `u` that each function of each axis carries: its square, without its products
+    /// with others.
     pub(crate) fn slice_energies(&self, u: &[f64]) -> [Vec<f64>; 3] {
         let mut out = self.dims.map(|n| vec![0.0; n]);
         for term in &self.terms.terms {
-            let own = term.slice_energies(u, self.dims);
+            let energies = term.slice_energies(u, self.dims);
             for a in 0..3 {
-                out[a][term.window[a].clone()].iter_mut().zip(&own[a]).for_each(|(o, e)| *o += e);
+                out[a][term.window[a].clone()].iter_mut().zip(&energies[a]).for_each(|(o, e)| *o += e);
             }
         }
         out
@@ -36,17 +37,17 @@ impl Term {
         let [w0, w1, w2] = &self.window;
         let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
         let sheet = n1 * n2;
-        let mut own = vec![0.0; n0 * sheet];
+        let mut values = vec![0.0; n0 * sheet];
         // u M2 and u K2, one after the other per slab.
-        let mut both = vec![0.0; n0 * 2 * sheet];
-        own.par_chunks_mut(sheet).zip(both.par_chunks_mut(2 * sheet)).enumerate().for_each(
-            |(i, (own, both))| {
+        let mut products = vec![0.0; n0 * 2 * sheet];
+        values.par_chunks_mut(sheet).zip(products.par_chunks_mut(2 * sheet)).enumerate().for_each(
+            |(i, (values, products))| {
                 let offset = ((w0.start + i) * dims[1] + w1.start) * dims[2] + w2.start;
-                for (j, row) in own.chunks_exact_mut(n2).enumerate() {
+                for (j, row) in values.chunks_exact_mut(n2).enumerate() {
                     row.copy_from_slice(&u[offset + j * dims[2]..offset + j * dims[2] + n2]);
                 }
-                for (matrix, out) in self.last.iter().zip(both.chunks_exact_mut(sheet)) {
-                    matrix.times_rows(own, n1, n2, target(out, 0, n2), false);
+                for (matrix, out) in self.last.iter().zip(products.chunks_exact_mut(sheet)) {
+                    matrix.times_rows(values, n1, n2, target(out, 0, n2), false);
                 }
             },
         );
@@ -56,17 +57,17 @@ impl Term {
         let per_slab: Vec<(f64, Vec<f64>, Vec<f64>)> = (0..n0)
             .into_par_iter()
             .map(|i| {
-                let mine = &own[i * sheet..(i + 1) * sheet];
+                let slab_values = &values[i * sheet..(i + 1) * sheet];
                 let slab = |parts: &[(&SparseRows<f64>, &[f64], usize, usize)]| {
                     let mut out = vec![0.0; sheet];
                     parts.iter().for_each(|(m, x, at, stride)| combine(&mut out, m, i, x, *at, *stride));
                     out
                 };
-                let mass = slab(&[(m0, &both, 0, 2 * sheet)]);
-                let rest = slab(&[(k0, &both, 0, 2 * sheet), (m0, &both, sheet, 2 * sheet)]);
-                let by_mass = slab(&[(m0, &own, 0, sheet)]);
-                let by_stiffness = slab(&[(k0, &own, 0, sheet)]);
-                let here = &both[i * 2 * sheet..(i + 1) * 2 * sheet];
+                let mass = slab(&[(m0, &products, 0, 2 * sheet)]);
+                let rest = slab(&[(k0, &products, 0, 2 * sheet), (m0, &products, sheet, 2 * sheet)]);
+                let by_mass = slab(&[(m0, &values, 0, sheet)]);
+                let by_stiffness = slab(&[(k0, &values, 0, sheet)]);
+                let slab_products = &products[i * 2 * sheet..(i + 1) * 2 * sheet];
                 let (mut first, mut second, mut third) = (0.0, vec![0.0; n1], vec![0.0; n2]);
                 let (mut p, mut q, mut r, mut s) =
                     (vec![0.0; n2], vec![0.0; n2], vec![0.0; n2], vec![0.0; n2]);
@@ -74,14 +75,14 @@ impl Term {
                     for v in [&mut p, &mut q, &mut r, &mut s] {
                         v.fill(0.0);
                     }
-                    combine(&mut p, m1, j, here, 0, n2);
-                    combine(&mut q, k1, j, here, 0, n2);
-                    combine(&mut q, m1, j, &here[sheet..], 0, n2);
+                    combine(&mut p, m1, j, slab_products, 0, n2);
+                    combine(&mut q, k1, j, slab_products, 0, n2);
+                    combine(&mut q, m1, j, &slab_products[sheet..], 0, n2);
                     combine(&mut r, m1, j, &by_mass, 0, n2);
                     combine(&mut s, k1, j, &by_mass, 0, n2);
                     combine(&mut s, m1, j, &by_stiffness, 0, n2);
                     let row = j * n2..(j + 1) * n2;
-                    let u = &mine[row.clone()];
+                    let u = &slab_values[row.clone()];
                     let dot = |x: &[f64]| u.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
                     first += diagonal(k0, i) * dot(&p) + diagonal(m0, i) * dot(&q);
                     second[j] +=

@@ -1,12 +1,13 @@
-//! The permittivity as a sum of products of one factor per axis, of which the operator has a term each.
+//! The permittivity as a sum of products of one factor per axis; each product is a term of the operator.
 
 use crate::boxes::domain::{Block, Domain};
 
 /// A product of one factor per axis and interval, and the block outside which it is zero.
 pub(crate) type Product = (Block, [Vec<f64>; 3]);
 
-/// The permittivity as a sum of products: a single one where it is that, otherwise layers across one axis, each of the least permittivity
-/// in it, and boxes of what is more. None of them is negative, so that nothing cancels.
+/// The permittivity as a sum of products: a single one where possible, otherwise layers across one axis, each
+/// with the least permittivity in it, and boxes with the excess. No product is negative, so that nothing
+/// cancels.
 pub(crate) fn separable_terms(domain: &Domain) -> Vec<Product> {
     let cells = domain.cells();
     let whole = Block { lo: [0; 3], hi: cells };
@@ -41,14 +42,14 @@ pub(crate) fn separable_terms(domain: &Domain) -> Vec<Product> {
 /// The least permittivity in each interval of an axis.
 fn least(domain: &Domain, axis: usize) -> Vec<f64> {
     let mut out = vec![f64::INFINITY; domain.cells()[axis]];
-    for cell in all(domain.cells()) {
-        let own = &mut out[cell[axis]];
-        *own = own.min(domain.permittivity_of(cell));
+    for cell in all_cells(domain.cells()) {
+        let least = &mut out[cell[axis]];
+        *least = least.min(domain.permittivity_of(cell));
     }
     out
 }
 
-fn all(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+fn all_cells(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..n[0]).flat_map(move |i| (0..n[1]).flat_map(move |j| (0..n[2]).map(move |k| [i, j, k])))
 }
 
@@ -59,12 +60,12 @@ fn boxes_above(domain: &Domain, axis: usize, layers: &[f64]) -> Vec<(Block, f64)
     let index = |[i, j, k]: [usize; 3]| (i * n[1] + j) * n[2] + k;
     let mut taken = vec![false; n.iter().product()];
     let mut out = Vec::new();
-    for lo in all(n) {
+    for lo in all_cells(n) {
         let more = above(lo);
         if more <= 0.0 || taken[index(lo)] {
             continue;
         }
-        // As far as it goes along the last axis, then as far as that goes along the others.
+        // Extended as far as possible along the last axis, then as a whole along the others.
         let mut hi = lo.map(|m| m + 1);
         for a in [2, 1, 0] {
             let (mut from, mut to) = (lo, hi);
@@ -104,7 +105,7 @@ mod tests {
         Domain {
             axes: [axis(), axis(), axis()],
             conductors: Vec::new(),
-            permittivity: all([6; 3]).map(permittivity).collect(),
+            permittivity: all_cells([6; 3]).map(permittivity).collect(),
             map: None,
             turn: None,
         }
@@ -123,19 +124,22 @@ mod tests {
             _ if is_in(at, [0, 5, 4], [5, 6, 5]) => 1e4,
             at => layered(at),
         };
-        // A body of less than the layers around it leaves boxes on its four sides.
+        // A body with a smaller permittivity than the layers around it leaves boxes on its four sides.
         let hollow = |at: [usize; 3]| if is_in(at, [2, 1, 2], [3, 2, 4]) { 1.5 } else { layered(at) };
         for (domain, most) in [(domain(layered), 1), (domain(bodies), 5), (domain(hollow), 5)] {
             let terms = separable_terms(&domain);
             assert!(terms.len() <= most, "{}", terms.len());
-            for at in all([6; 3]) {
-                let of = |(block, factors): &Product| {
-                    let own = factors[0][at[0]] * factors[1][at[1]] * factors[2][at[2]];
-                    assert!(own >= 0.0 && (own == 0.0 || is_in(at, block.lo, block.hi)), "{own} at {at:?}");
-                    own
+            for at in all_cells([6; 3]) {
+                let term = |(block, factors): &Product| {
+                    let value = factors[0][at[0]] * factors[1][at[1]] * factors[2][at[2]];
+                    assert!(
+                        value == 0.0 || value > 0.0 && is_in(at, block.lo, block.hi),
+                        "{value} at {at:?}"
+                    );
+                    value
                 };
-                let (sum, own) = (terms.iter().map(of).sum::<f64>(), domain.permittivity_of(at));
-                assert!((sum - own).abs() <= 4.0 * f64::EPSILON * own, "{sum} for {own} at {at:?}");
+                let (sum, exact) = (terms.iter().map(term).sum::<f64>(), domain.permittivity_of(at));
+                assert!((sum - exact).abs() <= 4.0 * f64::EPSILON * exact, "{sum} for {exact} at {at:?}");
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::base::{Base, BasePart};
 use super::grids::{bent_block, interpolation, only, permittivity_of};
-use super::products::{As, Joint};
+use super::products::{Joint, Space};
 use super::sight::Sight;
 use super::squares::{squared_sum, twice_the_product};
 use crate::boxes::domain::{Block, Domain};
@@ -12,7 +12,7 @@ use crate::boxes::dual::superposed::distances;
 use crate::boxes::energy::{Drive, Energies};
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::FINER;
-use crate::boxes::mapped::metric::{Metric, Of};
+use crate::boxes::mapped::metric::{Metric, TensorKind};
 use crate::boxes::primal::Primal;
 use crate::boxes::symmetry::Part;
 use crate::error::SolveError;
@@ -21,27 +21,31 @@ use faer::{Mat, Scale};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// The largest of eps K^-1 under which a solution is added to a base: where a gap is squeezed more, as between an indenter and the layer
-/// that it touches, what the base has in there costs more than is gained.
+/// Upper limit of the largest eigenvalue of eps K^-1 for adding a solution to a base. Where a gap is squeezed
+/// further, as between an indenter and the layer it touches, the error of the base in the gap costs more than
+/// the base saves.
 const MOST_SQUEEZED: f64 = 60.0;
 
-/// The largest of eps K^-1 in a dielectric body under which a solution is added to a base. At the edges of a box that a map makes round it
-/// is always large, but the flux of the base is smooth there.
+/// The same limit for a dielectric body. At the edges of a box that a map makes round the eigenvalue is
+/// always large, but the flux of the base is smooth there.
 const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
-/// The rounding of a square of z in a body, over that of u0 there: sums of millions of terms that cancel.
+/// Rounding error of a square of z in a body, relative to the square of u0 there: the sums have millions of
+/// terms that cancel.
 const ROUNDING: f64 = 1e-12;
 
-/// The base of one part of a scene, on a coarse grid.
+/// The solution on a coarse grid that is added to one symmetric part of a base. The symbols are those of
+/// [`crate::boxes::superposed`].
 pub(crate) struct Added<'a> {
     pub(super) base: &'a BasePart,
-    /// Which potential of the base belongs to each right-hand side; none where all electrodes are at zero.
-    pub(super) of: Vec<Option<usize>>,
-    /// B.
+    /// The potential of the base that belongs to each right-hand side; `None` where all electrodes are at
+    /// zero.
+    pub(super) base_index: Vec<Option<usize>>,
+    /// The block B.
     pub(super) block: Block,
     /// p, for each right-hand side.
     pub(crate) cut: Vec<Vec<f64>>,
-    /// Potentials of all blocks of conductors that y has: those of the body, and zero on the electrodes.
+    /// Potentials that y has on all blocks of conductors: those of the body, and zero on the electrodes.
     pub(crate) potentials: Vec<Vec<f64>>,
     /// Set where the body is a dielectric.
     pub(super) without: Option<WithoutBody>,
@@ -51,22 +55,27 @@ pub(crate) struct Added<'a> {
 pub(super) struct WithoutBody {
     pub(super) domain: Domain,
     primal: Primal,
-    /// The products of p, for each right-hand side.
+    /// The products of the operator with p, for each right-hand side.
     products: Vec<Vec<f64>>,
-    /// The largest of the permittivities over those of the scene itself.
+    /// Largest ratio of the base's permittivity to that of the scene.
     largest: f64,
-    /// Holds all cells in which they differ.
+    /// A block that holds all cells in which the permittivities differ.
     body: Block,
 }
 
 impl WithoutBody {
-    /// `None` where the permittivities are the same. They may differ in the block alone.
-    fn new(base: &Domain, own: &Domain, block: &Block, cut: &[Vec<f64>]) -> Result<Option<Self>, SolveError> {
-        let permittivity = permittivity_of(base, own).ok_or(SolveError::Superposition)?;
-        let cells = own.cells();
+    /// `None` where base and scene have the same permittivities. They may differ inside `block` only.
+    fn new(
+        base: &Domain,
+        coarse: &Domain,
+        block: &Block,
+        cut: &[Vec<f64>],
+    ) -> Result<Option<Self>, SolveError> {
+        let permittivity = permittivity_of(base, coarse).ok_or(SolveError::Superposition)?;
+        let cells = coarse.cells();
         let mut largest = 1.0_f64;
         let mut body = Block { lo: cells, hi: [0; 3] };
-        for (n, (eps, with)) in permittivity.iter().zip(&own.permittivity).enumerate() {
+        for (n, (eps, with)) in permittivity.iter().zip(&coarse.permittivity).enumerate() {
             let at = [n / (cells[1] * cells[2]), n / cells[2] % cells[1], n % cells[2]];
             if eps == with {
                 continue;
@@ -79,10 +88,10 @@ impl WithoutBody {
                 (body.lo[a], body.hi[a]) = (body.lo[a].min(at[a]), body.hi[a].max(at[a] + 1));
             }
         }
-        if permittivity == own.permittivity {
+        if permittivity == coarse.permittivity {
             return Ok(None);
         }
-        let domain = Domain { permittivity, map: None, ..own.clone() };
+        let domain = Domain { permittivity, map: None, ..coarse.clone() };
         let mut primal = Primal::without_preconditioner(&domain)?;
         let products = cut.iter().map(|p| primal.straight_product(p)).collect();
         Ok(Some(Self { domain, primal, products, largest, body }))
@@ -90,11 +99,11 @@ impl WithoutBody {
 }
 
 impl<'a> Added<'a> {
-    /// `held` are the conductors that the blocks of the domain belong to; those of the base are the first.
+    /// `held` are the conductors that the blocks of the domain belong to; those of the base come first.
     ///
     /// # Errors
-    /// [`SolveError::Superposition`] where the base is not that of this part, or where an electrode lies in what the map bends; a grid whose
-    /// matrices cannot be made.
+    /// [`SolveError::Superposition`] where the base does not have this part, or where an electrode lies in
+    /// the region that the map bends; a grid whose matrices cannot be made.
     pub(crate) fn new(
         base: &'a Base,
         part: &Part,
@@ -108,7 +117,7 @@ impl<'a> Added<'a> {
 
     fn of_conductors(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
         let count = base.conductors;
-        let (own, of) = base.part_of(part)?;
+        let (base_part, base_index) = base.part_of(part)?;
         let block = bent_block(domain)?;
         let is_apart = |conductor: &Block| {
             (0..3).any(|a| conductor.hi[a] < block.lo[a] || block.hi[a] < conductor.lo[a])
@@ -121,45 +130,45 @@ impl<'a> Added<'a> {
         if !fits {
             return None;
         }
-        let to = interpolation(&own.domain, domain, &block)?;
+        let to = interpolation(&base_part.domain, domain, &block)?;
         let dims = domain.primal_dims();
         let window = closed(domain, &block);
         let cut = |k: &Option<usize>| {
             let Some(k) = k else { return vec![0.0; dims.iter().product()] };
-            let (mut out, mut now) = (own.coefficients[*k].clone(), own.domain.primal_dims());
+            let (mut out, mut now) = (base_part.coefficients[*k].clone(), base_part.domain.primal_dims());
             for (a, matrix) in to.iter().enumerate() {
                 (out, now) = along(a, matrix, &out, now);
             }
             only(&mut out, dims, &window);
             out
         };
-        let cut = of.iter().map(cut).collect();
+        let cut = base_index.iter().map(cut).collect();
         let on_body = |v: &Vec<f64>| held.iter().map(|&c| if c < count { 0.0 } else { v[c] }).collect();
         let potentials = part.potentials.iter().map(on_body).collect();
-        Some(Self { base: own, of, block, cut, potentials, without: None })
+        Some(Self { base: base_part, base_index, block, cut, potentials, without: None })
     }
 
-    /// The source by which the base drives y. The energies of the base are given.
+    /// The source by which the base, whose energies are given, drives y.
     pub(crate) fn drive<'d>(&'d self, energies: &'d [f64]) -> Drive<'d> {
-        let products = self.without.as_ref().map(|own| own.products.as_slice());
+        let products = self.without.as_ref().map(|without| without.products.as_slice());
         Drive { pull: &self.cut, products, energies }
     }
 
-    /// The largest of eps K^-1 under which it pays to add to a base.
+    /// The limit of [`MOST_SQUEEZED`] for this body.
     pub(crate) fn most_squeezed(&self) -> f64 {
         if self.without.is_some() { MOST_SQUEEZED_INSIDE } else { MOST_SQUEEZED }
     }
 
-    /// A form of the base in the right-hand sides.
+    /// A form of the base, in terms of the right-hand sides.
     fn of_base(&self, form: &Mat<f64>) -> Mat<f64> {
-        let n = self.of.len();
-        Mat::from_fn(n, n, |i, j| match (self.of[i], self.of[j]) {
+        let n = self.base_index.len();
+        Mat::from_fn(n, n, |i, j| match (self.base_index[i], self.base_index[j]) {
             (Some(i), Some(j)) => form[(i, j)],
             _ => 0.0,
         })
     }
 
-    /// By how much the energies of the base are known, and these.
+    /// The gap between the upper and lower energies of the base, and the upper energies, as forms.
     pub(crate) fn base_forms(&self) -> [Mat<f64>; 2] {
         [self.of_base(&self.base.gap()), self.of_base(&self.base.upper)]
     }
@@ -171,56 +180,60 @@ impl<'a> Added<'a> {
 
     /// Energies of the base, for each right-hand side.
     pub(crate) fn base_energies(&self) -> Vec<f64> {
-        self.of.iter().map(|k| k.map_or(0.0, |k| self.base.upper[(k, k)])).collect()
+        self.base_index.iter().map(|k| k.map_or(0.0, |k| self.base.upper[(k, k)])).collect()
     }
 
-    /// About the energies of u, from those of y under the map: as if u0 were the true potential of the base.
-    pub(crate) fn about(&self, own: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
+    /// Approximate energies of u, from those of y under the map: u0 is taken for the exact potential of the
+    /// base.
+    pub(crate) fn about(&self, energies: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
         let pulled = match &self.without {
-            Some(own) => own.products.clone(),
+            Some(without) => without.products.clone(),
             None => self.cut.iter().map(|p| primal.straight_product(p)).collect(),
         };
-        let of = |x: &[f64], k: usize| dot(x, &pulled[k]);
+        let product = |x: &[f64], k: usize| dot(x, &pulled[k]);
         let base = self.of_base(&self.base.upper);
         let n = y.len();
         Mat::from_fn(n, n, |i, j| {
-            base[(i, j)] + own[(i, j)] - of(&y[i], j) - of(&y[j], i)
-                + 0.5 * (of(&self.cut[i], j) + of(&self.cut[j], i))
+            base[(i, j)] + energies[(i, j)] - product(&y[i], j) - product(&y[j], i)
+                + 0.5 * (product(&self.cut[i], j) + product(&self.cut[j], i))
         })
     }
 
     /// The potentials of the base, for those right-hand sides that have one.
     fn solved(&self) -> Vec<&[f64]> {
-        self.of.iter().flatten().map(|k| self.base.coefficients[*k].as_slice()).collect()
+        self.base_index.iter().flatten().map(|k| self.base.coefficients[*k].as_slice()).collect()
     }
 
-    /// Rows or columns of those right-hand sides that have a base, among all.
+    /// Expands a matrix whose rows or columns are the right-hand sides that have a base to all right-hand
+    /// sides.
     fn spread(&self, m: &Mat<f64>, is_base: [bool; 2]) -> Mat<f64> {
-        let place = |k: usize, is_base: bool| match (is_base, self.of[k]) {
+        let place = |k: usize, is_base: bool| match (is_base, self.base_index[k]) {
             (true, None) => None,
-            (true, Some(_)) => Some(self.of[..k].iter().flatten().count()),
+            (true, Some(_)) => Some(self.base_index[..k].iter().flatten().count()),
             (false, _) => Some(k),
         };
-        let n = self.of.len();
+        let n = self.base_index.len();
         Mat::from_fn(n, n, |i, j| match (place(i, is_base[0]), place(j, is_base[1])) {
             (Some(i), Some(j)) => m[(i, j)],
             _ => 0.0,
         })
     }
 
-    /// The squares of z, which is u0 on the block less p on the block, and those of u0 on the block.
+    /// The squares of z, which is u0 - p restricted to the block, and those of u0 on the block.
     fn missed(&self, joint: &Joint) -> [Mat<f64>; 2] {
         let some = self.solved();
         let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
-        let (on_block, cut) = ((As::BaseOnBlock, some.as_slice()), (As::OwnOnBlock, cut.as_slice()));
+        let (on_block, cut) = ((Space::BaseOnBlock, some.as_slice()), (Space::CoarseOnBlock, cut.as_slice()));
         let whole = self.spread(&joint.products(on_block, on_block), [true, true]);
         let mixed = double(self.spread(&joint.products(on_block, cut), [true, false]));
         [&whole - mixed + joint.products(cut, cut), whole]
     }
 
-    /// No less than the square of eps grad z in the norm of K^-1, from that in the norm of 1 / eps. The largest of eps K^-1 is given.
+    /// An upper bound on the square of eps grad z in the norm of K^-1, from the square in the norm of
+    /// 1 / eps. `largest` is that of eps K^-1.
     ///
-    /// In a body that a map makes round K^-1 is large at the edges, where z is next to nothing: so it is looked at by itself.
+    /// At the edges of a body that a map makes round, K^-1 is large and z almost zero: the body is bounded
+    /// apart.
     fn missed_under_map(
         &self,
         domain: &Domain,
@@ -234,7 +247,7 @@ impl<'a> Added<'a> {
             in_body[(i, i)] = in_body[(i, i)].max(0.0) + ROUNDING * whole[(i, i)];
         }
         let whole = domain.truncated();
-        let metric = Metric::new(&whole, FINER, Of::Resistance)?;
+        let metric = Metric::new(&whole, FINER, TensorKind::Resistance)?;
         let outside = metric.map_or(1.0, |metric| metric.largest_outside(&whole, &without.body));
         Ok((missed - &in_body) * Scale(outside) + in_body * Scale(largest))
     }
@@ -245,55 +258,55 @@ impl<'a> Added<'a> {
         let joint = Joint::new(&self.base.domain, domain, &self.block)?;
         let n = y.len();
         let of_base: Vec<&[f64]> =
-            self.of.iter().map(|k| k.map_or(&[][..], |k| &self.base.coefficients[k])).collect();
+            self.base_index.iter().map(|k| k.map_or(&[][..], |k| &self.base.coefficients[k])).collect();
         let some = self.solved();
         let difference: Vec<Vec<f64>> =
             (y.iter().zip(&self.cut)).map(|(y, p)| y.iter().zip(p).map(|(y, p)| y - p).collect()).collect();
-        let own: Vec<&[f64]> = difference.iter().map(Vec::as_slice).collect();
+        let coarse: Vec<&[f64]> = difference.iter().map(Vec::as_slice).collect();
         let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
         let spread = |m: Mat<f64>, rows: bool, columns: bool| self.spread(&m, [rows, columns]);
-        let (base, on_block) = ((As::Base, some.as_slice()), (As::BaseOnBlock, some.as_slice()));
-        let (own, cut) = ((As::Own, own.as_slice()), (As::OwnOnBlock, cut.as_slice()));
+        let (base, on_block) = ((Space::Base, some.as_slice()), (Space::BaseOnBlock, some.as_slice()));
+        let (coarse, cut) = ((Space::Coarse, coarse.as_slice()), (Space::CoarseOnBlock, cut.as_slice()));
         let [missed, _] = self.missed(&joint);
         let mut out = self.of_base(&self.base.upper);
-        out += double(spread(joint.products(base, own), true, false));
+        out += double(spread(joint.products(base, coarse), true, false));
         out += primal.straight_energies(&difference);
         out -= double(spread(joint.products(base, on_block), true, true));
         out += double(spread(joint.products(base, cut), true, false));
-        out -= double(spread(joint.products(on_block, own), true, false));
-        out += double(joint.products(cut, own));
+        out -= double(spread(joint.products(on_block, coarse), true, false));
+        out += double(joint.products(cut, coarse));
         out += &missed;
-        // Beyond the last nodes z is nothing, and the rest was counted but for the products of base and difference.
-        let beyond = |base: bool, own: bool| {
+        // Beyond the last nodes z is zero. There, only the products of base and difference are still missing.
+        let beyond = |base: bool, coarse: bool| {
             let none = vec![0.0; difference.first().map_or(0, Vec::len)];
             let base: Vec<Option<&[f64]>> =
                 (0..n).map(|k| Some(of_base[k]).filter(|u| base && !u.is_empty())).collect();
-            let own: Vec<&[f64]> =
-                difference.iter().map(|v| if own { v.as_slice() } else { &none }).collect();
-            joint.beyond(&base, &own)
+            let coarse: Vec<&[f64]> =
+                difference.iter().map(|v| if coarse { v.as_slice() } else { &none }).collect();
+            joint.beyond(&base, &coarse)
         };
         out += beyond(true, true) - beyond(true, false) - beyond(false, true);
         Some([out, missed])
     }
 
-    /// A grid, and its problem, with the permittivities of the base.
+    /// The grid and its primal problem with the permittivities of the base.
     fn as_in_base<'d>(&'d self, domain: &'d Domain, primal: &'d Primal) -> (&'d Domain, &'d Primal) {
-        self.without.as_ref().map_or((domain, primal), |own| (&own.domain, &own.primal))
+        self.without.as_ref().map_or((domain, primal), |without| (&without.domain, &without.primal))
     }
 
-    /// Upper energies, from those of y under the map and without it, and the squares of z.
+    /// Upper energies, from `energies` of y under the map and those without it, and the squares of z.
     ///
     /// # Errors
     /// Grids without a common refinement.
     pub(crate) fn upper(
         &self,
         domain: &Domain,
-        own: &Mat<f64>,
+        energies: &Mat<f64>,
         y: &[Vec<f64>],
         primal: &Primal,
     ) -> Result<[Mat<f64>; 2], SolveError> {
         let [straight, missed] = self.straight(domain, y, primal).ok_or(SolveError::Superposition)?;
-        let mut out = straight + own - self.as_in_base(domain, primal).1.straight_energies(y);
+        let mut out = straight + energies - self.as_in_base(domain, primal).1.straight_energies(y);
         for i in 0..out.nrows() {
             // Covers the rounding of the sums.
             out[(i, i)] *= 1.0 + 256.0 * f64::EPSILON;
@@ -309,24 +322,25 @@ impl<'a> Added<'a> {
         &self,
         domain: &Domain,
         [upper, missed]: [&Mat<f64>; 2],
-        (own, y): (&Mat<f64>, &[Vec<f64>]),
+        (energies, y): (&Mat<f64>, &[Vec<f64>]),
         (images, primal): (&[Option<Image>], &Primal),
         sight: Option<&Sight>,
         share: f64,
         cancel: Option<&AtomicBool>,
     ) -> Result<Energies, SolveError> {
-        let permittivity = self.without.as_ref().map_or(&domain.permittivity, |own| &own.domain.permittivity);
+        let permittivity =
+            self.without.as_ref().map_or(&domain.permittivity, |without| &without.domain.permittivity);
         let less = Less { potentials: &self.cut, permittivity };
-        let solved = Solved { coefficients: y, less: Some(less), energies: own, images, bent: primal.bent() };
+        let solved = Solved { coefficients: y, less: Some(less), energies, images, bent: primal.bent() };
         let found = distances(domain, &self.potentials, &solved, &less, &self.block, share, cancel)?;
-        // Of eps K^-1 with the permittivity of the base.
-        let largest = found.largest * self.without.as_ref().map_or(1.0, |own| own.largest);
+        // In terms of eps K^-1 with the permittivity of the base.
+        let largest = found.largest * self.without.as_ref().map_or(1.0, |without| without.largest);
         let begin = Instant::now();
         let n = y.len();
         let known = self.of_base(&self.base.gap());
         let [on_block, more] = self.under_map(domain, &known, largest)?;
         let missed = self.missed_under_map(domain, missed, largest)?;
-        let own = [&found.apart, &found.repair, &missed];
+        let added_errors = [&found.apart, &found.repair, &missed];
         let below = |by: &Mat<f64>| {
             let mut matrix = upper - by;
             for i in 0..n {
@@ -334,7 +348,7 @@ impl<'a> Added<'a> {
             }
             matrix
         };
-        let lost = squared_sum([&(&known + &more)].into_iter().chain(own));
+        let lost = squared_sum([&(&known + &more)].into_iter().chain(added_errors));
         let mut matrix = below(&lost);
         let is_finite = |m: &Mat<f64>| (0..n).all(|i| (0..n).all(|j| m[(i, j)].is_finite()));
         let proved = found.proved && is_finite(&lost);
@@ -342,7 +356,7 @@ impl<'a> Added<'a> {
             Some(sight) if proved => {
                 let in_ball = self.errors_around(domain, sight)?;
                 let seen = squared_sum([&(&known * Scale(sight.share(self.base.is_odd()))), &in_ball]);
-                let apart = squared_sum([&on_block, &(&on_block + &more)].into_iter().chain(own));
+                let apart = squared_sum([&on_block, &(&on_block + &more)].into_iter().chain(added_errors));
                 let product = twice_the_product(&known, &apart);
                 Some([below(&(&product + &apart)), upper + seen + product])
             }
@@ -365,7 +379,7 @@ impl<'a> Added<'a> {
     }
 }
 
-/// A form and its transpose.
+/// The sum of a form and its transpose.
 fn double(m: Mat<f64>) -> Mat<f64> {
     &m + m.transpose()
 }

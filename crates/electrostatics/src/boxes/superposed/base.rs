@@ -6,19 +6,19 @@ use crate::boxes::layout::Frame;
 use crate::boxes::symmetry::Part;
 use faer::Mat;
 
-/// The solution of a scene that other scenes differ from by one body, and by what a map bends around it: see
-/// [`solve_superposed`](crate::solve_superposed).
+/// The solution of a scene without the body that comes near: other scenes differ from it by that body and by
+/// what a map bends around the body. See [`solve_superposed`](crate::solve_superposed).
 #[derive(Debug)]
 pub struct Base {
-    /// How many conductors it has: the first ones of the other scenes.
+    /// Number of conductors: they are the first ones of the other scenes.
     pub(crate) conductors: usize,
     pub(crate) frame: Frame,
     /// Where rays to infinity begin, in the frame.
     pub(crate) radius: f64,
     pub(crate) parts: Vec<BasePart>,
-    /// The relative spread of the target that it was solved to.
+    /// The relative spread of the target to which it was solved.
     pub spread: f64,
-    /// Whether its error is to cancel in differences: it is then larger than what is added to it may be known to.
+    /// Whether its error is meant to cancel in differences: it may then exceed the tolerance of the scenes.
     pub(crate) cancels: bool,
     /// The value of the target, F, if it has one.
     pub(crate) value: Option<f64>,
@@ -26,7 +26,7 @@ pub struct Base {
     pub unknowns: usize,
 }
 
-/// One symmetric part.
+/// One symmetric part of a [`Base`].
 #[derive(Debug)]
 pub(crate) struct BasePart {
     pub(crate) odd: [bool; 3],
@@ -46,40 +46,40 @@ impl BasePart {
         self.odd.contains(&true)
     }
 
-    /// By how much its energies are known, as a form.
+    /// The gap between the upper and lower energies, as a form.
     pub(crate) fn gap(&self) -> Mat<f64> {
         &self.upper - &self.lower
     }
 }
 
 impl Base {
-    /// The part that another scene's part is added to, and which of its right-hand sides belongs to each one there: none where the
-    /// conductors of the base are at zero. `None` where it has no such part.
+    /// The part that another scene's part is added to, and the right-hand side of it that belongs to each one
+    /// of the other part: `None` where the electrodes are at zero. `None` if the base has no such part.
     pub(crate) fn part_of(&self, part: &Part) -> Option<(&BasePart, Vec<Option<usize>>)> {
-        let number = |own: &BasePart, v: &Vec<f64>| {
+        let number = |base_part: &BasePart, v: &Vec<f64>| {
             let electrodes = v.get(..self.conductors)?;
             if electrodes.iter().all(|v| *v == 0.0) {
                 return Some(None);
             }
-            own.potentials.iter().position(|own| own.as_slice() == electrodes).map(Some)
+            base_part.potentials.iter().position(|v| v.as_slice() == electrodes).map(Some)
         };
         // Without mirrors several parts lie on the same scene.
-        self.parts.iter().filter(|own| own.odd == part.odd).find_map(|own| {
-            let of: Option<Vec<_>> = part.potentials.iter().map(|v| number(own, v)).collect();
-            Some((own, of?))
+        self.parts.iter().filter(|candidate| candidate.odd == part.odd).find_map(|candidate| {
+            let indices: Option<Vec<_>> = part.potentials.iter().map(|v| number(candidate, v)).collect();
+            Some((candidate, indices?))
         })
     }
 
-    /// Whether its error cancels in differences of what is added to it, and is larger than these may be known to.
+    /// Whether its error is meant to cancel in differences, and may exceed the tolerance of the scenes.
     pub fn cancels(&self) -> bool {
         self.cancels
     }
 
-    /// Memory that it takes, bytes.
+    /// Memory that the base occupies, bytes.
     pub fn bytes(&self) -> u64 {
         let count = |part: &BasePart| {
             let n: usize = part.domain.primal_dims().iter().product();
-            // A potential, and three components of a flux with what they are made from.
+            // A potential, and the three components of a flux with the potentials they are computed from.
             (n * part.potentials.len() * 6 * 8) as u64
         };
         self.parts.iter().map(count).sum()

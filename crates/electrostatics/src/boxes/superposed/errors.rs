@@ -1,4 +1,5 @@
-//! The difference between the flux of a base and the gradient of its potential, in the part of space that a map bends and around a body.
+//! The difference between the flux of a base and the gradient of its potential, in the block that a map bends
+//! and in a ball around a body.
 
 use super::added::Added;
 use super::grids::at_planes;
@@ -7,56 +8,63 @@ use super::squares::{size, trace};
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::superposed::Weights;
 use crate::boxes::mapped::gradients::{add_with_error, gradients_at};
-use crate::boxes::mapped::metric::{Metric, Of};
+use crate::boxes::mapped::metric::{Metric, TensorKind};
 use crate::boxes::mapped::points::AxisPoints;
 use crate::error::SolveError;
 use faer::{Mat, Scale};
 use std::ops::Range;
 
-/// Points on each element beyond its degree: where Gauss's rule is exact, and two rules where it is not.
+/// Numbers of Gauss points on each element, counted beyond its degree: one with which the rule is exact
+/// without a map, and two whose difference estimates the error under a map.
 const EXACT: usize = 1;
 const RULES: [usize; 2] = [0, 1];
 
-/// The usual ratio of a length on B in the norm of K^-1 to the same length without a map.
+/// The usual ratio of a norm on B with K^-1 to the same norm without a map.
 const BENT: f64 = 3.0;
 
-/// A share of the error of the base that need not be known any better.
+/// Share of the error of the base below which a contribution need not be computed accurately.
 const NEGLIGIBLE: f64 = 0.03;
 
 impl Added<'_> {
-    /// The square of d0 - eps grad u0 on B, and by how much it is larger in the norm of K^-1, whose largest ratio to that of the boxes is
-    /// given.
+    /// The square of d0 - eps grad u0 on B, and how much larger it is in the norm of K^-1. `largest` is the
+    /// largest ratio of the two norms.
     pub(super) fn under_map(
         &self,
-        own: &Domain,
+        coarse: &Domain,
         known: &Mat<f64>,
         largest: f64,
     ) -> Result<[Mat<f64>; 2], SolveError> {
-        let domain = self.divided(own, &Default::default())?;
+        let domain = self.divided(coarse, &Default::default())?;
         let block = self.elements(&domain);
-        // On B as if there were no map, times the ratio: where that is next to nothing, it is enough.
-        let on_block = self.errors(own, &domain, &block, Of::Permittivity, EXACT)?;
+        // The norm without a map times that ratio is an upper bound, good enough where it is negligible.
+        let on_block = self.errors(coarse, &domain, &block, TensorKind::Permittivity, EXACT)?;
         let most = &on_block * Scale(largest - 1.0);
         if trace(&most) <= NEGLIGIBLE * trace(known) {
             return Ok([on_block, most]);
         }
-        let [coarser, finer] = RULES.map(|extra| self.errors(own, &domain, &block, Of::Resistance, extra));
+        let [coarser, finer] =
+            RULES.map(|extra| self.errors(coarse, &domain, &block, TensorKind::Resistance, extra));
         let mut out = Mat::zeros(known.nrows(), known.ncols());
         add_with_error(&mut out, &coarser?, &finer?, 1.0);
         Ok([on_block, out])
     }
 
-    /// About how much the energies with those of the error of the base would be apart if nothing but the base were missed, over the energies
-    /// of the base.
+    /// A forecast of the spread of the energies, those of the error of the base included, if the base were
+    /// the only source of error; over the energies of the base.
     pub(crate) fn least_apart(&self, domain: &Domain, sight: &Sight) -> Result<f64, SolveError> {
         let [gap, energies] = self.base_forms();
         let seen =
             size(&(&gap * Scale(sight.share(self.is_odd())))) + size(&self.errors_around(domain, sight)?);
         let divided = self.divided(domain, &Default::default())?;
-        let on_block =
-            size(&self.errors(domain, &divided, &self.elements(&divided), Of::Permittivity, EXACT)?);
-        let own = on_block * (1.0 + BENT);
-        Ok((seen * seen + 4.0 * size(&gap) * own + own * own) / trace(&energies))
+        let on_block = size(&self.errors(
+            domain,
+            &divided,
+            &self.elements(&divided),
+            TensorKind::Permittivity,
+            EXACT,
+        )?);
+        let mismatch = on_block * (1.0 + BENT);
+        Ok((seen * seen + 4.0 * size(&gap) * mismatch + mismatch * mismatch) / trace(&energies))
     }
 
     /// The elements of B in a grid from [`Added::divided`].
@@ -67,12 +75,15 @@ impl Added<'_> {
         })
     }
 
-    /// No less than the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added there. Refused where the ball reaches
-    /// beyond the last node of an axis that goes on to infinity.
-    pub(super) fn errors_around(&self, own: &Domain, sight: &Sight) -> Result<Mat<f64>, SolveError> {
-        let own = Domain { conductors: Vec::new(), ..own.clone() };
+    /// An upper bound on the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added
+    /// there.
+    ///
+    /// # Errors
+    /// A ball that reaches beyond the last node of an axis that continues to infinity.
+    pub(super) fn errors_around(&self, coarse: &Domain, sight: &Sight) -> Result<Mat<f64>, SolveError> {
+        let coarse = Domain { conductors: Vec::new(), ..coarse.clone() };
         let ends = [0, 1, 2].map(|a| vec![sight.middle[a] - sight.clear, sight.middle[a] + sight.clear]);
-        let domain = self.divided(&own, &ends)?;
+        let domain = self.divided(&coarse, &ends)?;
         let is_inside = (0..3).all(|a| {
             let line = &domain.axes[a].line;
             let [low, high] = [ends[a][0], ends[a][1]];
@@ -89,29 +100,30 @@ impl Added<'_> {
             let to = line.nodes.partition_point(|x| *x < high).min(line.nodes.len() - 1);
             line.first_finite() + from..line.first_finite() + to
         });
-        self.errors(&own, &domain, &around, Of::Permittivity, EXACT)
+        self.errors(&coarse, &domain, &around, TensorKind::Permittivity, EXACT)
     }
 
     /// The grid of the base, divided at the planes of a scene as well, and at `more` places of each axis.
-    fn divided(&self, own: &Domain, more: &[Vec<f64>; 3]) -> Result<Domain, SolveError> {
-        Ok(at_planes(&self.base.domain, own, more).ok_or(SolveError::Superposition)?.truncated())
+    fn divided(&self, coarse: &Domain, more: &[Vec<f64>; 3]) -> Result<Domain, SolveError> {
+        Ok(at_planes(&self.base.domain, coarse, more).ok_or(SolveError::Superposition)?.truncated())
     }
 
-    /// The square of d0 - eps grad u0 on elements of a grid from [`Added::divided`] by Gauss's rule with so many points more than the degree:
-    /// over the permittivity, or by how much it is larger in the norm of K^-1.
+    /// The square of d0 - eps grad u0 on elements of a grid from [`Added::divided`], with `extra` more Gauss
+    /// points on each element than its degree: over the permittivity, or its increase in the norm of K^-1.
     fn errors(
         &self,
-        own: &Domain,
+        coarse: &Domain,
         whole: &Domain,
         elements: &[Range<usize>; 3],
-        of: Of,
+        tensor: TensorKind,
         extra: usize,
     ) -> Result<Mat<f64>, SolveError> {
-        let n = self.of.len();
-        let without = self.without.as_ref().map_or(&own.permittivity, |own| &own.domain.permittivity);
-        let metric = match of {
-            Of::Permittivity => None,
-            Of::Resistance => Metric::new(whole, extra, Of::Resistance)?,
+        let n = self.base_index.len();
+        let without =
+            self.without.as_ref().map_or(&coarse.permittivity, |without| &without.domain.permittivity);
+        let metric = match tensor {
+            TensorKind::Permittivity => None,
+            TensorKind::Resistance => Metric::new(whole, extra, TensorKind::Resistance)?,
         };
         let places = match &metric {
             Some(metric) => metric.points.clone(),
@@ -132,7 +144,7 @@ impl Added<'_> {
             Ok(error)
         };
         let errors: Vec<Option<[Vec<f64>; 3]>> =
-            self.of.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
+            self.base_index.iter().map(|k| k.map(error).transpose()).collect::<Result<_, _>>()?;
         Ok(Mat::from_fn(n, n, |i, j| match (&errors[i], &errors[j], &metric) {
             (Some(x), Some(y), Some(metric)) => {
                 let of_body = with

@@ -1,5 +1,5 @@
-//! Products of potentials of two grids, as if there were no map: by the matrices of one axis on their common refinement, on which no array
-//! is ever made.
+//! Products of potentials of two grids without a map. They are computed from the matrices of each axis on the
+//! common refinement; no array of the common refinement is ever made.
 
 use super::grids::joined_domain;
 use crate::boxes::domain::{Block, Domain, per_element};
@@ -13,24 +13,26 @@ use faer::{Mat, MatRef};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// How coefficients are to be read.
+/// The space that coefficients belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum As {
-    /// As those of a potential of the base.
+pub(super) enum Space {
+    /// That of the base.
     Base,
-    /// As those of a potential of the base, of which only the functions of the common refinement count that do not vanish on the block.
+    /// That of the base, restricted to the functions of the common refinement that do not vanish on the
+    /// block.
     BaseOnBlock,
-    /// As those of a potential of the other grid.
-    Own,
-    /// As those of a potential of the other grid, of which only the functions of the common refinement count that do not vanish on the block.
-    OwnOnBlock,
+    /// That of the coarse grid.
+    Coarse,
+    /// That of the coarse grid, restricted to the functions of the common refinement that do not vanish on
+    /// the block.
+    CoarseOnBlock,
 }
 
 /// The spaces of the two grids in that of their common refinement.
 pub(super) struct Joint {
     domain: Domain,
     dims: [Dims; 2],
-    /// Functions of base and other grid (columns) in those of the common refinement (rows), by axis.
+    /// Functions of base and coarse grid (columns) in those of the common refinement (rows), by axis.
     embeddings: [[Mat<f64>; 3]; 2],
     /// Rows of the common refinement that do not vanish on the block.
     window: Window,
@@ -39,28 +41,28 @@ pub(super) struct Joint {
     faces: Faces,
 }
 
-/// The matrices of each axis between two spaces, for each term: mass and stiffness. Functions without a product along an axis are left out: of
-/// a fine grid only few are nonzero on the block.
+/// The matrices of each axis between two spaces, for each term: mass and stiffness. Rows and columns that are
+/// zero along an axis are left out: few functions of a fine grid are nonzero on the block.
 struct Between {
     terms: Vec<[[SparseRows<f64>; 2]; 3]>,
-    /// Which functions are left, of the rows and of the columns.
+    /// The functions that remain, of the rows and of the columns.
     rows: Window,
     columns: Window,
 }
 
 impl Joint {
-    /// The spaces of the grids of a base and of another scene, for products over all cells. `None` where the grids have no common
-    /// refinement.
-    pub(super) fn new(base: &Domain, own: &Domain, block: &Block) -> Option<Self> {
-        Self::within(base, own, block, &Block { lo: [0; 3], hi: own.cells() })
+    /// The spaces of a base and of a coarse grid, for products over all cells. `None` where the grids have no
+    /// common refinement.
+    pub(super) fn new(base: &Domain, coarse: &Domain, block: &Block) -> Option<Self> {
+        Self::within(base, coarse, block, &Block { lo: [0; 3], hi: coarse.cells() })
     }
 
-    /// The spaces of the grids of a base and of another scene, for products over some `cells` alone. `None` where the grids have no common
-    /// refinement.
-    pub(super) fn within(base: &Domain, own: &Domain, block: &Block, cells: &Block) -> Option<Self> {
-        let domain = Domain { map: None, ..joined_domain(base, own)? };
+    /// The spaces of a base and of a coarse grid, for products over some `cells` only. `None` where the grids
+    /// have no common refinement.
+    pub(super) fn within(base: &Domain, coarse: &Domain, block: &Block, cells: &Block) -> Option<Self> {
+        let domain = Domain { map: None, ..joined_domain(base, coarse)? };
         let [x, y, z] = [0, 1, 2].map(|a| base.axes[a].functions_in(&domain.axes[a]));
-        let [u, v, w] = [0, 1, 2].map(|a| own.axes[a].functions_in(&domain.axes[a]));
+        let [u, v, w] = [0, 1, 2].map(|a| coarse.axes[a].functions_in(&domain.axes[a]));
         let matrices = |a: usize, factors: &[f64]| {
             let axis = &domain.axes[a];
             let inside = |(m, factor): (usize, &f64)| {
@@ -76,7 +78,7 @@ impl Joint {
             .map(|(_, factors)| [0, 1, 2].map(|a| matrices(a, &factors[a])))
             .collect();
         Some(Self {
-            dims: [base.primal_dims(), own.primal_dims()],
+            dims: [base.primal_dims(), coarse.primal_dims()],
             embeddings: [[x?, y?, z?], [u?, v?, w?]],
             window: [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a])),
             terms,
@@ -85,19 +87,19 @@ impl Joint {
         })
     }
 
-    fn grid(how: As) -> usize {
-        match how {
-            As::Base | As::BaseOnBlock => 0,
-            As::Own | As::OwnOnBlock => 1,
+    fn grid(space: Space) -> usize {
+        match space {
+            Space::Base | Space::BaseOnBlock => 0,
+            Space::Coarse | Space::CoarseOnBlock => 1,
         }
     }
 
     /// The functions of a space in those of the common refinement, along an axis.
-    fn functions(&self, how: As, a: usize) -> Mat<f64> {
-        let whole = &self.embeddings[Self::grid(how)][a];
-        match how {
-            As::Base | As::Own => whole.clone(),
-            As::BaseOnBlock | As::OwnOnBlock => {
+    fn functions(&self, space: Space, a: usize) -> Mat<f64> {
+        let whole = &self.embeddings[Self::grid(space)][a];
+        match space {
+            Space::Base | Space::Coarse => whole.clone(),
+            Space::BaseOnBlock | Space::CoarseOnBlock => {
                 let window = &self.window[a];
                 Mat::from_fn(whole.nrows(), whole.ncols(), |i, j| {
                     if window.contains(&i) { whole[(i, j)] } else { 0.0 }
@@ -106,11 +108,11 @@ impl Joint {
         }
     }
 
-    fn between(&self, rows: As, columns: As) -> Between {
-        let functions = [rows, columns].map(|how| [0, 1, 2].map(|a| self.functions(how, a)));
-        let term = |own: &[[Mat<f64>; 2]; 3]| {
+    fn between(&self, rows: Space, columns: Space) -> Between {
+        let functions = [rows, columns].map(|space| [0, 1, 2].map(|a| self.functions(space, a)));
+        let term = |matrices: &[[Mat<f64>; 2]; 3]| {
             [0, 1, 2].map(|a| {
-                own[a].each_ref().map(|m| {
+                matrices[a].each_ref().map(|m| {
                     let right = dense::product(m.as_ref(), functions[1][a].as_ref());
                     dense::product(functions[0][a].transpose(), right.as_ref())
                 })
@@ -125,20 +127,25 @@ impl Joint {
             let part = m.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len());
             SparseRows::from_mat(part)
         };
-        let cut_term = |own: &[[Mat<f64>; 2]; 3]| [0, 1, 2].map(|a| own[a].each_ref().map(|m| cut(m, a)));
+        let cut_term = |term: &[[Mat<f64>; 2]; 3]| [0, 1, 2].map(|a| term[a].each_ref().map(|m| cut(m, a)));
         Between { terms: terms.iter().map(cut_term).collect(), rows, columns }
     }
 
-    /// The products of potentials of one space with those of another, without open space beyond the last nodes.
-    pub(super) fn products(&self, (rows, x): (As, &[&[f64]]), (columns, y): (As, &[&[f64]])) -> Mat<f64> {
-        // From the larger array to the smaller one.
+    /// The products of potentials of one space with those of another, open space beyond the last nodes left
+    /// out.
+    pub(super) fn products(
+        &self,
+        (rows, x): (Space, &[&[f64]]),
+        (columns, y): (Space, &[&[f64]]),
+    ) -> Mat<f64> {
+        // Products with the matrices go from the larger array to the smaller one.
         if self.dims[Self::grid(columns)].iter().product::<usize>()
             < self.dims[Self::grid(rows)].iter().product()
         {
             return self.products((columns, y), (rows, x)).transpose().to_owned();
         }
         let between = self.between(rows, columns);
-        let [of_rows, of_columns] = [rows, columns].map(|how| self.dims[Self::grid(how)]);
+        let [of_rows, of_columns] = [rows, columns].map(|space| self.dims[Self::grid(space)]);
         let x: Vec<Cow<'_, [f64]>> = x.iter().map(|x| part(x, of_rows, &between.rows)).collect();
         let mut out = Mat::zeros(x.len(), y.len());
         for (j, y) in y.iter().enumerate() {
@@ -150,22 +157,22 @@ impl Joint {
         out
     }
 
-    /// The products of sums of potentials of base and other grid in open space beyond the last nodes.
-    pub(super) fn beyond(&self, base: &[Option<&[f64]>], own: &[&[f64]]) -> Mat<f64> {
+    /// The products of sums of potentials of base and coarse grid in open space beyond the last nodes.
+    pub(super) fn beyond(&self, base: &[Option<&[f64]>], coarse: &[&[f64]]) -> Mat<f64> {
         let dims = self.domain.primal_dims();
         let on_face = |k: usize| {
             move |a: usize, side: usize| {
                 let mut sum = vec![0.0; dims[across(a)[0]] * dims[across(a)[1]]];
-                let both = [base[k], Some(own[k])];
-                for (grid, u) in both.into_iter().enumerate() {
+                let potentials = [base[k], Some(coarse[k])];
+                for (grid, u) in potentials.into_iter().enumerate() {
                     let Some(u) = u else { continue };
                     axpy(&mut sum, 1.0, &self.face(grid, a, side, u));
                 }
                 sum
             }
         };
-        let all: Vec<_> = (0..own.len()).map(on_face).collect();
-        self.faces.products(&all, dims)
+        let sums: Vec<_> = (0..coarse.len()).map(on_face).collect();
+        self.faces.products(&sums, dims)
     }
 
     /// The coefficients of a potential of one of the grids on a face, in the functions of the common refinement.
@@ -188,28 +195,28 @@ impl Joint {
 }
 
 impl Between {
-    /// The sum of all terms applied to `x`, the coefficients of the functions of the columns that are left: a number for each function of the
-    /// rows that is left.
+    /// The sum of all terms applied to `x`, the coefficients of the functions of the columns that remain. The
+    /// result has a number for each function of the rows that remains.
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         let dims = self.columns.each_ref().map(Range::len);
         let mut total: Vec<f64> = Vec::new();
         for [first, second, third] in &self.terms {
             let (by_mass, now) = along(2, &third[0], x, dims);
             let (by_slope, _) = along(2, &third[1], x, dims);
-            let (both, after) = along(1, &second[0], &by_mass, now);
-            let (mut one, _) = along(1, &second[1], &by_mass, now);
+            let (mass_only, after) = along(1, &second[0], &by_mass, now);
+            let (mut with_stiffness, _) = along(1, &second[1], &by_mass, now);
             let (other, _) = along(1, &second[0], &by_slope, now);
-            axpy(&mut one, 1.0, &other);
-            for (matrix, from) in [(&first[1], &both), (&first[0], &one)] {
-                let (own, _) = along(0, matrix, from, after);
-                if total.is_empty() { total = own } else { axpy(&mut total, 1.0, &own) }
+            axpy(&mut with_stiffness, 1.0, &other);
+            for (matrix, from) in [(&first[1], &mass_only), (&first[0], &with_stiffness)] {
+                let (product, _) = along(0, matrix, from, after);
+                if total.is_empty() { total = product } else { axpy(&mut total, 1.0, &product) }
             }
         }
         total
     }
 }
 
-/// From the first to the last row that is nonzero in at least one of the matrices.
+/// The range of rows from the first to the last that is nonzero in any of the matrices.
 fn hull<'m>(matrices: impl Iterator<Item = MatRef<'m, f64>>) -> Range<usize> {
     let mut out = 0..0;
     for m in matrices {
@@ -220,7 +227,7 @@ fn hull<'m>(matrices: impl Iterator<Item = MatRef<'m, f64>>) -> Range<usize> {
     out
 }
 
-/// A part of an array.
+/// The entries of an array in a window.
 fn part<'x>(x: &'x [f64], dims: Dims, window: &Window) -> Cow<'x, [f64]> {
     if (0..3).all(|a| window[a] == (0..dims[a])) {
         return Cow::Borrowed(x);
@@ -246,7 +253,7 @@ mod tests {
     use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
     use elastocap_geometry::shapes::Shape;
 
-    /// A cube in open space, half in a slab, with planes of a second body or not.
+    /// A cube in open space, half in a slab, optionally with the planes of a second body.
     fn domain(order: usize, second: bool) -> Domain {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         let mut bodies = vec![
@@ -266,44 +273,45 @@ mod tests {
 
     #[test]
     fn products_are_those_on_the_common_refinement() {
-        let (base, own) = (domain(4, false), domain(3, true));
+        let (base, coarse) = (domain(4, false), domain(3, true));
         let block = Block { lo: [3, 3, 3], hi: [5, 5, 5] };
-        let joint = Joint::new(&base, &own, &block).unwrap();
+        let joint = Joint::new(&base, &coarse, &block).unwrap();
         let random = |n: usize, seed: usize| -> Vec<f64> {
             (0..n).map(|k| (((k + seed) * 2_654_435_761) % 1009) as f64 / 1009.0 - 0.5).collect()
         };
-        let [x, y] = [&base, &own].map(|d| random(d.primal_dims().iter().product(), 7));
+        let [x, y] = [&base, &coarse].map(|d| random(d.primal_dims().iter().product(), 7));
         let refined = Primal::without_preconditioner(&joint.domain).unwrap();
         let dims = joint.domain.primal_dims();
-        let embedded = |how: As, u: &[f64]| {
-            let (mut out, mut now) = (u.to_vec(), joint.dims[Joint::grid(how)]);
+        let embedded = |space: Space, u: &[f64]| {
+            let (mut out, mut now) = (u.to_vec(), joint.dims[Joint::grid(space)]);
             for a in 0..3 {
-                let matrix = SparseRows::from_mat(joint.embeddings[Joint::grid(how)][a].as_ref());
+                let matrix = SparseRows::from_mat(joint.embeddings[Joint::grid(space)][a].as_ref());
                 (out, now) = along(a, &matrix, &out, now);
             }
-            if matches!(how, As::BaseOnBlock | As::OwnOnBlock) {
+            if matches!(space, Space::BaseOnBlock | Space::CoarseOnBlock) {
                 only(&mut out, dims, &joint.window);
             }
             out
         };
-        let all = [(As::Base, &x), (As::BaseOnBlock, &x), (As::Own, &y), (As::OwnOnBlock, &y)];
+        let all =
+            [(Space::Base, &x), (Space::BaseOnBlock, &x), (Space::Coarse, &y), (Space::CoarseOnBlock, &y)];
         let beyond = {
-            let own: Vec<&[f64]> = vec![&y];
-            joint.beyond(&[Some(x.as_slice())], &own)[(0, 0)]
+            let coarse: Vec<&[f64]> = vec![&y];
+            joint.beyond(&[Some(x.as_slice())], &coarse)[(0, 0)]
                 - joint.beyond(&[Some(x.as_slice())], &[vec![0.0; y.len()].as_slice()])[(0, 0)]
-                - joint.beyond(&[None], &own)[(0, 0)]
+                - joint.beyond(&[None], &coarse)[(0, 0)]
         };
         for (i, (rows, u)) in all.iter().enumerate() {
             for (columns, v) in &all[i..] {
                 let product = joint.products((*rows, &[u.as_slice()]), (*columns, &[v.as_slice()]))[(0, 0)];
                 let expected = refined.product_of(&embedded(*rows, u), &embedded(*columns, v));
-                // On the whole of both grids open space beyond the last nodes counts by itself.
+                // Between whole grids, the products in open space beyond the last nodes are added.
                 let more = match (rows, columns) {
-                    (As::Base, As::Own) => 0.5 * beyond,
-                    (As::Base, As::Base) => {
+                    (Space::Base, Space::Coarse) => 0.5 * beyond,
+                    (Space::Base, Space::Base) => {
                         joint.beyond(&[Some(u.as_slice())], &[vec![0.0; y.len()].as_slice()])[(0, 0)]
                     }
-                    (As::Own, As::Own) => joint.beyond(&[None], &[v.as_slice()])[(0, 0)],
+                    (Space::Coarse, Space::Coarse) => joint.beyond(&[None], &[v.as_slice()])[(0, 0)],
                     _ => 0.0,
                 };
                 println!("{rows:?} {columns:?}: {:e} {expected:e}", product + more);

@@ -1,12 +1,15 @@
-//! The part of the error of a base that is seen by a body which is added to the base and comes near.
+//! The part of the error of a base that is seen by a body that is added to the base and comes near.
 //!
-//! Let e be the error of the potential of the base, and H the function that is e on the body, zero on the electrodes and without sources
-//! elsewhere. The energy X of e in the body and of H outside is what the body *sees* of e. Where nothing else lies in a ball of radius b
-//! around the middle of a body of radius a, and q = a / b, the part of e without sources in the ball is a sum of solid harmonics. Each of
-//! degree l >= 1 is seen with a share of at most (2 l + 1) / l q^(2 l + 1) / (1 - q^(2 l + 1)) of its energy in the ball, H being taken to
-//! end where the ball ends, and a constant with at most q / (1 - q) of what a function that falls from it to zero has outside of the ball.
-//! Where e is odd across a plane through the middle, the constant is zero. The rest of e in the ball has at most the energy of the difference
-//! between the flux of the base and the gradient of its potential in the ball.
+//! Let e be the error of the potential of the base, and H the function that is e on the body, zero on the
+//! electrodes and without sources elsewhere. The energy X of e in the body and of H outside is what the body
+//! *sees* of e. Let nothing else lie in a ball of radius b around the middle of a body of radius a, and let
+//! q = a / b. The part of e without sources in the ball is a sum of solid harmonics. Of the energy of a
+//! harmonic of degree l >= 1 in the ball, the body sees a share of at most
+//! (2 l + 1) / l q^(2 l + 1) / (1 - q^(2 l + 1)), where H is taken to end where the ball ends. Of a
+//! constant it sees at most q / (1 - q) of the energy that a function falling from it to zero has
+//! outside of the ball. Where e is odd across a plane through the middle, the constant is zero. The rest of e
+//! in the ball has at most the energy of the difference between the flux of the base and the gradient of its
+//! potential in the ball.
 
 use crate::boxes::layout::Frame;
 use crate::boxes::mapped::map::{MapAxis, SceneMap};
@@ -15,33 +18,35 @@ use elastocap_geometry::meshing::grid::GradedAxis;
 use elastocap_geometry::scene::{Box3, Role, Scene, Wall};
 use std::f64::consts::PI;
 
-/// A body in the middle of a ball in which nothing else is.
+/// A body in the middle of a ball that holds nothing else.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight {
     /// The middle, in a frame.
     pub(crate) middle: [f64; 3],
     /// Radius of the ball, in the unit of the frame.
     pub(crate) clear: f64,
-    /// Radius of a ball that holds the body, over that.
+    /// Radius of a ball that holds the body, over `clear`.
     near: f64,
     /// The permittivity in the ball over the smallest anywhere.
     contrast: f64,
 }
 
-/// Zeros of a Chebyshev polynomial of so many times the degree of another polynomial, at which that one is looked at: between them it is
-/// beyond what it is there by a factor of 1 / cos(pi / 8) at most (Ehlich and Zeller 1964).
+/// Sample points per degree of a polynomial: the zeros of the Chebyshev polynomial of this many times the
+/// degree. Between them the polynomial exceeds its values there by a factor of 1 / cos(pi / 8) at most
+/// (Ehlich and Zeller 1964).
 const FINER: usize = 4;
 
 /// That factor for two axes.
 const BETWEEN: f64 = 1.18;
 
-/// How far a ball reaches towards what is next to it: the base misses the more in it the nearer it comes to that.
+/// Radius of the ball over the distance of the nearest other thing. The error of the base in the ball grows
+/// towards that.
 const CLEAR: f64 = 0.8;
 
 impl Sight {
-    /// The sight of the body that follows the first `others` conductors of a scene, under a map and in a frame. In other scenes that body may be
-    /// closer to everything else, by `nearer` (m) at most. `None` if there is no such body, if the map bends another one as well, or if a wall is
-    /// insulated.
+    /// The sight of the body that follows the first `others` conductors of a scene, under a map and in a
+    /// frame. In other scenes that body may be closer to everything else, by at most `nearer` (m). `None` if
+    /// there is no such body, if the map bends another one as well, or if a wall is insulated.
     pub(crate) fn of(
         scene: &Scene,
         map: &SceneMap,
@@ -50,17 +55,18 @@ impl Sight {
         nearer: f64,
     ) -> Option<Self> {
         let mut added = scene.conductors().skip(others);
-        let (own, more) = (added.next()?, added.next());
-        let [region] = own.body.boxes()?[..] else { return None };
+        let (conductor, more) = (added.next()?, added.next());
+        let [region] = conductor.body.boxes()?[..] else { return None };
         if more.is_some() || scene.walls.iter().flatten().any(|wall| *wall == Wall::Insulated) {
             return None;
         }
         let (middle, radius) = ball_around(&region, map)?;
         let bent = hull(map)?;
-        let around = scene.dielectrics().filter(|own| own.body.contains(middle)).last();
-        let permittivity = around.map_or(scene.background_permittivity, |own| own.relative_permittivity);
+        let around = scene.dielectrics().filter(|dielectric| dielectric.body.contains(middle)).last();
+        let permittivity =
+            around.map_or(scene.background_permittivity, |dielectric| dielectric.relative_permittivity);
         let mut clear = f64::INFINITY;
-        for body in scene.bodies.iter().filter(|body| *body != own.body) {
+        for body in scene.bodies.iter().filter(|body| *body != conductor.body) {
             if matches!(body.role, Role::Dielectric { relative_permittivity } if relative_permittivity == permittivity)
             {
                 continue;
@@ -73,7 +79,7 @@ impl Sight {
             }
         }
         if permittivity != scene.background_permittivity {
-            // What is around it ends somewhere.
+            // The dielectric around the body must be one box that holds all that the map bends.
             let [part] = around?.body.boxes()?[..] else { return None };
             if (0..3).any(|a| bent.min[a] < part.min[a] || part.max[a] < bent.max[a]) {
                 return None;
@@ -96,7 +102,8 @@ impl Sight {
         })
     }
 
-    /// The largest share of the energy of an error without sources in the ball that the body sees.
+    /// An upper bound on the share that the body sees of the energy in the ball of an error without sources
+    /// there.
     pub(crate) fn share(&self, is_odd: bool) -> f64 {
         let q = self.near;
         let linear = 3.0 * q.powi(3) / (1.0 - q.powi(3));
@@ -104,20 +111,22 @@ impl Sight {
     }
 }
 
-/// How much more the energy counts that a base misses in the ball: the body sees it next to itself, and that of its edges from afar.
+/// Weight of the energy that a base misses in the ball: the body sees it from close by, and the energy that
+/// is missing at edges from afar.
 const WEIGHT: f64 = 40.0;
 
-/// How many times as far as the conductors an element begins that is one of the ball.
+/// Least distance of an element of the ball, over that of the farthest conductor.
 const BESIDE: f64 = 2.0;
 
 impl Sight {
-    /// Whether the ball is so far from the origin of the frame, from which the conductors reach to `farthest`, that elements in it can be made
-    /// finer alone.
+    /// Whether the ball is far enough from the conductors for elements in it to be refined separately. The
+    /// conductors reach to `farthest` from the origin of the frame.
     pub(crate) fn is_far(&self, farthest: f64) -> bool {
         self.middle.iter().map(|x| x * x).sum::<f64>().sqrt() - self.clear >= BESIDE * farthest
     }
 
-    /// How often what an element of a grid misses counts. The conductors reach to `farthest` from the origin of the frame.
+    /// The weight of the energy that an element of a grid misses. The conductors reach to `farthest` from the
+    /// origin of the frame.
     pub(crate) fn weight(&self, a: usize, axis: &GradedAxis, e: usize, farthest: f64) -> f64 {
         let Element::Finite { start, length } = axis.line.element(e) else { return 1.0 };
         let (low, high) = (self.middle[a] - self.clear, self.middle[a] + self.clear);
@@ -128,8 +137,8 @@ impl Sight {
 
 /// The distance of a point from a box.
 fn distance(region: &Box3, from: [f64; 3]) -> f64 {
-    let of = |a: usize| (region.min[a] - from[a]).max(from[a] - region.max[a]).max(0.0);
-    (0..3).map(|a| of(a).powi(2)).sum::<f64>().sqrt()
+    let along = |a: usize| (region.min[a] - from[a]).max(from[a] - region.max[a]).max(0.0);
+    (0..3).map(|a| along(a).powi(2)).sum::<f64>().sqrt()
 }
 
 /// The box in which a map may bend space.
@@ -154,8 +163,8 @@ fn ball_around(region: &Box3, map: &SceneMap) -> Option<([f64; 3], f64)> {
         }
     }
     let ends = |a: usize| {
-        let all = points.iter().map(|p| p[a]);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        let coordinates = points.iter().map(|p| p[a]);
+        coordinates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     };
     let middle = [0, 1, 2].map(|a| 0.5 * ends(a).iter().sum::<f64>());
     let squares = points.iter().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>());
@@ -164,7 +173,7 @@ fn ball_around(region: &Box3, map: &SceneMap) -> Option<([f64; 3], f64)> {
     radius.is_finite().then_some((middle, radius))
 }
 
-/// Places between two ends of an axis, as close as the squares of polynomials of a map there need.
+/// Sample points between two ends of an axis, as dense as squares of the polynomials of a map need.
 fn places(axis: &MapAxis, [low, high]: [f64; 2]) -> Vec<f64> {
     let mut out = Vec::new();
     let mut add = |[from, to]: [f64; 2], degree: usize| {
@@ -211,12 +220,12 @@ mod tests {
             axis(&[0.0, 0.5, 2.0], true),
         ];
         let bend = |[x, y, z]: [f64; 3]| {
-            let own = [x, y - 10.0, z];
-            let size = own.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let round = own.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let relative = [x, y - 10.0, z];
+            let size = relative.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let round = relative.iter().map(|x| x * x).sum::<f64>().sqrt();
             let fall = if size > 0.5 { (2.0 - size) / 1.5 } else { 1.0 };
             let to = |x: f64| if round > 0.0 { fall * x * (size / round - 1.0) } else { 0.0 };
-            [to(own[0]), to(own[1]) - 0.25 * fall, to(own[2])]
+            [to(relative[0]), to(relative[1]) - 0.25 * fall, to(relative[2])]
         };
         (scene, SceneMap::new(axes, bend))
     }
@@ -245,34 +254,35 @@ mod tests {
     #[test]
     fn nothing_is_said_of_a_body_that_may_be_seen_through_other_things() {
         let frame = Frame { origin: [0.0; 3], unit: 1.0 };
-        let of = |change: &dyn Fn(&mut Scene)| {
+        let has_sight = |change: &dyn Fn(&mut Scene)| {
             let (mut scene, map) = scene();
             change(&mut scene);
             Sight::of(&scene, &map, 1, &frame, 0.0).is_some()
         };
-        assert!(of(&|_| ()));
-        assert!(!of(&|scene| scene.walls[1][0] = Wall::Insulated));
+        assert!(has_sight(&|_| ()));
+        assert!(!has_sight(&|scene| scene.walls[1][0] = Wall::Insulated));
         // A slab that the map bends, and a second body behind the electrode.
-        assert!(!of(&|scene| scene.bodies[1] = Body::dielectric(
+        assert!(!has_sight(&|scene| scene.bodies[1] = Body::dielectric(
             "slab",
             Shape::Box(Box3 { min: [-1.0, 0.0, -1.0], max: [1.0, 8.5, 1.0] }),
             4.0
         )));
-        assert!(!of(&|scene| {
+        assert!(!has_sight(&|scene| {
             let shape = Shape::Box(Box3 { min: [5.0, 9.0, 5.0], max: [6.0, 10.0, 6.0] });
             scene.bodies.push(Body::grounded("another", shape));
         }));
-        assert!(!of(&|scene| {
+        assert!(!has_sight(&|scene| {
             scene.bodies.pop();
         }));
-        // In a layer of its own, and in one that ends in what the map bends. A cover of what there is anyway is nothing.
+        // In a layer that holds all that the map bends, and in one that does not. A cover with the
+        // permittivity of the background changes nothing.
         let cover = |from: f64, permittivity: f64| {
             let region = Box3 { min: [f64::NEG_INFINITY, from, f64::NEG_INFINITY], max: [f64::INFINITY; 3] };
             Body::dielectric("cover", Shape::Box(region), permittivity)
         };
-        assert!(of(&|scene| scene.bodies.insert(1, cover(5.0, 3.0))));
-        assert!(!of(&|scene| scene.bodies.insert(1, cover(9.0, 3.0))));
-        assert!(of(&|scene| scene.bodies.insert(1, cover(9.0, 2.0))));
+        assert!(has_sight(&|scene| scene.bodies.insert(1, cover(5.0, 3.0))));
+        assert!(!has_sight(&|scene| scene.bodies.insert(1, cover(9.0, 3.0))));
+        assert!(has_sight(&|scene| scene.bodies.insert(1, cover(9.0, 2.0))));
     }
 
     /// A harmonic of degree 1 in a ball of radius b, and what a body of radius a sees of it: by quadrature along the radius.

@@ -1,8 +1,8 @@
-//! Lengths of which the squares are known, as forms.
+//! Bounds on squares of sums of lengths, where only the squares of the lengths are known, as forms.
 
 use faer::{Mat, Scale};
 
-/// No less than the square of a sum of lengths, from the squares of these.
+/// An upper bound on the square of a sum of lengths, from the squares of the lengths.
 pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -> Mat<f64> {
     let sized: Vec<_> = squares.into_iter().map(|m| (m, size(m))).collect();
     let total: f64 = sized.iter().map(|(_, size)| size).sum();
@@ -15,7 +15,7 @@ pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -
     out
 }
 
-/// No less than twice the product of two lengths, from their squares.
+/// An upper bound on twice the product of two lengths, from their squares.
 pub(super) fn twice_the_product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let ratio = size(b) / size(a);
     // 2 a b <= t a^2 + b^2 / t.
@@ -31,7 +31,7 @@ pub(super) fn trace(m: &Mat<f64>) -> f64 {
     (0..m.nrows()).map(|i| m[(i, i)]).sum()
 }
 
-/// The length of which a form has the square; NaN where that is not finite.
+/// The root of the trace of a form; NaN where an entry is not finite.
 pub(super) fn size(m: &Mat<f64>) -> f64 {
     let is_finite = (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].is_finite()));
     if is_finite { trace(m).max(0.0).sqrt() } else { f64::NAN }

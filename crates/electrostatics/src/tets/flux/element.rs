@@ -1,4 +1,4 @@
-//! One tetrahedron: energies of its fluxes, and the flux that the discrete potential would have in it.
+//! One tetrahedron: the energies of its fluxes, and the flux of the discrete potential in it.
 
 use super::faces::{Beyond, Passages};
 use super::reference::{EDGES, PAIRS, Reference};
@@ -14,9 +14,9 @@ pub(super) struct Element {
     determinant: f64,
     /// Energies of all functions, `size x size`.
     pub(super) mass: Vec<f64>,
-    /// Energies of face moments and sources, loops condensed out, `kept x kept`.
+    /// Energies of face moments and sources with the loops condensed out, a square table.
     pub(super) energy: Vec<f64>,
-    /// Loops of minimal energy per face moment or source, `loops x kept`.
+    /// Loops of minimal energy (rows) for each face moment or source (columns).
     pub(super) follow: Vec<f64>,
 }
 
@@ -49,33 +49,33 @@ impl Element {
 
     fn condense(&mut self, reference: &Reference) {
         let (size, loops) = (reference.size(), reference.loops);
-        let kept = size - loops;
+        let retained = size - loops;
         self.energy.clear();
-        for i in 0..kept {
-            self.energy.extend_from_slice(&self.mass[i * size..i * size + kept]);
+        for i in 0..retained {
+            self.energy.extend_from_slice(&self.mass[i * size..i * size + retained]);
         }
         self.follow.clear();
         if loops == 0 {
             return;
         }
-        let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.mass[(kept + i) * size + kept + j]));
+        let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.mass[(retained + i) * size + retained + j]));
         let adjugate = [cross(block[1], block[2]), cross(block[2], block[0]), cross(block[0], block[1])];
         let det = dot(block[0], adjugate[0]);
-        self.follow.resize(loops * kept, 0.0);
+        self.follow.resize(loops * retained, 0.0);
         for l in 0..loops {
             for m in 0..loops {
                 // The block is symmetric, so that its adjugate needs no transposing.
                 let share = -adjugate[l][m] / det;
-                for k in 0..kept {
-                    self.follow[l * kept + k] += share * self.mass[(kept + m) * size + k];
+                for k in 0..retained {
+                    self.follow[l * retained + k] += share * self.mass[(retained + m) * size + k];
                 }
             }
         }
-        for i in 0..kept {
+        for i in 0..retained {
             for l in 0..loops {
-                let share = self.mass[i * size + kept + l];
-                for k in 0..kept {
-                    self.energy[i * kept + k] += share * self.follow[l * kept + k];
+                let share = self.mass[i * size + retained + l];
+                for k in 0..retained {
+                    self.energy[i * retained + k] += share * self.follow[l * retained + k];
                 }
             }
         }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
-/// No passage, no tetrahedron, no conductor.
+/// Marks a missing passage, tetrahedron or conductor.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The energy, in open space, of a flux through one face.
@@ -35,7 +35,8 @@ pub(super) struct Passages {
     pub(super) tets: Vec<[u32; 2]>,
     /// Conductor on which each passage ends, or [`NONE`].
     pub(super) conductor: Vec<u32>,
-    /// About the energy of a unit flux through each passage in its adjacent tetrahedra: height over area and permittivity, 1/m.
+    /// Approximate energy of a unit flux through each passage in its adjacent tetrahedra: height over area
+    /// and permittivity, 1/m.
     pub(super) cost: Vec<f64>,
     /// Per passage the index in `open`, or [`NONE`].
     pub(super) to_open: Vec<u32>,
@@ -76,7 +77,7 @@ impl Passages {
             face.sort_unstable();
             roles.insert(face, boundary.role);
         }
-        let mut found = Passages {
+        let mut passages = Passages {
             of_tet: vec![[NONE; 4]; corners.len()],
             corners,
             original,
@@ -91,29 +92,33 @@ impl Passages {
             let role = roles.get(&group[0].0);
             match (role, group) {
                 (None, [_]) => {}
-                (None, [a, b]) => found.add(&[(a.1, a.2), (b.1, b.2)], NONE),
+                (None, [a, b]) => passages.add(&[(a.1, a.2), (b.1, b.2)], NONE),
                 (None, _) => return Err(FluxError::NotConforming { face: group[0].0 }),
                 (Some(FaceRole::Open { permittivity }), [side]) => {
-                    found.add_open(mesh, side, permittivity[0])?;
-                    found.add(&[(side.1, side.2)], NONE);
+                    passages.add_open(mesh, side, permittivity[0])?;
+                    passages.add(&[(side.1, side.2)], NONE);
                 }
                 (Some(FaceRole::Open { .. }), _) => return Err(FluxError::OpenFace { face: group[0].0 }),
                 (Some(FaceRole::Grounded), _) => {
-                    group.iter().for_each(|side| found.add(&[(side.1, side.2)], NONE));
+                    group.iter().for_each(|side| passages.add(&[(side.1, side.2)], NONE));
                 }
                 (Some(&FaceRole::Conductor(c)), _) => {
-                    found.conductors = found.conductors.max(c as usize + 1);
-                    group.iter().for_each(|side| found.add(&[(side.1, side.2)], c));
+                    passages.conductors = passages.conductors.max(c as usize + 1);
+                    group.iter().for_each(|side| passages.add(&[(side.1, side.2)], c));
                 }
             }
         }
-        found.cost =
-            found.tets.par_iter().enumerate().map(|(p, _)| found.cost_of(mesh, permittivity, p)).collect();
-        found.to_open = vec![NONE; found.tets.len()];
-        for (k, beyond) in found.open.iter().enumerate() {
-            found.to_open[beyond.passage as usize] = k as u32;
+        passages.cost = passages
+            .tets
+            .par_iter()
+            .enumerate()
+            .map(|(p, _)| passages.cost_of(mesh, permittivity, p))
+            .collect();
+        passages.to_open = vec![NONE; passages.tets.len()];
+        for (k, beyond) in passages.open.iter().enumerate() {
+            passages.to_open[beyond.passage as usize] = k as u32;
         }
-        Ok(found)
+        Ok(passages)
     }
 
     fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
@@ -179,12 +184,12 @@ pub(super) struct Forest {
     pub(super) order: Vec<u32>,
     /// Per tetrahedron the face towards the root, 4 for a root without a passage out of the mesh.
     pub(super) parent: Vec<u8>,
-    /// How many of the first in `order` are connected to a passage out of the mesh.
+    /// Number of tetrahedra, the first in `order`, that are connected to a passage out of the mesh.
     pub(super) drained: usize,
     heap: BinaryHeap<Step>,
 }
 
-/// Which way trees grow next.
+/// The rule by which trees grow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Growth {
     /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path around it within them.
@@ -194,7 +199,7 @@ pub(super) enum Growth {
     Nearest,
 }
 
-/// A tetrahedron that can be reached, and what that costs; the greatest is the cheapest.
+/// A tetrahedron that can be reached, and the cost of reaching it; the greatest step is the cheapest.
 #[derive(Debug, PartialEq)]
 struct Step {
     cost: f64,

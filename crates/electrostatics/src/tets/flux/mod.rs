@@ -41,13 +41,13 @@ use patch::{FluxProblem, Workspace};
 use rayon::prelude::*;
 use reference::Reference;
 
-/// Why fluxes cannot be made from a mesh, its permittivities and the gradients of a potential.
+/// Why fluxes cannot be computed from a mesh, its permittivities and the gradients of a potential.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FluxError {
     /// Only orders 1, 2 and 3 are implemented.
     #[error("order {order} is not implemented; fluxes are of order 1, 2 or 3")]
     Order {
-        /// The order that was asked for.
+        /// The requested order.
         order: usize,
     },
     /// A list whose length does not fit the mesh.
@@ -65,19 +65,19 @@ pub enum FluxError {
     Permittivity {
         /// Index of the region.
         region: usize,
-        /// Its value.
+        /// The permittivity.
         value: f64,
     },
     /// A tetrahedron without volume, or a gradient that is not a number.
     #[error("tetrahedron {tetrahedron} has no volume, or a gradient in it is not finite")]
     NotFinite {
-        /// Index in the mesh.
+        /// Index of the tetrahedron in the mesh.
         tetrahedron: usize,
     },
     /// More than two tetrahedra at a face.
     #[error("more than two tetrahedra meet at the face {face:?}")]
     NotConforming {
-        /// Its corners.
+        /// Corners of the face.
         face: [u32; 3],
     },
     /// A face to open space must end the mesh, and see the centre of the mesh from inside.
@@ -85,7 +85,7 @@ pub enum FluxError {
         "the face {face:?} to open space does not end the mesh, or does not see the mesh's centre from inside"
     )]
     OpenFace {
-        /// Its corners.
+        /// Corners of the face.
         face: [u32; 3],
     },
 }
@@ -133,7 +133,7 @@ const BATCH: usize = 4096;
 /// Number of tetrahedra whose energies one task sums.
 const CHUNK: usize = 1024;
 
-/// Makes the fluxes of discrete potentials of an order 1, 2 or 3.
+/// Computes the fluxes of discrete potentials of order 1, 2 or 3.
 ///
 /// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state the gradients,
 /// V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order - 1`: one value, or those at
@@ -157,12 +157,17 @@ pub(crate) fn equilibrate(
     let reference = Reference::new(order - 1);
     check(mesh, permittivity, &reference, gradients)?;
     let passages = Passages::new(mesh, permittivity)?;
-    let made = &gradients[..gradients.len() - usize::from(add_up && !gradients.is_empty())];
-    let problem =
-        FluxProblem { mesh, passages: &passages, reference: &reference, permittivity, gradients: made };
+    let independent = &gradients[..gradients.len() - usize::from(add_up && !gradients.is_empty())];
+    let problem = FluxProblem {
+        mesh,
+        passages: &passages,
+        reference: &reference,
+        permittivity,
+        gradients: independent,
+    };
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
-    if made.len() < gradients.len() {
+    if independent.len() < gradients.len() {
         let rest = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
         moments.push((0..passages.tets.len() * reference.on_face).map(rest).collect());
     }
@@ -234,11 +239,11 @@ fn collect(problem: &FluxProblem) -> Vec<Vec<f64>> {
             .collect();
         for share in shares {
             let length = share.passages.len() * per;
-            for (s, all) in moments.iter_mut().enumerate() {
-                let own = &share.moments[s * length..(s + 1) * length];
-                for (&p, own) in share.passages.iter().zip(own.chunks_exact(per)) {
-                    let all = &mut all[p as usize * per..][..per];
-                    all.iter_mut().zip(own).for_each(|(all, own)| *all += own);
+            for (s, total) in moments.iter_mut().enumerate() {
+                let of_state = &share.moments[s * length..(s + 1) * length];
+                for (&p, part) in share.passages.iter().zip(of_state.chunks_exact(per)) {
+                    let sums = &mut total[p as usize * per..][..per];
+                    sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
                 }
             }
         }
@@ -263,20 +268,20 @@ fn drain(problem: &FluxProblem, moments: &mut [Vec<f64>]) {
         for &t in drained.iter().rev() {
             let t = t as usize;
             let parent = passages.of_tet[t][forest.parent[t] as usize];
-            x[parent as usize * per] -= passages.sign(parent, t) * left(passages, per, x, t).0;
+            x[parent as usize * per] -= passages.sign(parent, t) * outflow(passages, per, x, t).0;
         }
     });
 }
 
-/// Sum of the first moments of a tetrahedron, outward, and the largest of them.
-fn left(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
+/// The sum of the outward first moments of a tetrahedron, and the largest of them.
+fn outflow(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
     passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, largest): (f64, f64), &p| {
         let out = passages.sign(p, t) * x[p as usize * per];
         (sum + out, largest.max(out.abs()))
     })
 }
 
-/// Energies and gaps of one tetrahedron, all pairs of states.
+/// Energies of a chunk of tetrahedra for all pairs of states, and the gap of each tetrahedron.
 struct Sums {
     energy: Vec<f64>,
     gap: Vec<f64>,
@@ -296,10 +301,10 @@ fn measure(problem: &FluxProblem, moments: &[Vec<f64>]) -> Flux {
     let mut gaps = vec![Vec::with_capacity(tets); states];
     let mut divergence = 0.0_f64;
     for chunk in chunks {
-        energy.iter_mut().zip(chunk.energy).for_each(|(all, own)| *all += own);
-        gap.iter_mut().zip(chunk.gap).for_each(|(all, own)| *all += own);
-        for own in chunk.gaps.chunks_exact(states.max(1)) {
-            gaps.iter_mut().zip(own).for_each(|(all, &own)| all.push(own));
+        energy.iter_mut().zip(chunk.energy).for_each(|(sum, part)| *sum += part);
+        gap.iter_mut().zip(chunk.gap).for_each(|(sum, part)| *sum += part);
+        for of_tet in chunk.gaps.chunks_exact(states.max(1)) {
+            gaps.iter_mut().zip(of_tet).for_each(|(list, &value)| list.push(value));
         }
         divergence = divergence.max(chunk.divergence);
     }
@@ -332,7 +337,7 @@ fn product(table: &[f64], x: &[f64], y: &[f64]) -> f64 {
 fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     let (passages, reference) = (problem.passages, problem.reference);
     let (states, per, size) = (moments.len(), reference.on_face, reference.size());
-    let (faces, kept) = (4 * per, 4 * per + reference.sources);
+    let (faces, retained) = (4 * per, 4 * per + reference.sources);
     let last = problem.mesh.tets.len().min((chunk + 1) * CHUNK);
     let mut sums = Sums {
         energy: vec![0.0; states * states],
@@ -341,41 +346,41 @@ fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
         divergence: 0.0,
     };
     let (mut element, mut carried) = (Element::default(), Vec::new());
-    let mut found = vec![Vec::new(); states];
+    let mut fluxes = vec![Vec::new(); states];
     let mut difference = vec![Vec::new(); states];
     for t in chunk * CHUNK..last {
         let eps = problem.eps(t);
         element.load(problem.mesh, passages, reference, t, eps);
         for s in 0..states {
-            let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut found[s], &mut difference[s]);
+            let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut fluxes[s], &mut difference[s]);
             element.carry(eps, passages.original[t], problem.gradient(s, t), &mut carried);
             // First the flux of the discrete potential; then the difference from it in face moments and sources, and the loops of
             // minimal energy that follow from these.
             times(&reference.interpolation, &carried, difference);
             flux.clear();
             flux.resize(size, 0.0);
-            flux[kept..].copy_from_slice(&difference[kept..]);
+            flux[retained..].copy_from_slice(&difference[retained..]);
             for (i, &p) in passages.of_tet[t].iter().enumerate().filter(|p| *p.1 != NONE) {
                 let from = &moments[s][p as usize * per..][..per];
                 let to = &mut flux[i * per..(i + 1) * per];
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = passages.sign(p, t) * from);
             }
-            for k in 0..kept {
+            for k in 0..retained {
                 difference[k] = if k < faces { flux[k] } else { 0.0 } - difference[k];
             }
             for l in 0..reference.loops {
-                let row = &element.follow[l * kept..(l + 1) * kept];
-                difference[kept + l] = row.iter().zip(&difference[..kept]).map(|(a, x)| a * x).sum();
-                flux[kept + l] += difference[kept + l];
+                let row = &element.follow[l * retained..(l + 1) * retained];
+                difference[retained + l] = row.iter().zip(&difference[..retained]).map(|(a, x)| a * x).sum();
+                flux[retained + l] += difference[retained + l];
             }
-            let (sum, largest) = left(passages, per, &moments[s], t);
+            let (sum, largest) = outflow(passages, per, &moments[s], t);
             if largest > 0.0 {
                 sums.divergence = sums.divergence.max(sum.abs() / largest);
             }
         }
         for i in 0..states {
             for j in 0..states {
-                sums.energy[i * states + j] += product(&element.mass, &found[i], &found[j]);
+                sums.energy[i * states + j] += product(&element.mass, &fluxes[i], &fluxes[j]);
                 let gap = product(&element.mass, &difference[i], &difference[j]);
                 sums.gap[i * states + j] += gap;
                 if i == j {

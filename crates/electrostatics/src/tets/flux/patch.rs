@@ -1,8 +1,8 @@
 //! Fluxes around one vertex: the local problem that gives a flux its prescribed divergence at minimal energy.
 //!
-//! Unknown are the moments of the faces at the vertex. In each tetrahedron one sum of moments is prescribed. This constraint is
-//! solved for the moment of the face towards the root of a spanning tree, so that it holds up to rounding; the energy is minimised
-//! over the other moments.
+//! The unknowns are the moments of the faces at the vertex. In each tetrahedron one sum of moments is
+//! prescribed. This constraint is solved for the moment of the face towards the root of a spanning tree, so
+//! that it holds up to rounding; the energy is minimised over the other moments.
 
 use super::element::{Element, times};
 use super::faces::{Forest, Growth, NONE, Passages};
@@ -61,7 +61,7 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Solves the patch of `vertex`, shared by `around`.
+    /// Solves the patch of `vertex`, which consists of the tetrahedra `around`.
     pub(super) fn solve(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32]) -> Share {
         let passages = self.number(problem, vertex, around);
         let (per, states) = (problem.reference.on_face, problem.gradients.len());
@@ -81,11 +81,11 @@ impl Workspace {
             }
         }
         self.reduce(per, unknowns);
-        let mut kept = vec![true; unknowns];
+        let mut is_free = vec![true; unknowns];
         for (t, &face) in self.forest.parent.iter().enumerate().filter(|p| *p.1 < 4) {
-            kept[self.of_tet[t][face as usize] as usize * per] = false;
+            is_free[self.of_tet[t][face as usize] as usize * per] = false;
         }
-        let free: Vec<usize> = (0..unknowns).filter(|&k| kept[k]).collect();
+        let free: Vec<usize> = (0..unknowns).filter(|&k| is_free[k]).collect();
         // The factorisation reads the lower triangle only.
         let mut small = Mat::zeros(free.len(), free.len());
         for (j, &column) in free.iter().enumerate() {
@@ -93,7 +93,7 @@ impl Workspace {
             let to = &mut small.col_as_slice_mut(j)[j..];
             to.iter_mut().zip(&free[j..]).for_each(|(to, &row)| *to = from[row]);
         }
-        let mut answer = Mat::from_fn(free.len(), states, |i, s| self.right[s * unknowns + free[i]]);
+        let mut solution = Mat::from_fn(free.len(), states, |i, s| self.right[s * unknowns + free[i]]);
         let scratch = factor::cholesky_in_place_scratch::<f64>(free.len(), Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
@@ -104,13 +104,14 @@ impl Workspace {
             stack,
             Default::default(),
         );
-        // If rounding spoils the factorisation, the flux along the trees is still admissible, only not the one of minimal energy.
+        // If rounding spoils the factorisation, the flux along the trees is still admissible, but not of
+        // minimal energy.
         if done.is_ok() {
-            solve::solve_in_place(small.as_ref(), answer.as_mut(), Par::Seq, stack);
-            if (0..states).all(|s| answer.col(s).iter().all(|x| x.is_finite())) {
+            solve::solve_in_place(small.as_ref(), solution.as_mut(), Par::Seq, stack);
+            if (0..states).all(|s| solution.col(s).iter().all(|x| x.is_finite())) {
                 for s in 0..states {
                     for (i, &k) in free.iter().enumerate() {
-                        moments[s * unknowns + k] = answer[(i, s)];
+                        moments[s * unknowns + k] = solution[(i, s)];
                     }
                 }
                 self.fulfil(&mut moments, around.len(), per, unknowns);
@@ -135,10 +136,10 @@ impl Workspace {
         for (k, &t) in around.iter().enumerate() {
             let mut local = [NONE; 4];
             for (i, p) in inner(t) {
-                if let Ok(here) = passages.binary_search(&p) {
-                    local[i] = here as u32;
+                if let Ok(index) = passages.binary_search(&p) {
+                    local[i] = index as u32;
                     let first = problem.passages.tets[p as usize][0] == t;
-                    self.tets[here][usize::from(!first)] = k as u32;
+                    self.tets[index][usize::from(!first)] = k as u32;
                 }
             }
             self.of_tet.push(local);
@@ -150,7 +151,7 @@ impl Workspace {
     fn assemble(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32], passages: &[u32]) {
         let reference = problem.reference;
         let (per, states) = (reference.on_face, problem.gradients.len());
-        let kept = 4 * per + reference.sources;
+        let retained = 4 * per + reference.sources;
         let unknowns = passages.len() * per;
         for (list, length) in [
             (&mut self.matrix, unknowns * unknowns),
@@ -164,7 +165,7 @@ impl Workspace {
             let t = t as usize;
             let eps = problem.eps(t);
             self.element.load(problem.mesh, problem.passages, reference, t, eps);
-            let own = problem.passages.corners[t].iter().position(|&c| c == vertex).unwrap_or(0);
+            let corner = problem.passages.corners[t].iter().position(|&c| c == vertex).unwrap_or(0);
             let local = self.of_tet[k];
             let sides: Vec<(usize, usize, f64)> = (0..4)
                 .filter(|&i| local[i] != NONE)
@@ -176,7 +177,7 @@ impl Workspace {
             for &(i, row, sign) in &sides {
                 for &(j, column, other) in &sides {
                     for a in 0..per {
-                        let from = &self.element.energy[(i * per + a) * kept + j * per..][..per];
+                        let from = &self.element.energy[(i * per + a) * retained + j * per..][..per];
                         let to = &mut self.matrix[(row + a) * unknowns + column..][..per];
                         to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * other * from);
                     }
@@ -202,13 +203,13 @@ impl Workspace {
                     problem.gradient(s, t),
                     &mut self.carried,
                 );
-                let supply = &reference.hat_supply[own];
+                let supply = &reference.hat_supply[corner];
                 self.supply[s * around.len() + k] =
                     supply.iter().zip(&self.carried).map(|(a, b)| a * b).sum::<f64>();
                 // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds the prescribed one by
                 // hat times the flux's divergence.
-                times(&reference.hat_moments[own], &self.carried, &mut self.departure);
-                times(&reference.hat_sources[own], &self.carried, &mut self.sources);
+                times(&reference.hat_moments[corner], &self.carried, &mut self.departure);
+                times(&reference.hat_sources[corner], &self.carried, &mut self.sources);
                 self.departure.extend_from_slice(&self.sources);
                 times(&self.element.energy, &self.departure, &mut self.pull);
                 let right = &mut self.right[s * unknowns..(s + 1) * unknowns];
@@ -219,8 +220,8 @@ impl Workspace {
                 }
                 for (i, row, energy) in &open {
                     for a in 0..per {
-                        let wanted = &self.departure[i * per..(i + 1) * per];
-                        right[row + a] += (0..per).map(|b| energy[a * per + b] * wanted[b]).sum::<f64>();
+                        let target = &self.departure[i * per..(i + 1) * per];
+                        right[row + a] += (0..per).map(|b| energy[a * per + b] * target[b]).sum::<f64>();
                     }
                 }
             }
@@ -266,7 +267,8 @@ impl Workspace {
         self.right = right;
     }
 
-    /// T^T A for a matrix A of so many columns: adds the row of each moment that follows from others to the rows of these.
+    /// T^T A for a matrix A with `columns` columns: adds the row of each eliminated moment to the rows of the
+    /// moments it follows from.
     fn add_rows(&self, rows: &mut [f64], per: usize, columns: usize) {
         for &t in &self.forest.order {
             let t = t as usize;

@@ -92,15 +92,15 @@ pub(super) fn tetrahedron_rule() -> Vec<([f64; 3], f64)> {
 
 /// Exponents of the monomials of three variables up to a degree, by degree.
 fn exponents(degree: usize) -> Vec<[i32; 3]> {
-    let mut all = Vec::new();
+    let mut exponents = Vec::new();
     for total in 0..=degree as i32 {
         for i in 0..=total {
             for j in 0..=total - i {
-                all.push([total - i - j, i, j]);
+                exponents.push([total - i - j, i, j]);
             }
         }
     }
-    all
+    exponents
 }
 
 fn monomial(e: [i32; 3], x: [f64; 3]) -> f64 {
@@ -153,22 +153,22 @@ fn nodal(degree: usize, x: [f64; 3]) -> Vec<(f64, [f64; 3])> {
     }
 }
 
-/// The functions before they are turned into the basis: value and divergence at a point.
+/// The functions from which the basis is formed: value and divergence at a point.
 fn raw(degree: usize, x: [f64; 3]) -> Vec<([f64; 3], f64)> {
-    let mut all = Vec::new();
+    let mut functions = Vec::new();
     for e in exponents(degree) {
         let (value, gradient) = (monomial(e, x), monomial_gradient(e, x));
         for a in 0..3 {
             let mut vector = [0.0; 3];
             vector[a] = value;
-            all.push((vector, gradient[a]));
+            functions.push((vector, gradient[a]));
         }
     }
     for e in exponents(degree).into_iter().filter(|e| e.iter().sum::<i32>() == degree as i32) {
         let value = monomial(e, x);
-        all.push((x.map(|x| (x - MIDDLE) * value), (degree as f64 + 3.0) * value));
+        functions.push((x.map(|x| (x - MIDDLE) * value), (degree as f64 + 3.0) * value));
     }
-    all
+    functions
 }
 
 /// A vector and its divergence at every point of the rules: in the volume, and on each face.
@@ -216,7 +216,7 @@ impl Functionals {
         [l[1], l[2], l[3]]
     }
 
-    /// Takes a field at all points; `at` gives value and divergence.
+    /// Samples a field at all points; `at` gives value and divergence.
     fn sample(&self, at: impl Fn([f64; 3]) -> ([f64; 3], f64)) -> Field {
         Field {
             volume: self.volume.iter().map(|&(x, _)| at(x)).collect(),
@@ -227,15 +227,15 @@ impl Functionals {
 
     fn face_moments(&self, field: &Field) -> Vec<f64> {
         let count = self.on_face[0].len();
-        let mut all = Vec::with_capacity(4 * count);
+        let mut moments = Vec::with_capacity(4 * count);
         for i in 0..4 {
             let outward = GRADIENTS[i].map(|g| -g);
             for j in 0..count {
                 let at = self.triangle.iter().zip(&self.on_face).zip(&field.faces[i]);
-                all.push(at.map(|((p, q), &v)| p.1 * q[j] * dot(v, outward)).sum());
+                moments.push(at.map(|((p, q), &v)| p.1 * q[j] * dot(v, outward)).sum());
             }
         }
-        all
+        moments
     }
 
     fn source_moments(&self, field: &Field) -> Vec<f64> {
@@ -258,11 +258,11 @@ impl Functionals {
         .collect()
     }
 
-    fn all(&self, field: &Field) -> Vec<f64> {
-        let mut all = self.face_moments(field);
-        all.extend(self.source_moments(field));
-        all.extend(self.loop_moments(field));
-        all
+    fn moments(&self, field: &Field) -> Vec<f64> {
+        let mut moments = self.face_moments(field);
+        moments.extend(self.source_moments(field));
+        moments.extend(self.loop_moments(field));
+        moments
     }
 }
 
@@ -271,7 +271,7 @@ impl Reference {
     pub(super) fn new(degree: usize) -> Reference {
         let f = Functionals::new(degree);
         let size = raw(degree, [MIDDLE; 3]).len();
-        let columns: Vec<_> = (0..size).map(|i| f.all(&f.sample(|x| raw(degree, x)[i]))).collect();
+        let columns: Vec<_> = (0..size).map(|i| f.moments(&f.sample(|x| raw(degree, x)[i]))).collect();
         let functionals = Mat::from_fn(size, size, |i, j| columns[j][i]);
         let basis = Lu::new(functionals.as_ref()).solve(Mat::<f64>::identity(size, size).as_ref());
         let values: Vec<Vec<[f64; 3]>> = f
@@ -288,8 +288,8 @@ impl Reference {
             for (v, p) in values.iter().zip(&f.volume) {
                 for i in 0..size {
                     for j in 0..size {
-                        let both = if a == b { 0.0 } else { v[i][b] * v[j][a] };
-                        table[i * size + j] += p.1 * (v[i][a] * v[j][b] + both);
+                        let mixed = if a == b { 0.0 } else { v[i][b] * v[j][a] };
+                        table[i * size + j] += p.1 * (v[i][a] * v[j][b] + mixed);
                     }
                 }
             }
@@ -302,7 +302,7 @@ impl Reference {
                 let l = hat.map_or(1.0, |c| barycentric(x)[c]);
                 let mut vector = [0.0; 3];
                 vector[a] = l * value;
-                // The divergence without the part that the gradient of the hat makes.
+                // The divergence without the contribution of the gradient of the hat.
                 (vector, l * gradient[a])
             })
         };
@@ -332,7 +332,7 @@ impl Reference {
             loops: if degree < 2 { 0 } else { 3 },
             nodes,
             mass,
-            interpolation: table(None, &|v| f.all(v)),
+            interpolation: table(None, &|v| f.moments(v)),
             hat_moments: corners.map(|c| table(Some(c), &|v| f.face_moments(v))),
             hat_sources: corners.map(|c| table(Some(c), &|v| f.source_moments(v))),
             hat_supply: corners.map(|c| {

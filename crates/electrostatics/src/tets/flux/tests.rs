@@ -42,7 +42,7 @@ fn least(matrix: &Mat<f64>) -> f64 {
     matrix.self_adjoint_eigenvalues(faer::Side::Lower).unwrap().into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Bounds of one order on one mesh, with what must hold on any mesh that is closed.
+/// Bounds of one order on one mesh; asserts what must hold on any closed mesh.
 fn bounds(mesh: &TetMesh, permittivity: &[f64], order: usize) -> (Mat<f64>, Mat<f64>) {
     let primal = solve(mesh, permittivity, order);
     let flux = equilibrate(mesh, permittivity, order, &primal.gradients, false).unwrap();
@@ -279,10 +279,10 @@ fn an_isolated_cube_has_the_same_lower_bound_anywhere() {
         let primal = solve(&mesh, &[1.0], 2);
         lower(&equilibrate(&mesh, &[1.0], 2, &primal.gradients, false).unwrap())[(0, 0)]
     };
-    let here = bound([0.0; 3]);
+    let centred = bound([0.0; 3]);
     for shift in [[0.25, 0.0, -0.125], [3.0, -7.0, 50.0]] {
-        let there = bound(shift);
-        assert!((there / here - 1.0).abs() < 1e-8, "{shift:?}: {there} {here}");
+        let shifted = bound(shift);
+        assert!((shifted / centred - 1.0).abs() < 1e-8, "{shift:?}: {shifted} {centred}");
     }
 }
 
@@ -292,8 +292,8 @@ fn beyond_the_mesh_the_smallest_permittivity_on_the_rays_counts() {
     let gradients = solve(&mesh, &[1.0], 1).gradients;
     let mut bound = |permittivity: [f64; 2]| {
         for face in &mut mesh.boundary {
-            if let FaceRole::Open { permittivity: found } = &mut face.role {
-                *found = permittivity;
+            if let FaceRole::Open { permittivity: on_face } = &mut face.role {
+                *on_face = permittivity;
             }
         }
         lower(&equilibrate(&mesh, &[1.0], 1, &gradients, false).unwrap())[(0, 0)]
@@ -316,11 +316,11 @@ fn the_last_of_fluxes_that_add_up_to_zero_is_what_it_would_be_made_as() {
     let mesh = of_boxes(&scene, &[line.clone(), line.clone(), line]);
     for order in 1..=2 {
         let primal = solve(&mesh, &[1.0], order);
-        let both = equilibrate(&mesh, &[1.0], order, &primal.gradients, false).unwrap();
-        let first = equilibrate(&mesh, &[1.0], order, &primal.gradients, true).unwrap();
-        close(&first.energy, &both.energy, 1e-8);
-        close(&first.gap, &both.gap, 1e-6);
-        close(&first.charges, &both.charges, 1e-8);
-        assert!(first.divergence < 1e-12);
+        let full = equilibrate(&mesh, &[1.0], order, &primal.gradients, false).unwrap();
+        let completed = equilibrate(&mesh, &[1.0], order, &primal.gradients, true).unwrap();
+        close(&completed.energy, &full.energy, 1e-8);
+        close(&completed.gap, &full.gap, 1e-6);
+        close(&completed.charges, &full.charges, 1e-8);
+        assert!(completed.divergence < 1e-12);
     }
 }

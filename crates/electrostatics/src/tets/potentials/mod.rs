@@ -51,7 +51,7 @@ pub enum PotentialError {
     /// Orders other than 1, 2 and 3 are not implemented.
     #[error("potentials on tetrahedra are of order 1, 2 or 3, not {0}")]
     Order(usize),
-    /// The functions do not fit 32-bit numbers.
+    /// The functions cannot be numbered with 32 bits.
     #[error("the mesh has too many tetrahedra")]
     TooLarge,
     /// A face with a role that no tetrahedron has.
@@ -145,11 +145,11 @@ impl Potentials {
                 *value = f64::from(u8::from(*held == Held::Conductor(c)));
             }
         }
-        let mut found = Self::solve_held(problem, settings, space, data)?;
+        let mut potentials = Self::solve_held(problem, settings, space, data)?;
         if solved < conductors {
-            found.add_last();
+            potentials.add_last();
         }
-        Ok(found)
+        Ok(potentials)
     }
 
     /// Adds the potential of the last conductor, with which all of them add up to one.
@@ -159,7 +159,7 @@ impl Potentials {
         self.energies = self.stiffness.energies(&self.space, &self.values);
     }
 
-    /// Their space and values, from which a solve on a finer mesh starts.
+    /// The space and the values of the potentials, from which a solve on a finer mesh starts.
     pub(crate) fn into_coarser(self) -> CoarserPotentials {
         CoarserPotentials { space: self.space, values: self.values }
     }

@@ -123,9 +123,9 @@ impl Reference {
             for i in 0..n {
                 for (m, [a, b]) in PAIRS.into_iter().enumerate() {
                     for j in 0..n {
-                        let both =
+                        let product =
                             if a == b { d[i][a] * d[j][a] } else { d[i][a] * d[j][b] + d[i][b] * d[j][a] };
-                        stiffness[(i * 6 + m) * n + j] += weight * both;
+                        stiffness[(i * 6 + m) * n + j] += weight * product;
                     }
                 }
             }
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_function_is_one_at_its_own_point_and_zero_at_the_others() {
+    fn each_function_is_one_at_its_point_and_zero_at_the_others() {
         for order in 1..=3 {
             for corners in [3, 4] {
                 let points = lattice(order, corners);

@@ -19,8 +19,9 @@ pub(crate) enum Held {
 
 /// Lagrange functions of order p: coefficients are values at the lattice points of the tetrahedra.
 ///
-/// Numbered are first the points of the mesh as they come, then the inner points of the edges (ascending by their ends; p - 1
-/// each, from the lower end on), then one per face with p = 3 (ascending by corners).
+/// Their numbers begin with the points of the mesh in order; then follow the inner points of the edges
+/// (ascending by their ends; p - 1 each, from the lower end on), then one per face with p = 3 (ascending by
+/// corners).
 #[derive(Debug, Clone)]
 pub(crate) struct Space {
     order: usize,
@@ -47,8 +48,8 @@ impl Space {
             return Err(PotentialError::Order(order));
         }
         let points = mesh.points.len();
-        let mut edges = if order > 1 { all(&mesh.tets, EDGES) } else { Vec::new() };
-        let mut faces = if order > 2 { all(&mesh.tets, FACES) } else { Vec::new() };
+        let mut edges = if order > 1 { distinct(&mesh.tets, EDGES) } else { Vec::new() };
+        let mut faces = if order > 2 { distinct(&mesh.tets, FACES) } else { Vec::new() };
         edges.shrink_to_fit();
         faces.shrink_to_fit();
         let per_tet = lattice(order, 4).len();
@@ -74,17 +75,17 @@ impl Space {
         space.dofs = dofs;
         let mut held = std::mem::take(&mut space.held);
         for face in &mesh.boundary {
-            let by = match face.role {
+            let holder = match face.role {
                 FaceRole::Conductor(c) => Held::Conductor(c),
                 FaceRole::Grounded => Held::Ground,
                 FaceRole::Open { .. } => continue,
             };
             for dof in space.of_face(&index, face.face)? {
-                let here = &mut held[dof as usize];
-                if *here != Held::Free && *here != by {
+                let current = &mut held[dof as usize];
+                if *current != Held::Free && *current != holder {
                     return Err(PotentialError::HeldTwice(face.face));
                 }
-                *here = by;
+                *current = holder;
             }
         }
         space.unknown = held
@@ -221,8 +222,8 @@ struct Index {
 }
 
 /// All edges or faces of the tetrahedra, once each, ascending.
-fn all<const N: usize, const M: usize>(tets: &[[u32; 4]], parts: [[usize; N]; M]) -> Vec<[u32; N]> {
-    let mut all: Vec<[u32; N]> = tets
+fn distinct<const N: usize, const M: usize>(tets: &[[u32; 4]], parts: [[usize; N]; M]) -> Vec<[u32; N]> {
+    let mut distinct: Vec<[u32; N]> = tets
         .par_iter()
         .with_min_len(1024)
         .flat_map_iter(|tet| {
@@ -233,9 +234,9 @@ fn all<const N: usize, const M: usize>(tets: &[[u32; 4]], parts: [[usize; N]; M]
             })
         })
         .collect();
-    all.par_sort_unstable();
-    all.dedup();
-    all
+    distinct.par_sort_unstable();
+    distinct.dedup();
+    distinct
 }
 
 fn starts<const N: usize>(parts: &[[u32; N]], points: usize) -> Vec<u32> {

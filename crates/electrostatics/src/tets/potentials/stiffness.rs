@@ -161,8 +161,8 @@ impl Stiffness {
     /// Gradients of a potential on each tetrahedron, at its lattice points of order p - 1.
     pub(super) fn gradients(&self, mesh: &TetMesh, space: &Space, u: &[f64]) -> Vec<[f64; 3]> {
         let (n, lattice) = (self.reference.functions, &self.reference.gradients);
-        let mut all = vec![[0.0; 3]; mesh.tets.len() * lattice.len()];
-        all.par_chunks_mut(lattice.len()).enumerate().with_min_len(1024).for_each(|(t, out)| {
+        let mut gradients = vec![[0.0; 3]; mesh.tets.len() * lattice.len()];
+        gradients.par_chunks_mut(lattice.len()).enumerate().with_min_len(1024).for_each(|(t, out)| {
             let dofs = &space.dofs()[t * n..(t + 1) * n];
             let (barycentric, _) = barycentric_gradients(mesh, t);
             for (out, slopes) in out.iter_mut().zip(lattice) {
@@ -176,7 +176,7 @@ impl Stiffness {
                 *out = [0, 1, 2].map(|x| (0..3).map(|a| by[a] * barycentric[a][x]).sum());
             }
         });
-        all
+        gradients
     }
 }
 
@@ -287,11 +287,15 @@ mod tests {
                 let t = dot(normal, y) / dot(normal, corners[0]);
                 let x = y.map(|y| y / t);
                 // Barycentric coordinates by areas.
-                let of = |a: [f64; 3], b: [f64; 3]| {
+                let area_ratio = |a: [f64; 3], b: [f64; 3]| {
                     dot(normal, cross(minus(a, x), minus(b, x))) / dot(normal, normal)
                 };
-                let at =
-                    [of(corners[1], corners[2]), of(corners[2], corners[0]), of(corners[0], corners[1]), 0.0];
+                let at = [
+                    area_ratio(corners[1], corners[2]),
+                    area_ratio(corners[2], corners[0]),
+                    area_ratio(corners[0], corners[1]),
+                    0.0,
+                ];
                 points.iter().zip(&values).map(|(&p, g)| shape(order, p, at).0 * g).sum::<f64>() / t
             };
             let mut energy = 0.0;

@@ -31,9 +31,9 @@ fn axis(n: usize, ratio: f64, outer: f64) -> Vec<f64> {
     let mut half: Vec<f64> = graded(0.5, 0.0, n, ratio);
     half.reverse();
     half.extend(&graded(0.5, outer, n, ratio)[1..]);
-    let mut all: Vec<f64> = half[1..].iter().rev().map(|x| -x).collect();
-    all.extend(half);
-    all
+    let mut line: Vec<f64> = half[1..].iter().rev().map(|x| -x).collect();
+    line.extend(half);
+    line
 }
 
 fn solve(mesh: &TetMesh, permittivity: &[f64], conductors: usize, order: usize) -> Potentials {
@@ -155,9 +155,9 @@ fn error_of_harmonic(n: usize, order: usize) -> f64 {
         for (at, weight) in reference::tetrahedron_rule() {
             let exact = harmonic([0, 1, 2].map(|a| (0..4).map(|k| at[k] * corners[k][a]).sum())).1;
             for a in 0..3 {
-                let here = points.iter().zip(&gradients[t * points.len()..]);
+                let nodes = points.iter().zip(&gradients[t * points.len()..]);
                 let found: f64 =
-                    here.map(|(&point, g)| reference::shape(order - 1, point, at).0 * g[a]).sum();
+                    nodes.map(|(&point, g)| reference::shape(order - 1, point, at).0 * g[a]).sum();
                 error += mesh.determinant(t) * weight * (found - exact[a]).powi(2);
             }
         }
@@ -275,10 +275,10 @@ fn isolated_cube(shift: [f64; 3]) -> TetMesh {
 #[test]
 fn an_isolated_cube_has_the_same_capacitance_anywhere() {
     let energy = |shift| solve(&isolated_cube(shift), &[1.0], 1, 2).energies[(0, 0)];
-    let here = energy([0.0; 3]);
+    let centred = energy([0.0; 3]);
     for shift in [[0.25, 0.0, -0.125], [3.0, -7.0, 50.0]] {
-        let there = energy(shift);
-        assert!((there / here - 1.0).abs() < 1e-8, "{shift:?}: {there} {here}");
+        let shifted = energy(shift);
+        assert!((shifted / centred - 1.0).abs() < 1e-8, "{shift:?}: {shifted} {centred}");
     }
 }
 
@@ -287,8 +287,8 @@ fn beyond_the_mesh_the_largest_permittivity_on_the_rays_counts() {
     let mut mesh = isolated_cube([0.0; 3]);
     let mut energy = |permittivity: [f64; 2]| {
         for face in &mut mesh.boundary {
-            if let FaceRole::Open { permittivity: found } = &mut face.role {
-                *found = permittivity;
+            if let FaceRole::Open { permittivity: on_face } = &mut face.role {
+                *on_face = permittivity;
             }
         }
         solve(&mesh, &[1.0], 1, 2).energies[(0, 0)]
@@ -313,17 +313,17 @@ fn enclosed_pair() -> TetMesh {
 fn the_last_potential_between_insulated_walls_is_what_it_would_be_solved_for() {
     let mesh = enclosed_pair();
     for order in 1..=3 {
-        let both = solve(&mesh, &[1.0], 2, order);
+        let pair = solve(&mesh, &[1.0], 2, order);
         let space = Space::new(&mesh, order).unwrap();
         let on_last = |h: &Held| f64::from(u8::from(*h == Held::Conductor(1)));
         let data = vec![space.held().iter().map(on_last).collect()];
         let problem = PotentialProblem { mesh: &mesh, permittivity: &[1.0], conductors: 2 };
         let settings = PotentialSettings { order, ..SETTINGS };
         let last = Potentials::solve_held(problem, settings, space, data).unwrap();
-        assert!((both.energies[(1, 1)] / last.energies[(0, 0)] - 1.0).abs() < 1e-9);
-        assert!((both.energies[(0, 1)] / last.energies[(0, 0)] + 1.0).abs() < 1e-9);
-        let apart = both.values[1].iter().zip(&last.values[0]).map(|(a, b)| (a - b).abs());
-        assert!(apart.fold(0.0, f64::max) < 1e-4);
+        assert!((pair.energies[(1, 1)] / last.energies[(0, 0)] - 1.0).abs() < 1e-9);
+        assert!((pair.energies[(0, 1)] / last.energies[(0, 0)] + 1.0).abs() < 1e-9);
+        let differences = pair.values[1].iter().zip(&last.values[0]).map(|(a, b)| (a - b).abs());
+        assert!(differences.fold(0.0, f64::max) < 1e-4);
     }
 }
 

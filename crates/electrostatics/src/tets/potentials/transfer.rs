@@ -1,4 +1,4 @@
-//! Potentials from one mesh to its refinement: where the iterations start.
+//! Transfer of potentials from a mesh to its refinement, where they start the iterations.
 
 use super::reference::{lattice, shape};
 use super::space::Space;
@@ -7,7 +7,7 @@ use elastocap_geometry::meshing::tets::{TetMesh, determinant};
 /// Potentials on the mesh before the last refinement.
 #[derive(Debug, Clone)]
 pub(crate) struct CoarserPotentials {
-    /// Their functions.
+    /// The functions of the potentials.
     pub(super) space: Space,
     /// Per conductor the coefficients of its potential, V.
     pub(super) values: Vec<Vec<f64>>,
@@ -35,14 +35,14 @@ impl Start<'_> {
         let mut values = vec![vec![0.0; space.functions()]; count];
         let mut known = vec![false; space.functions()];
         for (t, &origin) in self.origin.iter().enumerate() {
-            let own = &fine[t * functions..(t + 1) * functions];
-            if own.iter().all(|&d| known[d as usize]) {
+            let dofs = &fine[t * functions..(t + 1) * functions];
+            if dofs.iter().all(|&d| known[d as usize]) {
                 continue;
             }
             let origin = origin as usize;
             let around = &coarse[origin * functions..(origin + 1) * functions];
             let corners = mesh.tets[t].map(|p| barycentric(self.mesh, origin, mesh.points[p as usize]));
-            for (&d, point) in own.iter().zip(&points) {
+            for (&d, point) in dofs.iter().zip(&points) {
                 if std::mem::replace(&mut known[d as usize], true) {
                     continue;
                 }

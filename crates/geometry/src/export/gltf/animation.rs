@@ -16,7 +16,8 @@ pub(super) struct Clock {
 }
 
 impl File {
-    /// One second per step. At each step the weight of its own target is 1; at step 0 all weights are 0.
+    /// One second per step. At each step the weight of the target of that step is 1; at step 0 all weights
+    /// are 0.
     pub(super) fn clock(&mut self, steps: usize) -> Clock {
         let times = self.seconds(steps);
         let weight = |step: usize, target: usize| if step == target { 1.0_f32 } else { 0.0 };

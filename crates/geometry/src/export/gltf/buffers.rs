@@ -42,7 +42,7 @@ pub(super) fn accessor(
     }
 }
 
-/// Appends items to a section; the bytes that they take in it.
+/// Appends items to a section. Returns their range of bytes in it.
 pub(super) fn append<const N: usize>(
     section: &mut Vec<u8>,
     items: impl IntoIterator<Item = [u8; N]>,

@@ -1,4 +1,4 @@
-//! The JSON part of the file: the scene under one root node that scales it for viewing, and what the file says of itself.
+//! The JSON part of the file: the scene under one root node that scales it for viewing, and the metadata.
 
 use gltf_json as json;
 use json::extras::{Extras, RawValue};
@@ -7,7 +7,7 @@ use json::{Index, Value};
 use super::GltfError;
 use super::units::SceneUnit;
 
-/// A file while it is built: the JSON part, and the three sections of the binary part.
+/// A file under construction: the JSON part, and the three sections of the binary part.
 #[derive(Default)]
 pub(in crate::export) struct File {
     pub(in crate::export) root: json::Root,

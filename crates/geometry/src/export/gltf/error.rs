@@ -1,6 +1,6 @@
-//! Why a scene file cannot be written.
+//! Errors of the glTF writer.
 
-/// Why a scene cannot be written as glTF.
+/// The reason why a scene cannot be written as glTF.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GltfError {
     /// There is nothing to show.

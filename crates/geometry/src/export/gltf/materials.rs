@@ -1,4 +1,4 @@
-//! How bodies look: a material for each, by its role.
+//! The materials of bodies, by their roles.
 
 use gltf_json as json;
 use json::validation::Checked::Valid;
@@ -6,18 +6,19 @@ use json::validation::Checked::Valid;
 use super::{BodyRole, PART};
 use std::collections::HashMap;
 
-/// Hands out materials: every role has its look, and each conductor and dielectric a colour of its own.
+/// The materials of bodies: one per role, with another colour for each conductor and dielectric.
 #[derive(Default)]
 pub(in crate::export) struct Materials {
     conductors: usize,
     floating: usize,
     dielectrics: usize,
-    /// By the body: what its first part was given.
+    /// The colour of each body, by its name.
     given: HashMap<String, [u8; 3]>,
 }
 
-/// Driven conductors: vermilion, yellow, purple, black, rose, brown, peach (sRGB). They are told apart from the light blue of the
-/// layer, and neighbours in the list from each other, by lightness too, for those who do not see all colours.
+/// Driven conductors: vermilion, yellow, purple, black, rose, brown, peach (sRGB). They differ from the light
+/// blue of the layer, and neighbours in the list differ from each other, in lightness too, for viewers with
+/// colour blindness.
 const DRIVEN: [[u8; 3]; 7] = [
     [0xD5, 0x5E, 0x00],
     [0xF0, 0xD0, 0x20],
@@ -90,7 +91,7 @@ impl Materials {
     }
 }
 
-/// From an sRGB value, 0 to 255, to the linear one that glTF asks for, 0 to 1.
+/// The linear value, 0 to 1, that glTF requires, from an sRGB value, 0 to 255.
 fn linear(srgb: u8) -> f32 {
     let x = f32::from(srgb) / 255.0;
     if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
@@ -100,8 +101,8 @@ fn linear(srgb: u8) -> f32 {
 mod tests {
     use super::*;
 
-    /// What somebody without the cones for red, or those for green, sees of a linear colour: Vienot, Brettel and Mollon, Color Research
-    /// and Application 24, 1999.
+    /// A linear colour as seen without the cones for red, or without those for green: Vienot, Brettel and
+    /// Mollon, Color Research and Application 24, 1999.
     fn seen_without(cones: usize, [r, g, b]: [f32; 3]) -> [f32; 3] {
         match cones {
             0 => {
@@ -130,7 +131,7 @@ mod tests {
         let opaque = |colour: [u8; 3]| on_white(colour, 1.0);
         for cones in 0..3 {
             let seen = |colour| lightness(if cones < 2 { seen_without(cones, colour) } else { colour });
-            // Thin and thick, as layers look that are seen through once or many times.
+            // The colours of a thin and a thick layer.
             for alpha in [0.25, 1.0] {
                 let layer = seen(on_white(LAYER, alpha));
                 for colour in DRIVEN.iter().chain(&FLOATING) {

@@ -1,11 +1,12 @@
 //! `scene.glb`: the bodies of a scene, and how they move under load, for any glTF viewer.
 //!
-//! Lengths are SI: mesh positions and node translations are in metres, with x1, x2, x3 as glTF's x, y (up), z; both
-//! systems are right-handed. Viewers are made for chairs and houses and would show nothing of a 450 um sensor, so one
-//! root node scales the scene to between 1 and 2.5 units, and says so in its name and its extras.
+//! Lengths are SI: mesh positions and node translations are in metres, with x1, x2, x3 as glTF's x, y (up),
+//! z; both systems are right-handed. Viewers expect objects of the size of a chair or a house and would not
+//! show a 450 um sensor, so one root node scales the scene to between 1 and 2.5 units, and states that in its
+//! name and its extras.
 //!
-//! Positions are 32-bit, too coarse for a 1 nm electrode in a 1 mm layer. Every mesh is therefore written about the
-//! centre of its own body, and the node moves the body to its place.
+//! Positions are 32-bit, too coarse for a 1 nm electrode in a 1 mm layer. Every mesh is therefore written
+//! about the centre of its body, and the node moves the body to its place.
 //!
 //! A load step is a morph target: the displacement of every corner from step 0, m. Between two steps the corners move
 //! on straight lines. A body that never moves has no targets.
@@ -30,10 +31,10 @@ pub(super) use materials::Materials;
 pub(super) use units::SceneUnit;
 pub use units::round_length;
 
-/// The kind of a body, which decides how it looks.
+/// The kind of a body, which determines its material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
-    /// Metal that is held at a potential: opaque, each in a colour of its own.
+    /// Metal that is held at a potential: opaque, each body in another colour.
     Conductor,
     /// Metal that floats: opaque, in shades of green.
     FloatingConductor,
@@ -41,7 +42,7 @@ pub enum BodyRole {
     GroundedConductor,
     /// The elastomer: translucent, so that the electrodes in it show.
     Layer,
-    /// Any other dielectric: translucent, each in a colour of its own.
+    /// Any other dielectric: translucent, each body in another colour.
     Dielectric,
     /// The substrate, on which the layer lies: translucent.
     Substrate,

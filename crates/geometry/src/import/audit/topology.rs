@@ -7,7 +7,7 @@ use crate::winding;
 /// The closed parts of a surface, each with all its faces turned the same way.
 pub(super) struct Components {
     /// The part of each face; parts are counted by their first face.
-    of: Vec<u32>,
+    part: Vec<u32>,
     count: usize,
     /// Whether a face was turned to agree with the first one of its part.
     turned: Vec<bool>,
@@ -20,36 +20,37 @@ pub(super) struct Components {
 pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result<Components, ImportProblem> {
     let neighbours = neighbours(surface, lines)?;
     let faces = &mut surface.faces;
-    let mut all = Components { of: vec![u32::MAX; faces.len()], count: 0, turned: vec![false; faces.len()] };
+    let mut parts =
+        Components { part: vec![u32::MAX; faces.len()], count: 0, turned: vec![false; faces.len()] };
     let mut open = Vec::new();
     for seed in 0..faces.len() {
-        if all.of[seed] != u32::MAX {
+        if parts.part[seed] != u32::MAX {
             continue;
         }
-        all.of[seed] = all.count as u32;
+        parts.part[seed] = parts.count as u32;
         open.push(seed);
         while let Some(f) = open.pop() {
             for &(g, agrees) in &neighbours[f] {
                 let g = g as usize;
-                let turned = all.turned[f] == agrees;
-                if all.of[g] == u32::MAX {
-                    all.of[g] = all.count as u32;
-                    all.turned[g] = turned;
+                let turned = parts.turned[f] == agrees;
+                if parts.part[g] == u32::MAX {
+                    parts.part[g] = parts.count as u32;
+                    parts.turned[g] = turned;
                     open.push(g);
-                } else if all.turned[g] != turned {
+                } else if parts.turned[g] != turned {
                     let at = middle(faces[g].map(|p| surface.points[p as usize]));
                     let line = lines.get(g).map(|&l| l as usize);
                     return Err(ImportProblem::OneSided(Place { at, line }));
                 }
             }
         }
-        all.count += 1;
+        parts.count += 1;
     }
-    for (face, _) in faces.iter_mut().zip(&all.turned).filter(|(_, turned)| **turned) {
+    for (face, _) in faces.iter_mut().zip(&parts.turned).filter(|(_, turned)| **turned) {
         face.swap(1, 2);
     }
     fans(surface, lines)?;
-    Ok(all)
+    Ok(parts)
 }
 
 /// The three neighbours of each face, and whether each is turned the same way.
@@ -116,11 +117,11 @@ fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
 /// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would a hollow.
 pub(super) fn outward(
     surface: &mut TriangleSurface,
-    all: &Components,
+    parts: &Components,
     lines: &[u32],
 ) -> Result<usize, ImportProblem> {
-    let mut members = vec![Vec::new(); all.count];
-    for (f, &c) in all.of.iter().enumerate() {
+    let mut members = vec![Vec::new(); parts.count];
+    for (f, &c) in parts.part.iter().enumerate() {
         members[c as usize].push(f);
     }
     let points = &surface.points;
@@ -145,7 +146,7 @@ pub(super) fn outward(
         }
         positive.push(volume > 0.0);
     }
-    let around: Vec<Vec<usize>> = (0..all.count)
+    let around: Vec<Vec<usize>> = (0..parts.count)
         .map(|c| {
             let p = points[surface.faces[members[c][0]][0] as usize];
             let holds = |d: &usize| {
@@ -154,14 +155,15 @@ pub(super) fn outward(
                     && winding::of_faces(points, members[*d].iter().map(|&f| &surface.faces[f]), p).abs()
                         > 0.5
             };
-            (0..all.count).filter(holds).collect()
+            (0..parts.count).filter(holds).collect()
         })
         .collect();
-    // Whether the file turns a part outward, where all faces of the part agree.
-    let given: Vec<Option<bool>> =
-        (0..all.count).map(|c| members[c].iter().all(|&f| !all.turned[f]).then_some(positive[c])).collect();
-    let mut turned = all.turned.clone();
-    for c in 0..all.count {
+    // Whether a part is turned outward in the file; known only if all its faces agree.
+    let given: Vec<Option<bool>> = (0..parts.count)
+        .map(|c| members[c].iter().all(|&f| !parts.turned[f]).then_some(positive[c]))
+        .collect();
+    let mut turned = parts.turned.clone();
+    for c in 0..parts.count {
         let depth = around[c].len();
         if depth % 2 == 1 {
             let parent = around[c].iter().find(|&&d| around[d].len() + 1 == depth);
@@ -178,7 +180,7 @@ pub(super) fn outward(
         }
     }
     for f in 0..turned.len() {
-        if turned[f] != all.turned[f] {
+        if turned[f] != parts.turned[f] {
             surface.faces[f].swap(1, 2);
         }
     }

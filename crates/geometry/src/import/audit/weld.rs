@@ -1,11 +1,12 @@
-//! Merges points that differ only by rounding.
+//! Merging of points that differ only by rounding.
 
 use std::collections::HashMap;
 
 /// The largest distance, along each axis and relative to the size of the body, at which two points count as one.
 const TOLERANCE: f64 = 1e-12;
 
-/// For every point the index of the first point at its place. `size` is the largest extent of the body, m.
+/// For every point the index of the first point at the same place. `size` is the largest extent of the body,
+/// m.
 pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
     let tolerance = TOLERANCE * size;
     let cell = 4.0 * tolerance;
@@ -31,31 +32,31 @@ pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
         }
         // One point per cell is enough. A second one in it that is not merged lies within four tolerances of the first, and no
         // body has details as small as that.
-        let here = found.unwrap_or(k as u32);
+        let point = found.unwrap_or(k as u32);
         if found.is_none() {
-            first.entry(key(p, [0.0; 3])).or_insert(here);
+            first.entry(key(p, [0.0; 3])).or_insert(point);
         }
-        out.push(here);
+        out.push(point);
     }
     out
 }
 
-/// The points that faces use, and how many others were dropped; the faces are renumbered.
+/// The points that faces use, and the number of other points, which are dropped; the faces are renumbered.
 pub(super) fn used(points: &[[f64; 3]], faces: &mut [[u32; 3]]) -> (Vec<[f64; 3]>, usize) {
     let mut number = vec![u32::MAX; points.len()];
     for &p in faces.iter().flatten() {
         number[p as usize] = 0;
     }
-    let mut kept = Vec::new();
+    let mut used = Vec::new();
     for (k, n) in number.iter_mut().enumerate() {
         if *n == 0 {
-            *n = kept.len() as u32;
-            kept.push(points[k]);
+            *n = used.len() as u32;
+            used.push(points[k]);
         }
     }
     for face in faces {
         *face = face.map(|p| number[p as usize]);
     }
-    let dropped = points.len() - kept.len();
-    (kept, dropped)
+    let dropped = points.len() - used.len();
+    (used, dropped)
 }

@@ -32,7 +32,7 @@ impl<'a> Cursor<'a> {
         self.binary.is_some()
     }
 
-    /// Reads binary numbers from here on. The next one is a 1, whose bytes show their order.
+    /// Switches to binary numbers. The next number is a 1, whose bytes show the byte order.
     pub(super) fn binary(&mut self) -> Result<(), ImportError> {
         let swapped = match i32::from_le_bytes(self.raw()?) {
             1 => false,
@@ -43,8 +43,9 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// At most `count`, and at most how many items the rest of the file can hold, if one takes at least `text` bytes in an
-    /// ASCII file and `binary` bytes in a binary one: how many a count in the file may reserve.
+    /// The number of items that a `count` in the file may reserve memory for: at most as many as the rest of
+    /// the file can hold, if an item takes at least `text` bytes in an ASCII file and `binary` bytes in a
+    /// binary one.
     pub(super) fn room(&self, count: u64, text: usize, binary: usize) -> usize {
         let rest = (self.bytes.len() - self.at) / if self.is_binary() { binary } else { text };
         usize::try_from(count).unwrap_or(usize::MAX).min(rest)

@@ -3,10 +3,10 @@
 //! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other volume
 //! elements, or curved ones, are refused.
 //!
-//! The reader is our own. The crate for this format, `mshio` 0.4.2 of 2020, reads version 4.1 only, while many programs
-//! still write 2.2. It skips the names of physical groups, by which a case says what is a conductor, and it does not
-//! check the numbers that it reads against one another. Here every message names a line or a byte, and a count in a
-//! file never reserves more memory than its bytes can fill.
+//! No existing crate would do. The crate for this format, `mshio` 0.4.2 of 2020, reads version 4.1 only,
+//! while many programs still write 2.2. It skips the names of physical groups, by which a case says what is a
+//! conductor, and it does not check the numbers that it reads against one another. Here every message names a
+//! line or a byte, and a count in a file never reserves more memory than its bytes can fill.
 
 mod cursor;
 mod roles;

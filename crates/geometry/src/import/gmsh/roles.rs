@@ -119,8 +119,8 @@ impl VolumeMesh {
             let (face, tet) = (free.0, free.1 as usize / 4);
             if let Some(k) = held {
                 sorted.roles.insert(face, FaceRole::Conductor(k as u32));
-                let both = group.iter().map(|s| s.1 as usize / 4);
-                both.filter(|&t| holder(t).is_none()).for_each(|t| sorted.field.begin(t));
+                let tets = group.iter().map(|s| s.1 as usize / 4);
+                tets.filter(|&t| holder(t).is_none()).for_each(|t| sorted.field.begin(t));
             } else if let [one, two] = group {
                 sorted.field.join(one.1, two.1);
             } else {
@@ -231,9 +231,9 @@ impl VolumeMesh {
 
     /// The wall that an outer face is part of.
     fn wall(&self, scene: &Scene, face: [u32; 3]) -> Result<Wall, ImportProblem> {
-        let all = scene.walls[0][0];
-        if scene.walls.iter().flatten().all(|&w| w == all) {
-            return Ok(all);
+        let first = scene.walls[0][0];
+        if scene.walls.iter().flatten().all(|&w| w == first) {
+            return Ok(first);
         }
         let ends = bounds(self.points.iter()).unwrap_or_default();
         for axis in 0..3 {
@@ -318,7 +318,7 @@ impl VolumeMesh {
     }
 }
 
-/// The faces of a mesh by what lies behind them.
+/// The faces of a mesh, sorted by the space behind them.
 struct SortedFaces {
     /// The roles of the faces on conductors and grounded walls; the corners of each face are ascending.
     roles: BTreeMap<[u32; 3], FaceRole>,
@@ -330,11 +330,11 @@ struct SortedFaces {
 
 /// An outer face beyond which space is open.
 struct OpenFace {
-    /// Its corners, ascending.
+    /// Corners, ascending.
     face: [u32; 3],
-    /// Its corners, anticlockwise as seen from outside.
+    /// Corners, anticlockwise as seen from outside.
     outward: [u32; 3],
-    /// The tetrahedron behind it.
+    /// The tetrahedron behind the face.
     tet: usize,
 }
 

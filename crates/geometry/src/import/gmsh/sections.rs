@@ -235,15 +235,15 @@ impl Raw {
             let dimension = cursor.int()?;
             cursor.int()?;
             let parametric = if cursor.int()? == 0 { 0 } else { dimension };
-            let here = cursor.size()?;
+            let size = cursor.size()?;
             let begin = self.points.len() as u64;
-            if begin.saturating_add(here) > count {
+            if begin.saturating_add(size) > count {
                 return Err(cursor.malformed("more nodes than announced"));
             }
-            for k in 0..here {
+            for k in 0..size {
                 self.tags.push((cursor.size()?, (begin + k) as u32));
             }
-            for _ in 0..here {
+            for _ in 0..size {
                 self.points.push([cursor.real()?, cursor.real()?, cursor.real()?]);
                 for _ in 0..parametric {
                     cursor.real()?;
@@ -255,7 +255,7 @@ impl Raw {
 
     fn elements_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let blocks = cursor.size()?;
-        // How many elements in all, and the range of their numbers.
+        // The total number of elements, and the range of their numbers.
         for _ in 0..3 {
             cursor.size()?;
         }

@@ -1,4 +1,4 @@
-//! Groups of a mesh as bodies of their own, where nothing else of the mesh matters.
+//! Groups of a volume mesh as surfaces, for solvers that do not use the mesh itself.
 
 use super::roles::bounds;
 use super::{VolumeMesh, outward, sides};
@@ -51,8 +51,8 @@ impl<'a> Faces<'a> {
     fn new(mesh: &'a VolumeMesh) -> Self {
         let grouped =
             mesh.faces.iter().zip(&mesh.face_groups).map(|(face, group)| (ascending(*face), *group));
-        let all = sides(mesh, |_| true);
-        let outer = all.chunk_by(|a, b| a.0 == b.0).filter_map(|group| match group {
+        let faces = sides(mesh, |_| true);
+        let outer = faces.chunk_by(|a, b| a.0 == b.0).filter_map(|group| match group {
             [one] => Some((one.0, (outward(one), one.1 as usize / 4))),
             _ => None,
         });
@@ -62,8 +62,8 @@ impl<'a> Faces<'a> {
     /// The numbers of the groups of a dimension that a shape names.
     fn groups(&self, shape: &Shape, dimension: u8) -> BTreeSet<u32> {
         let Shape::Physical(name) = shape else { return BTreeSet::new() };
-        let all = self.mesh.groups.iter().zip(1..);
-        all.filter(|(g, _)| g.dimension == dimension && g.name == *name).map(|(_, k)| k).collect()
+        let groups = self.mesh.groups.iter().zip(1..);
+        groups.filter(|(g, _)| g.dimension == dimension && g.name == *name).map(|(_, k)| k).collect()
     }
 
     /// A group as a shape.
@@ -76,10 +76,10 @@ impl<'a> Faces<'a> {
             .filter(|(_, group)| surfaces.contains(group))
             .map(|(face, _)| *face)
             .collect();
-        let own = sides(self.mesh, |t| volumes.contains(&self.mesh.tet_groups[t]));
-        match (own.is_empty(), of_surfaces.is_empty()) {
+        let of_volumes = sides(self.mesh, |t| volumes.contains(&self.mesh.tet_groups[t]));
+        match (of_volumes.is_empty(), of_surfaces.is_empty()) {
             (false, true) => {
-                let alone = own.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
+                let alone = of_volumes.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
                 Some(self.closed(alone.map(|group| outward(&group[0])).collect()))
             }
             (true, false) => {
@@ -129,7 +129,7 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// Whether all of them lie in the sides of a box.
+    /// Whether all of these faces lie in the sides of a box.
     fn end_in(&self, hull: &Box3, scene: &Scene) -> bool {
         self.ends(scene).all(|(face, _)| {
             let corners = face.map(|p| self.points[p as usize]);
@@ -137,7 +137,7 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// Whether no dielectric lies behind any of them.
+    /// Whether no dielectric is behind any of these faces.
     fn end_in_background(&self, scene: &Scene) -> bool {
         let parts = scene.dielectrics().flat_map(|d| &d.body.parts);
         let groups: BTreeSet<u32> = parts.flat_map(|part| self.groups(part, 3)).collect();
@@ -159,9 +159,9 @@ fn joined(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by(|i, j| points[*i][a].total_cmp(&points[*j][a]));
         for pair in 1..order.len() {
-            let [below, own] = [order[pair - 1], order[pair]];
-            if points[own][a] - points[below][a] <= near {
-                out[own][a] = out[below][a];
+            let [below, above] = [order[pair - 1], order[pair]];
+            if points[above][a] - points[below][a] <= near {
+                out[above][a] = out[below][a];
             }
         }
     }

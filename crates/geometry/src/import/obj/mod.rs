@@ -3,9 +3,9 @@
 //! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines and single
 //! points are skipped; free-form curves and surfaces, weighted points and unknown keywords are refused.
 //!
-//! The reading is shared. `tobj` parses the numbers of points and faces (`parse.rs`). What it does not offer stands
-//! around it: which lines it gets to see, and the number of the line in every message (`statements.rs`); faces with
-//! more than three corners cut into triangles, concave ones too, where `tobj` cuts a fan (`polygon.rs`); and the
+//! `tobj` parses the numbers of points and faces (`parse.rs`). The rest is done around it: the selection of
+//! the lines that it gets, and the number of the line in every message (`statements.rs`); the triangulation
+//! of faces with more than three corners, concave ones too, where `tobj` cuts a fan (`polygon.rs`); and the
 //! audit of the surface ([`super::audit`]).
 
 mod parse;

@@ -1,10 +1,10 @@
 //! Points and faces of an OBJ file, parsed by `tobj`.
 //!
-//! `tobj` is made for viewers: it numbers the points of a mesh by their first use, drops those that no face uses, and
-//! keeps no line numbers. Points here must keep their order, because meshes and so results follow from it. Hence two
-//! passes. In the first, `tobj` parses the faces while each point carries its own number in place of coordinates, so
-//! that a corner comes back as the number of its point. In the second, it parses the coordinates, block by block, each
-//! block closed by a face that uses all its points in order.
+//! `tobj` is made for viewers: it numbers the points of a mesh by their first use, drops those that no face
+//! uses, and keeps no line numbers. Points here must keep their order, because meshes and so results follow
+//! from it. Hence two passes. In the first, `tobj` parses the faces while each point carries its number in
+//! place of coordinates, so that a corner comes back as the number of its point. In the second, it parses the
+//! coordinates, block by block, each block closed by a face that uses all its points in order.
 //!
 //! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would split the
 //! mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes 104 bytes for each face
@@ -31,10 +31,11 @@ const POINTS_PER_BLOCK: usize = 512;
 pub(super) fn triangles(bytes: &[u8]) -> Result<Triangles, ImportProblem> {
     let (mut out, face_count) = reserved(bytes)?;
     if face_count == 0 {
-        // Points are checked all the same: a faulty one says more than that there are no faces.
+        // Points are checked nevertheless: the message about a faulty one says more than that there are no
+        // faces.
         return Err(first_fault(bytes).unwrap_or(ImportProblem::Empty("faces")));
     }
-    // What tobj refuses has a line that says why; that there is none is not expected.
+    // If tobj refuses a file, one of its lines is expected to have a fault.
     let refused = |error| {
         let place = || LineFault::Refused(error).at(1);
         first_fault(bytes).unwrap_or_else(place)
@@ -48,7 +49,7 @@ pub(super) fn triangles(bytes: &[u8]) -> Result<Triangles, ImportProblem> {
     if out.faces.is_empty() { Err(ImportProblem::Empty("faces")) } else { Ok(out) }
 }
 
-/// Room for exactly what the lines can hold, so that nothing grows by doubling, and the number of faces.
+/// Reserves memory for exactly the points and triangles that the lines can hold, and counts the faces.
 ///
 /// # Errors
 /// Lines that are neither read nor skipped, weighted points, faces with too many corners, more points or faces than 32 bits
@@ -134,7 +135,7 @@ struct Faces {
     models: Vec<tobj::Model>,
     /// Line of each face, counted from 1.
     lines: Vec<u32>,
-    /// How many points stand above a face, from which face on: later points do not exist for it.
+    /// The number of points above a face, each from the given face on: later points do not exist for it.
     points_above: Vec<(usize, usize)>,
 }
 
@@ -165,16 +166,16 @@ impl Faces {
         let mut corners = Vec::new();
         for tobj::Model { mesh, .. } in models {
             let mut indices = mesh.indices.as_slice();
-            // No list of arities stands for nothing but triangles.
+            // Without a list of arities, all faces are triangles.
             let all_triangles = if mesh.face_arities.is_empty() { indices.len() / 3 } else { 0 };
             let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, all_triangles));
             for (arity, (face, line)) in arities.zip(&mut lines) {
                 while let Some((_, points)) = points_above.next_if(|(from, _)| *from <= face) {
                     above = points;
                 }
-                let own = indices.split_off(..arity as usize).unwrap_or_default();
+                let face_indices = indices.split_off(..arity as usize).unwrap_or_default();
                 corners.clear();
-                corners.extend(own.iter().map(|&k| mesh.positions[3 * k as usize] as u32));
+                corners.extend(face_indices.iter().map(|&k| mesh.positions[3 * k as usize] as u32));
                 let beyond = corners.iter().find(|&&p| p as usize >= above);
                 let fault = match beyond {
                     Some(&p) => Some(LineFault::MissingPoint { corner: i64::from(p) + 1, points: above }),
@@ -194,7 +195,7 @@ impl Faces {
 /// The text from which `tobj` parses the faces, made line by line as it is read.
 struct FaceText<I> {
     statements: I,
-    /// The line that `tobj` is at, and how much of it has been read.
+    /// The present line, and the number of its bytes that `tobj` has read.
     line: Vec<u8>,
     read: usize,
     /// Points so far.

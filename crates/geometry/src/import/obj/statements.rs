@@ -1,10 +1,10 @@
-//! The lines of an OBJ file that matter, and what may be wrong with one of them.
+//! The relevant lines of an OBJ file, and their faults.
 
 use super::super::ImportProblem;
 use super::super::polygon::PolygonFault;
 use super::super::shown_word;
 
-/// Keywords of lines that say nothing about the shape.
+/// Keywords of lines that do not affect the shape.
 const SKIPPED: [&[u8]; 22] = [
     b"vt",
     b"vn",
@@ -33,7 +33,7 @@ const SKIPPED: [&[u8]; 22] = [
 const FREE_FORM: [&[u8]; 10] =
     [b"cstype", b"bmat", b"step", b"curv", b"curv2", b"surf", b"parm", b"trim", b"hole", b"end"];
 
-/// A line that matters: what follows its keyword, without a comment.
+/// A relevant line: the text after its keyword, without a comment.
 #[derive(Clone, Copy)]
 pub(super) enum Statement<'a> {
     /// `v`: three coordinates, perhaps with a weight or a colour.
@@ -42,7 +42,7 @@ pub(super) enum Statement<'a> {
     Face(&'a [u8]),
 }
 
-/// Why a line of an OBJ file is refused.
+/// The reason why a line of an OBJ file is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(super) enum LineFault {
     #[error("unknown keyword {0}")]
@@ -93,8 +93,8 @@ impl LineFault {
     }
 }
 
-/// The points and faces of a file in order, each with its line, counted from 1; or why a line is none of these and
-/// cannot be skipped either.
+/// The points and faces of a file in order, each with its line, counted from 1; an error for a line that is
+/// neither and cannot be skipped.
 pub(super) fn statements(
     bytes: &[u8],
 ) -> impl Iterator<Item = Result<(usize, Statement<'_>), ImportProblem>> + '_ {
@@ -125,7 +125,7 @@ pub(super) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
     rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// The first fault of a file, with its line, for the messages: `tobj` says what is wrong, but not where.
+/// The first fault of a file, with its line, for the messages: errors of `tobj` do not name the line.
 pub(super) fn first_fault(bytes: &[u8]) -> Option<ImportProblem> {
     let mut points = 0;
     for statement in statements(bytes) {

@@ -6,9 +6,9 @@ use elastocap_fem::line::LineEnd;
 /// A change of one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// Its degree is raised by this.
+    /// The increase of the degree.
     Raise(usize),
-    /// It gets a new node at this share of its length from its lower end.
+    /// A new node at this share of the length of the element from its lower end.
     Split(f64),
 }
 
@@ -99,16 +99,17 @@ impl GradedAxis {
         let n = self.line.nodes.len();
         let (outer, inner) = if side == 0 { (0, 1) } else { (n - 1, n - 2) };
         let at = if side == 0 { pole - radius } else { pole + radius };
-        // Already there, but for rounding: a new element would have no length.
+        // The node is already there, up to rounding: a new element would have no length.
         if ((self.line.nodes[outer] - pole).abs() - radius).abs() <= 1e-9 * radius {
             self.line.nodes[outer] = at;
             return;
         }
-        let own = (self.line.nodes[inner] - pole).abs().max((self.line.nodes[outer] - pole).abs() / LONGEST);
+        let from_pole = |k: usize| (self.line.nodes[k] - pole).abs();
+        let extent = from_pole(inner).max(from_pole(outer) / LONGEST);
         // If the outermost element begins at a body, it stays and gets a new one beyond it.
         let m = if side == 0 { 0 } else { self.cuts.len() - 2 };
         let alone = self.cuts[m + 1] - self.cuts[m] == 1;
-        if radius > LONGEST * own || alone {
+        if radius > LONGEST * extent || alone {
             let degree = self.line.degrees[if side == 0 { 0 } else { n - 2 }];
             if side == 0 {
                 self.line.nodes.insert(0, at);

@@ -9,7 +9,7 @@ pub use changes::Change;
 
 use elastocap_fem::line::{Line, LineEnd};
 
-/// How finely one axis is resolved.
+/// The resolution of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Largest degree, that of the elements farthest from the edges; at least 1.
@@ -33,7 +33,7 @@ pub struct Plane {
     pub edge: bool,
 }
 
-/// Where the scene ends on one side of an axis.
+/// The end of the scene on one side of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum End {
     /// At the outermost plane.
@@ -148,7 +148,8 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
         .collect()
 }
 
-/// How early the shorter interval loses a layer: at 0 when it is shorter by a whole layer, at 1 immediately.
+/// Controls when the shorter interval loses a layer: at 0 if it is shorter by a whole layer, at 1
+/// immediately.
 const SHIFT: f64 = 0.5;
 
 /// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at either plane.
@@ -201,8 +202,8 @@ fn outward(
     } else {
         steps.push((length, r.order + 2));
     }
-    // Farther out elements are as coarse as they can be and need a higher degree. Since less and less energy lies there, the
-    // degree may fall again.
+    // Farther out, elements are as coarse as possible and need a higher degree. Since they hold less and less
+    // energy, the degree may fall again.
     let mut p = r.order + 3;
     let layers = ((radius / reach).ln() / -r.ratio.ln() - 0.4).ceil().max(0.0) as i32;
     for layer in 1..=layers {

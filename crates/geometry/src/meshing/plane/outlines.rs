@@ -68,7 +68,7 @@ pub(crate) fn contains(corners: &[[f64; 2]], p: [f64; 2]) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// Whether the boxes around two segments come closer than `room`. Most pairs of sides are told apart by this alone.
+/// Whether the boxes around two segments come closer than `room`. This alone excludes most pairs of sides.
 fn boxes_meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2], room: f64) -> bool {
     (0..2).all(|k| a[k].min(b[k]) - room <= c[k].max(d[k]) && c[k].min(d[k]) - room <= a[k].max(b[k]))
 }
@@ -93,21 +93,22 @@ pub(crate) fn cleaned(outline: &[[f64; 2]], scale: f64) -> Result<Vec<[f64; 2]>,
     if count < 3 {
         return Err(OutlineFault::Degenerate);
     }
-    let all: Vec<_> = sides(&corners).collect();
+    let segments: Vec<_> = sides(&corners).collect();
     for i in 0..count {
-        let ([a, b], [_, c]) = (all[i], all[(i + 1) % count]);
+        let ([a, b], [_, c]) = (segments[i], segments[(i + 1) % count]);
         let (u, v) = (minus(b, a), minus(c, b));
-        if dot(u, v) < 0.0 && (distance(c, all[i]) <= same || distance(a, [b, c]) <= same) {
+        if dot(u, v) < 0.0 && (distance(c, segments[i]) <= same || distance(a, [b, c]) <= same) {
             return Err(OutlineFault::Crossing);
         }
         for j in i + 2..count - usize::from(i == 0) {
-            if !boxes_meet(all[i], all[j], same) {
+            if !boxes_meet(segments[i], segments[j], same) {
                 continue;
             }
-            let [c, d] = all[j];
+            let [c, d] = segments[j];
             let turn = |[a, b]: [[f64; 2]; 2], p| cross(minus(b, a), minus(p, a)) > 0.0;
-            let through = turn(all[i], c) != turn(all[i], d) && turn(all[j], a) != turn(all[j], b);
-            let touch = [(a, all[j]), (b, all[j]), (c, all[i]), (d, all[i])];
+            let through =
+                turn(segments[i], c) != turn(segments[i], d) && turn(segments[j], a) != turn(segments[j], b);
+            let touch = [(a, segments[j]), (b, segments[j]), (c, segments[i]), (d, segments[i])];
             if through || touch.into_iter().any(|(p, side)| distance(p, side) <= same) {
                 return Err(OutlineFault::Crossing);
             }

@@ -25,7 +25,7 @@ pub(crate) struct PlaneMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-/// Divides a simple polygon into triangles, anticlockwise, that have no other corners than its own. Empty if that fails.
+/// Divides a simple polygon into anticlockwise triangles between its corners. Empty if that fails.
 pub(crate) fn fill_polygon(outline: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let mut insert = |p: [f64; 2]| cdt.insert(Point2::new(p[0], p[1])).ok();
@@ -113,7 +113,7 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
 /// Points that fill the frame: the centres of the cells of a quadtree whose sides are as long as triangles may be. `None` if
 /// they are too many.
 fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -> Option<Vec<[f64; 2]>> {
-    let all: Vec<_> = outlines.iter().flat_map(|r| sides(&r.corners).map(|s| (s, r.near))).collect();
+    let segments: Vec<_> = outlines.iter().flat_map(|r| sides(&r.corners).map(|s| (s, r.near))).collect();
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     let mut open = vec![([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])], size)];
     let mut points = Vec::new();
@@ -123,7 +123,7 @@ fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -
         }
         let mut wanted = 0.25 * size;
         let mut nearest = f64::INFINITY;
-        for &(segment, near) in &all {
+        for &(segment, near) in &segments {
             let d = distance(middle, segment);
             wanted = wanted.min(near + growth * d);
             nearest = nearest.min(d);

@@ -1,4 +1,4 @@
-//! Permittivities in open space, beyond the mesh.
+//! Permittivities in open space outside the mesh.
 
 use crate::scene::Scene;
 

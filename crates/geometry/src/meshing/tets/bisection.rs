@@ -1,14 +1,15 @@
 //! Local refinement of a mesh of tetrahedra by bisection of longest edges.
 //!
-//! An edge is bisected only once it is the longest one of every tetrahedron around it; otherwise the longer edge is bisected
-//! first (longest-edge propagation path: Rivara, Int. J. Numer. Methods Eng. 40, 1997). The mesh conforms after every
-//! bisection, and a face is only ever bisected at its own longest edge, so that the tetrahedra on its two sides agree.
+//! An edge is bisected only once it is the longest one of every tetrahedron around it; otherwise the longer
+//! edge is bisected first (longest-edge propagation path: Rivara, Int. J. Numer. Methods Eng. 40, 1997). The
+//! mesh conforms after every bisection, and a face is only ever bisected at its longest edge, so that the
+//! tetrahedra on both sides agree.
 
 use super::tetrahedron::EDGES;
 use super::{BoundaryFace, Grading, TetMesh};
 use crate::meshing::indices::OptionalIndex;
 
-/// A refined mesh and the origin of its parts.
+/// A refined mesh with the origin of its points and tetrahedra.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bisected {
     /// The refined mesh; the points of the old one come first, unchanged.
@@ -27,7 +28,7 @@ impl TetMesh {
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
         let mut of_tets = vec![0; self.tets.len()];
         for &t in marked {
-            of_tets.get_mut(t as usize).into_iter().for_each(|own| *own = generations);
+            of_tets.get_mut(t as usize).into_iter().for_each(|count| *count = generations);
         }
         self.bisected_towards(&of_tets, &mut Grading::none(self))
     }
@@ -72,7 +73,7 @@ struct Work<'a> {
     path: Vec<[u32; 2]>,
     /// The tetrahedra around the edge at hand.
     star: Vec<u32>,
-    /// Entries of lists that were looked at: what the time goes with.
+    /// The number of list entries examined, which determines the time.
     #[cfg(test)]
     looked_at: usize,
 }
@@ -319,7 +320,7 @@ mod tests {
                     let count = mesh.tets.len() as u64;
                     let mut wanted = vec![0; mesh.tets.len()];
                     for k in 0..count / 10 + 1 {
-                        // As often as that, or once less.
+                        // That many times, or once less.
                         wanted[(next(&mut state) % count) as usize] = generations - (k % 2) as u8;
                     }
                     let fine = mesh.bisected_towards(&wanted, &mut grading);
@@ -406,7 +407,7 @@ mod tests {
             assert!(count >= 8 * mesh.tets.len());
             looked_at as f64 / count as f64
         });
-        // Eight times as many tetrahedra: only what the outer faces take off differs.
+        // Eight times as many tetrahedra, up to the share of the outer faces.
         assert!((looked_at[1] / looked_at[0] - 1.0).abs() < 0.1 && looked_at[1] < 10.0, "{looked_at:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! Where bisection cuts edges, so that tetrahedra become thin towards the edges of conductors and stay long along them.
+//! Graded bisection: the places where edges are cut, so that tetrahedra become thin towards the edges of
+//! conductors and stay long along them.
 //!
 //! In a sector of angle w between conductors the potential grows as r^a, a = pi / w, with the distance r from the edge, and is
 //! smooth along it. A mesh edge with one end on such an edge is cut closer to this end, at a share k of its length: after n
@@ -23,14 +24,14 @@ const MAX_EXPONENT: f64 = 1.5;
 /// No grading towards an edge that is this many times longer than the tetrahedra at it are wide: these are graded already.
 const LONG: f64 = 3.0;
 
-/// How a mesh is graded towards the edges of conductors. It belongs to one mesh, and bisection updates it.
+/// The grading of a mesh towards the edges of conductors. It belongs to one mesh, and bisection updates it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grading {
-    /// Where the points would be if all edges were halved, m.
+    /// The positions of the points if all edges were halved, m.
     pub(super) places: Vec<[f64; 3]>,
     /// Mesh edges on edges of conductors, by ascending ends, with the share at which edges that end there are cut.
     edges: HashMap<[u32; 2], f64>,
-    /// This share per point; one half for points that are no ends of `edges`.
+    /// The share for each point; one half for points that are not ends of `edges`.
     shares: Vec<f64>,
 }
 
@@ -48,8 +49,8 @@ impl Grading {
                 let share = 0.5_f64.powf((0.5 + 0.5 / power).min(MAX_EXPONENT));
                 grading.edges.insert(edge, share);
                 for p in edge {
-                    let own = &mut grading.shares[p as usize];
-                    *own = own.min(share);
+                    let point_share = &mut grading.shares[p as usize];
+                    *point_share = point_share.min(share);
                 }
             }
         }
@@ -184,12 +185,13 @@ mod tests {
         for (edge, power) in powers(&mesh) {
             let [p, q] = edge.map(|p| mesh.points[p as usize]);
             let along = (0..3).filter(|&k| p[k] != q[k]).count() == 1;
-            let both = |k: usize, at: &[f64]| p[k] == q[k] && at.contains(&p[k]);
+            let at_one_of = |k: usize, at: &[f64]| p[k] == q[k] && at.contains(&p[k]);
             let of_plate = along
                 && p[1].min(q[1]) >= 0.0
-                && (both(1, &[0.0, 1.0]) && (both(2, &[-1.0, 1.0]) || both(0, &[1.0]))
-                    || both(0, &[1.0]) && both(2, &[-1.0, 1.0]));
-            let of_sheet = along && both(1, &[-1.0]) && (both(0, &[-1.0, 1.0]) || both(2, &[-1.0, 1.0]));
+                && (at_one_of(1, &[0.0, 1.0]) && (at_one_of(2, &[-1.0, 1.0]) || at_one_of(0, &[1.0]))
+                    || at_one_of(0, &[1.0]) && at_one_of(2, &[-1.0, 1.0]));
+            let of_sheet =
+                along && at_one_of(1, &[-1.0]) && (at_one_of(0, &[-1.0, 1.0]) || at_one_of(2, &[-1.0, 1.0]));
             let (kind, expected) = match (of_plate, of_sheet) {
                 (true, _) => (0, 2.0 / 3.0),
                 (_, true) => (1, 0.5),

@@ -57,9 +57,9 @@ pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
 
 /// Gives faces that lie on conductors, grounded walls or open sides their roles.
 fn mark(mesh: &mut TetMesh, scene: &Scene, nodes: &[Vec<f64>; 3]) {
-    let all = scene.permittivities();
-    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let permittivities = scene.permittivities();
+    let least = permittivities.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = permittivities.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let parts = scene.conductor_parts().filter_map(|(conductor, part)| Some((conductor, part.as_box()?)));
     let parts: Vec<(usize, Box3)> = parts.collect();
     let mut marked = std::collections::BTreeMap::new();

@@ -23,9 +23,10 @@ pub use reflection::Reflected;
 /// The role of a face of the mesh: the condition on the field there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaceRole {
-    /// It lies on the conductor with this index. There are no tetrahedra inside conductors, but on both sides of a sheet.
+    /// The face lies on the conductor with this index. There are no tetrahedra inside conductors, but on both
+    /// sides of a sheet.
     Conductor(u32),
-    /// It lies on an outer wall at potential zero.
+    /// The face lies on an outer wall at potential zero.
     Grounded,
     /// The mesh ends here and open space continues along straight rays from [`TetMesh::center`], which lies on the inner side of
     /// the face.
@@ -38,7 +39,7 @@ pub enum FaceRole {
 /// A face of the mesh with a boundary condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryFace {
-    /// Its corners, in any order.
+    /// The corners, in any order.
     pub face: [u32; 3],
     /// The condition on the field there.
     pub role: FaceRole,
@@ -48,7 +49,7 @@ pub struct BoundaryFace {
 /// common.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TetMesh {
-    /// m. Every point belongs to a tetrahedron.
+    /// Positions, m. Every point belongs to a tetrahedron.
     pub points: Vec<[f64; 3]>,
     /// Corners of the tetrahedra: det(p1 - p0, p2 - p0, p3 - p0) > 0.
     pub tets: Vec<[u32; 4]>,
@@ -56,7 +57,7 @@ pub struct TetMesh {
     pub regions: Vec<u32>,
     /// Faces on conductors, on grounded walls and towards open space. No flux passes through any other outer face.
     pub boundary: Vec<BoundaryFace>,
-    /// Where the rays to infinity start, m; of no meaning without open space.
+    /// The start of the rays to infinity, m; unused without open space.
     pub center: [f64; 3],
 }
 

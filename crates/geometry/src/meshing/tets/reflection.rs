@@ -1,4 +1,4 @@
-//! A mesh of the whole from a mesh of one half.
+//! The mesh of a symmetric domain from the mesh of one half.
 
 use super::{BoundaryFace, FaceRole, TetMesh};
 use crate::scene::MirrorPlane;

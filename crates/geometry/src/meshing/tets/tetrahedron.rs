@@ -1,4 +1,4 @@
-//! A tetrahedron: its faces and edges, and how round it is.
+//! Faces, edges and measures of shape of a tetrahedron.
 
 use super::determinant;
 use elastocap_linalg::vector::{dot, length, minus, normal};
@@ -16,8 +16,9 @@ pub(super) fn roundness(corners: [[f64; 3]; 4]) -> f64 {
     determinant(a, b, c, d) * 2.0_f64.sqrt() / (squares / 6.0).powf(1.5)
 }
 
-/// How far the largest angle between two faces is from 180 degrees, rad: 1.91 for a regular tetrahedron, not positive for one without
-/// volume or turned inside out. Needles with good angles count as good.
+/// The difference between 180 degrees and the largest angle between two faces, rad: 1.91 for a regular
+/// tetrahedron, not positive for one without volume or turned inside out. Needles with good angles count as
+/// good.
 pub(super) fn angle_below_flat(corners: [[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let six = determinant(a, b, c, d);
@@ -30,7 +31,7 @@ pub(super) fn angle_below_flat(corners: [[f64; 3]; 4]) -> f64 {
         (six * length(minus(corners[l], corners[k]))).atan2(dot(normals[i], normals[j]))
     };
     let pairs = EDGES.iter().zip(EDGES.iter().rev());
-    pairs.fold(f64::INFINITY, |least, (&own, &other)| least.min(from_flat(own, other)))
+    pairs.fold(f64::INFINITY, |least, (&edge, &opposite)| least.min(from_flat(edge, opposite)))
 }
 
 /// A measure of the shape of tetrahedra.

@@ -1,4 +1,4 @@
-//! The equations at a configuration: assembled, factorised and solved for a step.
+//! Assembly of the equations at a configuration, their factorisation, and the solution for a step.
 
 use elastocap_materials::Rubber;
 use rayon::prelude::*;
@@ -6,15 +6,16 @@ use rayon::prelude::*;
 use super::{Equations, Expanded, GivenForce, Load, State};
 use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 
-/// The proximal modulus of an element over the shear modulus of its own rubber; see [`super::element`]. A soft element with
-/// the proximal modulus of a stiff inclusion would be as hard to solve for as if its bulk modulus were that large.
+/// The proximal modulus of an element over the shear modulus of its rubber; see [`super::element`]. A soft
+/// element with the proximal modulus of a stiff inclusion would be as ill-conditioned as with a bulk modulus
+/// of that size.
 const PROXIMAL: f64 = 1e5;
 
 /// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were observed.
 const LAST_DIGITS: f64 = 8.0;
 
-/// The fraction of the largest force that rounding may leave unbalanced. Where it leaves more, as with inclusions of 1e9 times the
-/// rubber's modulus, there is no result.
+/// The largest unbalanced force from rounding, over the largest force. With more, as for inclusions of 1e9
+/// times the modulus of the rubber, there is no result.
 const MAX_ROUNDING: f64 = 1e-6;
 
 /// The residual of a state.
@@ -22,8 +23,8 @@ const MAX_ROUNDING: f64 = 1e-6;
 pub(crate) struct Residual {
     /// Largest unbalanced force over the largest nodal force.
     pub(crate) force: f64,
-    /// The part of it that may be due to rounding: positions are known to some units of their last digit, and a stiff inclusion
-    /// turns those into forces.
+    /// The part of `force` that may be due to rounding: positions are known to some units of their last
+    /// digit, which correspond to forces in a stiff inclusion.
     pub(crate) rounding: f64,
     /// Largest mean volume error of an element.
     pub(crate) volume: f64,
@@ -88,8 +89,8 @@ impl<S: Dimension> Equations<S> {
         self.assemble_again(state, load)
     }
 
-    /// Assembles residual, tangent and right-hand side as [`Equations::assemble`] does, where the last assembly was one of the same
-    /// displacements, pressures and load: only the contact has changed.
+    /// Assembles residual, tangent and right-hand side as [`Equations::assemble`] does, after an assembly
+    /// with the same displacements, pressures and load: only the contact has changed.
     pub(crate) fn assemble_again(&mut self, state: &State<S>, load: &Load<S>) -> Residual {
         self.solver.clear();
         self.right.fill(0.0);
@@ -99,8 +100,8 @@ impl<S: Dimension> Equations<S> {
         for (e, system) in self.systems.iter().enumerate() {
             let (force, condensed_force, stiffness) = match &self.expansions[e] {
                 Some(_) => {
-                    let own = &self.expanded[e];
-                    (&own.force, &own.condensed_force, &own.stiffness)
+                    let expanded = &self.expanded[e];
+                    (&expanded.force, &expanded.condensed_force, &expanded.stiffness)
                 }
                 None => (&system.force, &system.condensed_force, &system.stiffness),
             };
@@ -156,13 +157,14 @@ impl<S: Dimension> Equations<S> {
         self.solver.factorise().ok()
     }
 
-    /// Adds springs of `stiffness` times the shear modulus between every free displacement and where it is.
+    /// Adds a spring of `stiffness` times the shear modulus to every free displacement, at rest in the
+    /// present configuration.
     pub(crate) fn damp(&mut self, stiffness: f64) {
         self.solver.add_to_diagonal(stiffness * self.spring);
     }
 
-    /// Solves for the step that the last assembly asks for, with the last factors. Returns the step as a difference of
-    /// states and the residual of the linear system, or `None` if the matrix is singular.
+    /// Solves for the Newton step of the last assembly with the last factors. Returns the step as a
+    /// difference of states and the residual of the linear system, or `None` if the matrix is singular.
     pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
@@ -200,7 +202,7 @@ impl<S: Dimension> Equations<S> {
     /// The pressure that follows from the displacements `z` alone in element `e`, by the last assembly.
     pub(crate) fn pressure_response(&self, e: usize, z: &[f64]) -> S::Pressure {
         let rubber = self.rubber(e);
-        // Without the error of the volume that is left, and without the matrix, which is not needed.
+        // Without the residual of the volume, and without the matrix, which is not needed.
         let coupling = self.systems[e].coupling.clone();
         let system = ElementSystem { coupling, ..ElementSystem::new(0) };
         self.elements[e].pressure_increment(
@@ -229,8 +231,8 @@ impl<S: Dimension> Equations<S> {
         (0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least)
     }
 
-    /// Where a rubber has a limit of extension: how much is left of it after the displacement `after` over what was left before, the
-    /// least over all quadrature points, and the element it is in. `None` where no rubber has a limit.
+    /// The least ratio, over all quadrature points, of the remaining extension after the displacement `after`
+    /// to the one before it, and the element it is in. `None` if no rubber has a limit of extension.
     pub(crate) fn extension_left(&self, before: &[f64], after: &[f64]) -> Option<(f64, usize)> {
         if !self.body.rubbers.iter().any(Rubber::has_extension_limit) {
             return None;
@@ -253,7 +255,7 @@ impl<S: Dimension> Equations<S> {
         Some((0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least))
     }
 
-    /// The force in N/m that what holds a set of displacements exerts, from the last assembly: the sum of the reactions
+    /// The force in N/m of the supports of a set of nodes, from the last assembly: the sum of the reactions
     /// along `axis` of the nodes whose reference position satisfies `at`.
     pub fn reaction(&self, axis: usize, at: impl Fn(S::Point) -> bool) -> f64 {
         let nodes = self.body.mesh.nodes.iter().enumerate();

@@ -1,4 +1,4 @@
-//! A body of rubber: its mesh, its materials, what holds it, what may touch it, and how it is loaded and deformed.
+//! A body of rubber: its mesh, materials, supports, obstacles, loads and configurations.
 //!
 //! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the number of axes of the
 //! [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane forces are per metre of width.
@@ -20,13 +20,13 @@ pub enum ModelError {
         "element {element} of the mesh is turned inside out or has no area; check the patches it came from"
     )]
     InvertedElement {
-        /// Its number.
+        /// The number of the quadrilateral.
         element: usize,
     },
     /// The lists of a body do not fit its mesh.
     #[error("{what} of the body does not fit its mesh of {nodes} nodes and {elements} elements")]
     Mismatch {
-        /// Which list.
+        /// The name of the list.
         what: &'static str,
         /// Nodes of the mesh.
         nodes: usize,
@@ -46,18 +46,18 @@ pub enum ModelError {
         "between the edge of the indenter and the end of the layer there is no room for elements: make the layer longer, or the indenter narrower"
     )]
     NoRoom,
-    /// The mesh would have more elements than any that is made.
+    /// The mesh would have too many elements.
     #[error(
         "the finite elements would be {elements} or more, and at most {limit} are made: the layer is too long for its thickness, \
          or a corner or a contact too small"
     )]
     TooManyElements {
-        /// Elements of the mesh, about.
+        /// Approximate number of elements of the mesh.
         elements: usize,
-        /// Most that are made.
+        /// The largest number of elements of a mesh.
         limit: usize,
     },
-    /// Solving would take more memory than there is; nothing was factorised.
+    /// A solve would take more memory than is available; nothing was factorised.
     #[error(
         "a mesh of {elements} elements needs about {} of memory, and {} may be taken",
         bytes_in_words(*bytes),
@@ -66,14 +66,14 @@ pub enum ModelError {
     TooLarge {
         /// Elements of the mesh.
         elements: usize,
-        /// Bytes it would take, about.
+        /// Approximate number of bytes that it would take.
         bytes: u64,
-        /// Bytes that may be taken.
+        /// The limit in bytes.
         limit: u64,
     },
 }
 
-/// A body in plane strain and what may touch it. Lengths in m, forces in N per metre of width.
+/// A body and the obstacles that it may touch. Lengths in m, forces in N, in the plane per metre of width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body<S: Dimension = Plane> {
     /// The reference configuration.
@@ -84,7 +84,7 @@ pub struct Body<S: Dimension = Plane> {
     pub material: Vec<u16>,
     /// For each displacement (`axes node + axis`) whether it is prescribed.
     pub held: Vec<bool>,
-    /// Rigid bodies, and what may touch them.
+    /// Rigid bodies, and the sides of elements that may touch them.
     pub obstacles: Vec<Obstacle<S>>,
 }
 
@@ -95,7 +95,7 @@ pub struct Load<S: Dimension = Plane> {
     pub displacement: Vec<f64>,
     /// Dead nodal forces in N/m, `axes node + axis`.
     pub force: Vec<f64>,
-    /// Where each obstacle is moved to, in m.
+    /// The displacement of each obstacle, in m.
     pub shift: Vec<S::Point>,
 }
 
@@ -108,7 +108,7 @@ pub struct State<S: Dimension = Plane> {
     pub pressure: Vec<S::Pressure>,
     /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
     pub contact: Vec<f64>,
-    /// Where each obstacle is, in m.
+    /// The displacement of each obstacle in this configuration, in m.
     pub shift: Vec<S::Point>,
     /// The configuration with larger gaps from which this one was reached, and from which the load moves on.
     pub moving: Option<Box<Self>>,
@@ -130,7 +130,7 @@ impl<S: Dimension> Body<S> {
         }
     }
 
-    /// The body as it lies: no displacement, no force, obstacles where their shapes put them.
+    /// The load at rest: no displacement, no force, and obstacles in their initial positions.
     pub fn no_load(&self) -> Load<S> {
         let n = self.held.len();
         Load {
@@ -140,8 +140,8 @@ impl<S: Dimension> Body<S> {
         }
     }
 
-    /// The body at rest, the obstacles where their shapes put them. Move [`State::shift`] to where they are clear of the body
-    /// before the first load: a contact force needs a gap.
+    /// The body at rest, with the obstacles in their initial positions. Before the first load, set
+    /// [`State::shift`] so that they are clear of the body: a contact force needs a gap.
     pub fn at_rest(&self) -> State<S> {
         let points = |o: &Obstacle<S>| SIDE_POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
         State {

@@ -1,4 +1,4 @@
-//! Elements with nodes that hang: their matrices and forces in terms of the nodes that these follow.
+//! Matrices and forces of elements with hanging nodes, in terms of the nodes that these follow.
 
 use crate::solid::dimension::{Dimension, ElementSystem};
 use crate::solid::hanging::Hanging;
@@ -6,9 +6,9 @@ use crate::solid::hanging::Hanging;
 /// The nodes that an element with hanging nodes is coupled to.
 #[derive(Debug, Clone)]
 pub(crate) struct Expansion {
-    /// These nodes; none of them hangs.
+    /// The nodes, none of which hangs.
     pub(super) nodes: Vec<u32>,
-    /// For each node of the element the nodes that it follows, by their places in that list, and the part of each.
+    /// For each node of the element the indices in `nodes` of those that it follows, with the weight of each.
     parts: Vec<Vec<(u32, f64)>>,
 }
 
@@ -21,9 +21,9 @@ pub(super) struct Expanded {
 }
 
 impl Expansion {
-    /// The expansion of an element with these nodes; `None` if none of them hangs.
-    pub(super) fn new(own: &[u32], hanging: &Hanging) -> Option<Self> {
-        if !own.iter().any(|n| hanging.nodes.contains_key(n)) {
+    /// The expansion of an element with the given nodes; `None` if none of them hangs.
+    pub(super) fn new(element: &[u32], hanging: &Hanging) -> Option<Self> {
+        if !element.iter().any(|n| hanging.nodes.contains_key(n)) {
             return None;
         }
         let mut nodes: Vec<u32> = Vec::new();
@@ -34,7 +34,7 @@ impl Expansion {
             });
             at as u32
         };
-        let parts = own
+        let parts = element
             .iter()
             .map(|n| match hanging.nodes.get(n) {
                 Some(masters) => masters.iter().map(|&(m, part)| (place(m), part)).collect(),
@@ -44,9 +44,9 @@ impl Expansion {
         Some(Self { nodes, parts })
     }
 
-    /// Forces and tangent of an element, expanded.
+    /// Expresses the forces and the tangent of an element in terms of the nodes that it is coupled to.
     pub(super) fn expand<S: Dimension>(&self, system: &ElementSystem<S>, out: &mut Expanded) {
-        let (own, coupled) = (S::AXES * self.parts.len(), S::AXES * self.nodes.len());
+        let (local, coupled) = (S::AXES * self.parts.len(), S::AXES * self.nodes.len());
         for (from, to) in
             [(&system.force, &mut out.force), (&system.condensed_force, &mut out.condensed_force)]
         {
@@ -61,8 +61,8 @@ impl Expansion {
             }
         }
         // Columns first, then rows.
-        let mut half = vec![0.0; own * coupled];
-        for (row, line) in system.stiffness.chunks_exact(own).zip(half.chunks_exact_mut(coupled)) {
+        let mut half = vec![0.0; local * coupled];
+        for (row, line) in system.stiffness.chunks_exact(local).zip(half.chunks_exact_mut(coupled)) {
             for (b, parts) in self.parts.iter().enumerate() {
                 for &(m, part) in parts {
                     for k in 0..S::AXES {

@@ -1,8 +1,9 @@
-//! An indenter whose force is given, and what an assembly says of it; how its place is found is in [`crate::solid::given_force`].
+//! An indenter whose force is given, in the assembled equations; [`crate::solid::given_force`] finds its
+//! place.
 
 use std::ops::Range;
 
-/// The indenter, its force, and what the last assembly says of them.
+/// The indenter, its force, and their contributions from the last assembly.
 #[derive(Debug)]
 pub(crate) struct GivenForce {
     /// The obstacles that move together.
@@ -20,7 +21,7 @@ pub(crate) struct GivenForce {
 }
 
 impl GivenForce {
-    /// Nothing assembled yet.
+    /// A given force before the first assembly.
     pub(crate) fn new(obstacles: Range<usize>, force: f64) -> Self {
         Self { obstacles, force, now: 0.0, staying: 0.0, column: Vec::new(), stiffness: 0.0 }
     }
@@ -44,17 +45,17 @@ impl GivenForce {
         self.stiffness += stiffness;
     }
 
-    /// Adds the force (N/m) on an unknown displacement for 1 m of the obstacle's way up.
+    /// Adds the force (N/m) on an unknown displacement when the obstacle moves up by 1 m.
     pub(crate) fn add_to_column(&mut self, unknown: usize, force: f64) {
         self.column[unknown] += force;
     }
 
-    /// Adds what a displacement that is held, and moves by `step` (m), adds to the force.
+    /// Adds the contribution to the force of a prescribed displacement that moves by `step` (m).
     pub(crate) fn add_held(&mut self, force: f64, step: f64) {
         self.staying += force * step;
     }
 
-    /// How far the force of the assembled configuration is from the given one, relatively.
+    /// Relative difference between the force of the assembled configuration and the given one.
     pub(crate) fn miss(&self) -> f64 {
         (self.now / self.force - 1.0).abs()
     }

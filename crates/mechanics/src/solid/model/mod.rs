@@ -1,12 +1,12 @@
-//! A body, what holds it, and the equations of its equilibrium.
+//! A body, its supports, and the equations of its equilibrium.
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | `body` | the body, its loads and its configurations |
-//! | `unknowns` | which displacements are unknown |
-//! | `expansion` | elements with nodes that hang |
+//! | `unknowns` | the numbering of the unknown displacements |
+//! | `expansion` | elements with hanging nodes |
 //! | `pairs` | the points that may touch an obstacle |
-//! | `given_force` | an indenter whose force is given, and what an assembly says of it |
+//! | `given_force` | an indenter whose force is given |
 //! | `assembly` | residual, tangent and step at a configuration |
 
 mod assembly;
@@ -41,22 +41,22 @@ pub struct Equations<S: Dimension = Plane> {
     expansions: Vec<Option<Expansion>>,
     /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes that they are coupled to.
     expanded: Vec<Expanded>,
-    /// For each element, then for each pair that may touch, where its matrix goes.
+    /// For each element, then for each pair that may touch, the places of the entries of its matrix.
     pub(crate) places: Vec<BlockPlaces>,
     pub(crate) pairs: Vec<Pair<S>>,
     /// Product of gap and pressure in N/m; see the contact module.
     pub(crate) gap_times_pressure: f64,
     /// How contact is made linear in the next assembly.
     pub(crate) linearisation: Linearisation,
-    /// The force of the indenter, while that is given and not its place.
+    /// The force of the indenter, where that is given instead of its place.
     pub(crate) given_force: Option<GivenForce>,
     pub(crate) solver: SymmetricSolver,
-    /// Unbalanced force of each displacement, held ones included.
+    /// Unbalanced force of each displacement, including prescribed ones.
     pub(crate) unbalanced: Vec<f64>,
     internal: Vec<f64>,
     pub(crate) right: Vec<f64>,
     force_floor: f64,
-    /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size in m.
+    /// For each element the approximate force per unit displacement of one of its nodes, and its size in m.
     sensitivity: Vec<(f64, f64)>,
     /// The shortest side of the box around the body in m.
     pub(crate) shortest_side: f64,
@@ -91,7 +91,8 @@ impl<S: Dimension> Equations<S> {
             body.mesh.elements.iter().map(|e| Expansion::new(e.as_ref(), hanging)).collect();
         let number = |d: usize| unknowns.number(d);
         let coupled = body.mesh.elements.iter().zip(&expansions);
-        let coupled = coupled.map(|(own, more)| more.as_ref().map_or(own.as_ref(), |more| &more.nodes));
+        let coupled = coupled
+            .map(|(element, expansion)| expansion.as_ref().map_or(element.as_ref(), |more| &more.nodes));
         let groups: Vec<Vec<Option<u32>>> = coupled
             .map(|nodes| nodes.iter().flat_map(|&n| Self::places_of_node(n as usize)).map(number).collect())
             .chain(pairs.iter().map(|p| p.displacements().map(number).collect()))
@@ -151,14 +152,14 @@ impl<S: Dimension> Equations<S> {
         self.solver.factor_entries()
     }
 
-    /// Estimate of the bytes that a mesh of `elements` takes before anything is factorised: the matrices of the elements, and where
-    /// their entries go.
+    /// Estimate of the bytes of a mesh of `elements` before a factorisation: the matrices of the elements,
+    /// and the places of their entries.
     pub fn element_bytes(elements: usize) -> u64 {
         let n = S::AXES * S::Element::NODES;
         (elements * n * (12 * n + 8 * S::Pressure::COUNT + 8 * S::Element::POINTS)) as u64
     }
 
-    /// Estimate of the bytes that solving takes.
+    /// Estimate of the bytes that a solve takes.
     pub fn memory_bytes(&self) -> u64 {
         Self::element_bytes(self.elements.len()) + self.solver.memory_bytes()
     }
@@ -170,27 +171,28 @@ impl<S: Dimension> Equations<S> {
         self.expanded = Vec::new();
     }
 
-    /// Displacements of the nodes of element `e`, out of those of all nodes.
+    /// The displacements of the nodes of element `e`, from those of all nodes.
     pub(crate) fn gather(&self, e: usize, u: &[f64]) -> Vec<f64> {
         self.places_of(e).map(|d| u[d]).collect()
     }
 
-    /// Where the displacements of node `n` are.
+    /// The indices of the displacements of node `n`.
     fn places_of_node(n: usize) -> std::ops::Range<usize> {
         S::AXES * n..S::AXES * (n + 1)
     }
 
-    /// Where the displacements of element `e` are.
+    /// The indices of the displacements of element `e`.
     fn places_of(&self, e: usize) -> impl Iterator<Item = usize> {
         self.body.mesh.elements[e].as_ref().iter().flat_map(|&n| Self::places_of_node(n as usize))
     }
 
-    /// The nodes that element `e` is coupled to: its own, or those that its hanging ones follow.
+    /// The nodes that element `e` is coupled to: its nodes, with hanging nodes replaced by those that they
+    /// follow.
     fn coupled_nodes(&self, e: usize) -> &[u32] {
         self.expansions[e].as_ref().map_or(self.body.mesh.elements[e].as_ref(), |more| &more.nodes)
     }
 
-    /// Where the displacements of the nodes are that element `e` is coupled to.
+    /// The indices of the displacements of the nodes that element `e` is coupled to.
     fn coupled_places(&self, e: usize) -> impl Iterator<Item = usize> {
         self.coupled_nodes(e).iter().flat_map(|&n| Self::places_of_node(n as usize))
     }
@@ -215,7 +217,7 @@ impl<S: Dimension> Body<S> {
         ModelError::Mismatch { what, nodes: self.mesh.nodes.len(), elements: self.mesh.elements.len() }
     }
 
-    /// Whether the lists of displacements and materials fit the mesh.
+    /// Checks that the lists of displacements and materials fit the mesh.
     fn check_lists(&self) -> Result<(), ModelError> {
         if self.held.len() != S::AXES * self.mesh.nodes.len() {
             return Err(self.mismatch("the list of held displacements"));
@@ -227,7 +229,7 @@ impl<S: Dimension> Body<S> {
         Ok(())
     }
 
-    /// Whether the nodes of the sides that may touch something are those of the mesh.
+    /// Checks that the nodes of the sides that may touch an obstacle are nodes of the mesh.
     fn check_sides(&self) -> Result<(), ModelError> {
         let known = |n: &u32| (*n as usize) < self.mesh.nodes.len();
         let fits =

@@ -1,4 +1,4 @@
-//! The points of a body that may touch an obstacle; see the contact module for what holds there.
+//! The points of a body that may touch an obstacle; the contact module has their equations.
 
 use super::body::Body;
 use crate::solid::dimension::Dimension;
@@ -19,18 +19,20 @@ pub(crate) struct Pair<S: Dimension> {
     pub(crate) size: f64,
 }
 
-/// How the condition `g l = w s` of a pair is made linear for a step.
+/// The linearisation of the condition `g l = w s` of a pair for a step.
 ///
-/// `Smoothed` is Newton's method for the function of Chen, Harker, Kanzow and Smale, `g + l/r - sqrt((g - l/r)^2 + 4 w s/r) = 0`, which has
-/// the same solutions and takes any signs: its linear form is the tangent of the curve `g l = w s` at the point of the curve with the
-/// same `g - l/r`. The stiffness `r` says how the surface yields to one point. It is that of the rubber around it, or that of the last
-/// tangent where that is more: there the points around it, which touch as well, hold it.
+/// `Smoothed` is Newton's method for the function of Chen, Harker, Kanzow and Smale,
+/// `g + l/r - sqrt((g - l/r)^2 + 4 w s/r) = 0`, which has the same solutions and takes any signs: its linear
+/// form is the tangent of the curve `g l = w s` at the point of the curve with the same `g - l/r`. The
+/// stiffness `r` is that of the surface under a force on one point: that of the rubber around it, or that of
+/// the last tangent where that is larger, because points around it touch as well.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Linearisation {
     /// Linear about the gap and the force of the pair, both of them positive.
     Interior,
-    /// Linear about the gap and the force of the pair where both are positive, and else about the point of the curve that they are nearest
-    /// to, in the sense above. Holds the slopes of the last tangents in N/m, or none before the first step.
+    /// Linear about the gap and the force of the pair where both are positive, and otherwise about the point
+    /// of the curve with the same `g - l/r`. Holds the slopes of the last tangents in N/m, or none before the
+    /// first step.
     Smoothed(Vec<f64>),
 }
 
@@ -69,7 +71,7 @@ impl<S: Dimension> Pair<S> {
         pairs
     }
 
-    /// The displacements that it couples.
+    /// The displacements that the pair couples.
     pub(super) fn displacements(&self) -> impl Iterator<Item = usize> {
         self.slots.iter().map(|slot| slot.0)
     }

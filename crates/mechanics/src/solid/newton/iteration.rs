@@ -9,11 +9,13 @@ use crate::solid::model::{Equations, Load, Residual, State};
 const MIN_DAMPING: f64 = 0.02;
 const MAX_DAMPING: f64 = 1e4;
 
-/// Damping, over the shear modulus, below which it is left out once the tangent has no negative pivots. Near an unstable
-/// equilibrium the damping has to become this small: the less a step is damped, the farther it leads away from there.
+/// Damping below this, over the shear modulus, is left out once the tangent has no negative pivots. Near an
+/// unstable equilibrium the damping has to become this small: the less a step is damped, the farther it leads
+/// away from it.
 const LEAST_DAMPING: f64 = 2e-4;
 
-/// How many Newton steps on the way to one equilibrium may be shortened to keep `J > 0`, or the extension within its limit.
+/// The largest number of Newton steps per equilibrium that may be shortened to keep `J > 0`, or the extension
+/// within its limit.
 const MAX_CUT_STEPS: usize = 6;
 
 /// The shortest part of a Newton step that is tried.
@@ -32,9 +34,9 @@ pub(super) struct Course {
 
 /// A step that was taken.
 pub(super) struct Taken {
-    /// The residual that is left after it.
+    /// The residual after the step.
     pub(super) residual: Residual,
-    /// Whether it was the whole step.
+    /// Whether the whole step was taken.
     pub(super) whole: bool,
     pub(super) damped: bool,
 }
@@ -42,14 +44,15 @@ pub(super) struct Taken {
 /// A Newton step, or the part of it that the elements and the contact admit.
 struct Shortened<S: Dimension> {
     trial: State<S>,
-    /// 1 if it is the whole step.
+    /// The fraction of the step; 1 for the whole step.
     part: f64,
-    /// Why the elements do not admit all of it, if they do not.
+    /// The reason why the elements do not admit the whole step, if they do not.
     refused: Option<StopReason>,
 }
 
 impl<S: Dimension> Equations<S> {
-    /// Takes `state` to the equilibrium under `load`, as well met as `target` says. Returns the number of iterations.
+    /// Takes `state` to the equilibrium under `load`, within the tolerances of `target`. Returns the number
+    /// of iterations.
     pub(in crate::solid) fn equilibrate(
         &mut self,
         state: &mut State<S>,
@@ -90,7 +93,8 @@ impl<S: Dimension> Equations<S> {
         Err((StopReason::NoConvergence, residual.smallest_j))
     }
 
-    /// Takes `state` one Newton step on under `load`, from the last assembly, which left `residual`. The new state is assembled.
+    /// Takes one Newton step from `state` under `load`, by the last assembly, which left `residual`. The new
+    /// state is assembled.
     pub(super) fn step_from(
         &mut self,
         residual: &Residual,
@@ -135,12 +139,13 @@ impl<S: Dimension> Equations<S> {
         Ok(Taken { residual, whole: part == 1.0, damped })
     }
 
-    /// Factorises the tangent of the last assembly, damped by `damping` and, with contact, by as much more as it needs to have no
-    /// negative pivots. Returns how many it had at first, or `None` if it is singular.
+    /// Factorises the tangent of the last assembly, damped by `damping` and, with contact, by as much more as
+    /// it needs to have no negative pivots. Returns the number of negative pivots at first, or `None` if it
+    /// is singular.
     ///
-    /// Springs that hold the displacements where they are make the step one downhill: so a piece of surface that snaps past
-    /// a corner finds the next equilibrium. Without contact an unstable equilibrium may be what is asked for, as with the
-    /// dead tractions of the closed form, which may have no other near; it is taken as it is.
+    /// Springs at the present displacements turn the step downhill, so that a piece of surface that snaps
+    /// past a corner finds the next equilibrium. Without contact, an unstable equilibrium may be the wanted
+    /// one, as under the dead tractions of the closed form, where no other may be near; it is accepted.
     fn factorise_damped(&mut self, damping: &mut f64, effort: &mut Effort) -> Option<usize> {
         if *damping > 0.0 {
             self.damp(*damping);
@@ -183,9 +188,9 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// Why the step from `state` to `trial` goes too far for the elements, if it does: it turns one inside out, shrinks a volume
-    /// too much at once, or does the same to what is left of the extension that a rubber admits. Also the smallest `J` of
-    /// `trial`, and the element it is in.
+    /// The reason why the step from `state` to `trial` is too long for the elements, if it is: it turns one
+    /// inside out, or shrinks a volume or the remaining extension of a rubber too much at once. Also the
+    /// smallest `J` of `trial`, and the element it is in.
     fn refuses(
         &self,
         state: &State<S>,
@@ -219,15 +224,15 @@ impl Residual {
 impl<S: Dimension> State<S> {
     fn plus(&self, step: &Self, part: f64) -> Self {
         let sum = |a: &f64, b: &f64| a + part * b;
-        let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();
-        fn both<N: Numbers>(a: &[N], b: &[N], part: f64) -> Vec<N> {
+        let added = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();
+        fn arrays_added<N: Numbers>(a: &[N], b: &[N], part: f64) -> Vec<N> {
             a.iter().zip(b).map(|(a, b)| N::from_fn(|k| a[k] + part * b[k])).collect()
         }
         Self {
-            displacement: all(&self.displacement, &step.displacement),
-            pressure: both(&self.pressure, &step.pressure, part),
-            contact: all(&self.contact, &step.contact),
-            shift: both(&self.shift, &step.shift, part),
+            displacement: added(&self.displacement, &step.displacement),
+            pressure: arrays_added(&self.pressure, &step.pressure, part),
+            contact: added(&self.contact, &step.contact),
+            shift: arrays_added(&self.shift, &step.shift, part),
             moving: None,
         }
     }

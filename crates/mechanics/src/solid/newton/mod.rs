@@ -1,11 +1,11 @@
 //! Newton's method with load steps that shrink where it fails and grow where it is easy.
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
-//! | `settings` | what it is allowed to do |
+//! | `settings` | tolerances and limits |
 //! | `iteration` | the method under one load |
 //! | `settling` | the same from a guess with points inside obstacles |
-//! | `report` | what a load took, and why it was not reached |
+//! | `report` | the effort of a load, and the reason why it was not reached |
 
 mod iteration;
 mod report;
@@ -18,7 +18,7 @@ use super::model::{Equations, Load, State};
 pub use report::{Effort, StopReason, Stopped};
 pub use settings::NewtonSettings;
 
-/// How well an equilibrium has to be met, and how close contact has to be.
+/// The tolerances of an equilibrium.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target {
     pub(super) force: f64,
@@ -29,7 +29,7 @@ pub(super) struct Target {
 /// While the load moves, contact is only followed; the requested loads are then met more closely from there.
 const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
 
-/// Gap over displacement that is small enough, about.
+/// The approximate gap over displacement that is small enough.
 const GAP_PART: f64 = 1e-4;
 /// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare it with.
 const MIN_GAP: f64 = 1e-20;
@@ -38,7 +38,7 @@ const MIN_GAP: f64 = 1e-20;
 /// Newton's method converges no farther in one or two steps.
 const CLOSING: f64 = 0.1;
 
-/// Parts of the load reached that are tried where the gaps cannot be closed at its end.
+/// Shares of the reached load that are tried if the gaps cannot be closed at that load.
 const RETREATS: [f64; 3] = [0.95, 0.8, 0.5];
 
 pub(super) type Failure = (StopReason, (f64, usize));
@@ -62,7 +62,7 @@ impl<S: Dimension> Equations<S> {
         let mut effort = Effort::default();
         let first = (state.clone(), from.clone());
         let mut result = self.march(state, from, to, settings, &mut effort);
-        // Whatever the reason it ended for: nobody waits for what would be done about it.
+        // A cancelled run is reported as such, whatever else ended it.
         if let Err(stopped) = &result
             && settings.cancelled()
         {
@@ -81,7 +81,7 @@ impl<S: Dimension> Equations<S> {
             }));
         }
         result.map(|()| effort).map_err(|mut stopped| {
-            // The last assembly may have been of a state that was given up.
+            // The last assembly may have been at a discarded state.
             let residual = self.assemble(state, from);
             effort.smallest_j = residual.smallest_j.0;
             effort.residual = residual.force;
@@ -106,8 +106,8 @@ impl<S: Dimension> Equations<S> {
         let parts = RETREATS.map(|share| share * reached);
         parts.into_iter().filter(|&part| part > 0.0).find(|&part| {
             (*state, *from) = first.clone();
-            let there = first.1.toward(to, part);
-            self.march(state, from, &there, settings, effort).is_ok()
+            let load = first.1.toward(to, part);
+            self.march(state, from, &load, settings, effort).is_ok()
                 && self.close_gaps(state, from, settings, false, effort).is_ok()
         })
     }
@@ -130,7 +130,7 @@ impl<S: Dimension> Equations<S> {
         let mut target = Target { force: settings.tolerance, contact: 0.0 };
         if self.has_contact() {
             target = ON_THE_WAY;
-            // What is reached has to be met closely with the rest.
+            // The last load step has to be met closely.
             settings.max_solves -= settings.max_solves / 5;
             self.gap_times_pressure = settings.moving_gap * self.modulus_times_size;
             if let Some(moving) = state.moving.take() {
@@ -141,7 +141,7 @@ impl<S: Dimension> Equations<S> {
         // Whether a step was given up because of the limit of extension.
         let mut at_limit = false;
         while reached < 1.0 {
-            // A last step that would leave a sliver is stretched to the end.
+            // A step that would leave only a small remainder is extended to the end.
             let part = if reached + 1.001 * step >= 1.0 { 1.0 } else { reached + step };
             let load = start.toward(to, part);
             let mut trial = state.clone();
@@ -217,7 +217,8 @@ impl<S: Dimension> Equations<S> {
         let moving = state.clone();
         let (mut gap, mut factor, mut met) = (settings.moving_gap, CLOSING, false);
         loop {
-            // The displacements change with the gaps, and what is wanted with them: a little too large is no matter.
+            // The displacements change with the gaps, and the limit with them; a slightly larger gap does not
+            // matter.
             let wanted = settings.final_gap.min(self.gap_for(state));
             let most = 1.5 * wanted;
             if met && gap <= most {
@@ -232,7 +233,7 @@ impl<S: Dimension> Equations<S> {
             };
             self.gap_times_pressure = next * self.modulus_times_size;
             let mut trial = state.clone();
-            // What the elements say of this configuration is known already, but after a failure.
+            // The contributions of the elements at this configuration are known, except after a failure.
             let residual = if fresh { self.assemble(state, load) } else { self.assemble_again(state, load) };
             match self.equilibrate_from(residual, &mut trial, load, target, settings, effort) {
                 Ok(_) => {
@@ -269,10 +270,10 @@ impl<S: Dimension> Load<S> {
     /// The load at the fraction `part` of the way from this one to another.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };
-        let all = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| mix(a, b)).collect();
+        let mixed = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| mix(a, b)).collect();
         Self {
-            displacement: all(&self.displacement, &to.displacement),
-            force: all(&self.force, &to.force),
+            displacement: mixed(&self.displacement, &to.displacement),
+            force: mixed(&self.force, &to.force),
             shift: self
                 .shift
                 .iter()

@@ -1,6 +1,6 @@
-//! The work that a load took, and why it was not reached.
+//! The effort that a load took, and the reason why a load was not reached.
 
-/// The work it took to reach a load, and the quality of the result.
+/// The work spent to reach a load, and the quality of the result.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Effort {
     /// Load steps that converged.
@@ -28,11 +28,11 @@ pub struct Effort {
 pub struct Stopped {
     /// The fraction of the way from the last load to this one up to which equilibria were found.
     pub reached: f64,
-    /// The fraction of the way that was tried last.
+    /// The fraction of the way at the last attempt.
     pub step: f64,
-    /// The reason why the last try failed.
+    /// The reason why the last attempt failed.
     pub reason: StopReason,
-    /// Smallest `J` of the quadrature points in the last try.
+    /// Smallest `J` of the quadrature points in the last attempt.
     pub smallest_j: f64,
     /// The element it is in.
     pub element: usize,

@@ -8,7 +8,7 @@ pub struct NewtonSettings<'a> {
     /// Largest unbalanced nodal force over the largest nodal force at which an equilibrium is accepted; also the largest mean volume
     /// error of an element. Where rounding alone leaves a larger unbalanced force, that is accepted up to 1e-6.
     pub tolerance: f64,
-    /// Newton steps after which a load step is given up and cut.
+    /// The largest number of Newton steps per load step; a load step that needs more is cut.
     pub max_iterations: usize,
     /// Linear systems that one [`Equations::advance`](crate::solid::model::Equations::advance) may solve.
     pub max_solves: usize,
@@ -18,9 +18,10 @@ pub struct NewtonSettings<'a> {
     /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, at the requested loads. The solver
     /// takes a smaller gap where displacements are small compared with that side.
     pub final_gap: f64,
-    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while an equilibrium is first searched
-    /// near that of a coarser mesh. It counts if it is smaller than `moving_gap`: the coarser contact forces then tell where the surface
-    /// touches, so that the gaps need not be opened first.
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while an
+    /// equilibrium is first searched near that of a coarser mesh. It is used if it is smaller than
+    /// `moving_gap`: the coarser contact forces then indicate where the surface touches, so that the gaps
+    /// need not be opened first.
     pub first_gap: f64,
     /// First load step, as a fraction of the way from one load to the next.
     pub first_step: f64,
@@ -35,20 +36,21 @@ pub struct NewtonSettings<'a> {
     /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the
     /// path to them, it is not, and the load is followed on every mesh.
     pub from_coarser: bool,
-    /// Whether an equilibrium is searched near that of a coarser mesh only, where that counts: what is not found on a mesh is left to the next one.
-    /// A surface that slides around corners as the load is followed on a fine mesh takes hundreds of systems, and may end on the wrong side of one.
+    /// Whether an equilibrium is only searched for near that of a coarser mesh, if that has no fault; if it
+    /// is not found, it is left to the next mesh. A surface that slides around corners as the load is
+    /// followed on a fine mesh takes hundreds of systems, and may end on the wrong side of a corner.
     pub only_near: bool,
     /// Set from outside to stop before the next linear system.
     pub cancel: Option<&'a AtomicBool>,
 }
 
 impl NewtonSettings<'_> {
-    /// Relative error at which a force that is asked for is met.
+    /// The relative tolerance of a given force.
     pub(crate) fn force_tolerance(&self) -> f64 {
         self.tolerance.max(1e-10)
     }
 
-    /// Whether the work is to be stopped.
+    /// Whether cancellation was requested.
     pub(crate) fn cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }

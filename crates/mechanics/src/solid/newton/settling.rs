@@ -5,24 +5,24 @@ use super::{CLOSING, Effort, Failure, NewtonSettings, ON_THE_WAY, StopReason, Ta
 use crate::solid::dimension::Dimension;
 use crate::solid::model::{Equations, Linearisation, Load, State};
 
-/// The gap at which it starts, over that which is small enough for the displacements: about what is wrong with the gaps of a guess from a
-/// mesh that is half as fine.
+/// The gap at the start, over the gap that is small enough for the displacements: about the error of the gaps
+/// of a guess from a mesh that is half as fine.
 const FIRST: f64 = 100.0;
 
 /// The unbalanced force over the largest force below which the gaps are closed farther.
 const NEAR: f64 = 3e-3;
 
-/// Largest number of steps: to follow the load from rest takes more.
+/// The largest number of steps; following the load from rest takes more.
 const MAX_STEPS: usize = 60;
 
 impl<S: Dimension> Equations<S> {
-    /// Takes the guess `state` to the equilibrium under `load` with the gaps at [`NewtonSettings::final_gap`], by Newton's method
-    /// without bounds for gaps and contact forces: see [`Linearisation::Smoothed`]. The gaps are closed on the way as far as is small
-    /// enough for the displacements; if they are to be closed farther, the interior method does it. What is reached is what that
-    /// reaches.
+    /// Takes the guess `state` to the equilibrium under `load` with the gaps at
+    /// [`NewtonSettings::final_gap`], by Newton's method without bounds for gaps and contact forces: see
+    /// [`Linearisation::Smoothed`]. The gaps are closed on the way as far as is small enough for the
+    /// displacements; the interior method closes them farther if needed.
     ///
     /// # Errors
-    /// [`Failure`] says why it was given up; `state` is then of no use.
+    /// [`Failure`] is the reason; `state` is then not an equilibrium.
     pub(in crate::solid) fn settle_without_bounds(
         &mut self,
         state: &mut State<S>,
@@ -40,7 +40,7 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// The part of it that is without bounds. Returns the gap at its end.
+    /// The part of the method without bounds. Returns the gap at its end.
     fn close_without_bounds(
         &mut self,
         state: &mut State<S>,

@@ -1,8 +1,8 @@
-//! How short the sides of elements have to be at the rounded corner of a punch, so that the surface can bend around it.
+//! The size of the elements that the surface needs to bend around the rounded corner of a punch.
 //!
-//! The surface is stretched there, up to six times, and what lies below it is squeezed. Elements are therefore cut along the
-//! surface only, and deformed they are about as long as they are thick. Those that are square at rest become thin, and a corner
-//! that moves into them turns them inside out.
+//! The surface is stretched there, up to six times, and the rubber below it is squeezed. Elements are
+//! therefore cut along the surface only, and deformed they are about as long as they are thick. Those that
+//! are square at rest become thin, and a corner that moves into them turns them inside out.
 
 use crate::solid::adaptive::Halvings;
 use crate::solid::layer::LayerModel;
@@ -12,15 +12,17 @@ use crate::solid::obstacle::ObstacleShape;
 /// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola, which cannot follow a
 /// larger part of the arc.
 const LONGEST_SIDE: f64 = 0.25;
-/// How far from the indenter a side lies at its corner, over the radius.
+/// The largest distance from the indenter of a side at its corner, over the radius.
 const NEAR: f64 = 0.5;
-/// Halvings from one mesh to the next, at most: a state with a fault may be stretched without limit.
-const MOST_HALVINGS: f64 = 4.0;
-/// Points of a side that are looked at.
+/// The largest number of halvings from one mesh to the next: a state with a fault may be stretched without
+/// limit.
+const MAX_HALVINGS: f64 = 4.0;
+/// Points of a side that are examined.
 const POINTS: usize = 5;
 
-/// How often each element has to be halved before the surface of a layer can bend around corners of the radius `least` (m), or of
-/// that of its punch if it is larger; 0 for elements that are not at a corner in the configuration `state`.
+/// The number of halvings that each element needs before the surface of a layer can bend around corners of
+/// the radius `least` (m), or of that of its punch if it is larger; 0 for elements that are not at a corner
+/// in the configuration `state`.
 pub(super) fn halvings(model: &LayerModel, state: &State, least: f64) -> Vec<Halvings> {
     let body = model.equations().body();
     let mut halvings = vec![Halvings::default(); body.mesh.elements.len()];
@@ -48,7 +50,7 @@ pub(super) fn halvings(model: &LayerModel, state: &State, least: f64) -> Vec<Hal
                 let points: Vec<[f64; 2]> = along.collect();
                 let length: f64 =
                     points.windows(2).map(|two| (two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1])).sum();
-                let times = (length / (LONGEST_SIDE * corner_radius)).log2().ceil().clamp(0.0, MOST_HALVINGS);
+                let times = (length / (LONGEST_SIDE * corner_radius)).log2().ceil().clamp(0.0, MAX_HALVINGS);
                 let nodes = &body.mesh.elements[side.element as usize];
                 let place = |n: u32| nodes.iter().position(|m| *m == n).unwrap_or(0);
                 // The nodes of an element are numbered in rows of three along its first axis.

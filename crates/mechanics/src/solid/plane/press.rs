@@ -35,7 +35,8 @@ pub struct PlaneLayer {
     pub end: End,
 }
 
-/// Radius of the corners that sharp ones are solved with, over the thickness or half the width of the punch, whichever is less.
+/// Radius of the rounded corners that replace sharp ones, over the thickness or half the width of the punch,
+/// whichever is less.
 const SHARP: f64 = FIRST_RADIUS / 64.0;
 /// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the force of the smallest
 /// loads, under which the surface does not reach their arcs, 0.44 % at a compression of 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer
@@ -44,14 +45,15 @@ const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8
 /// The least error that is stated where a surface slides around corners. The side of an element may pass a corner earlier or later,
 /// depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
 const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
-/// The least error that is stated where a surface rolls up: the force goes up and down by so much as the roll passes from element to element, on every mesh.
+/// The least error that is stated where a surface rolls up: the force oscillates by this much, on every mesh,
+/// as the roll passes from element to element.
 const ERRORS_OF_FOLDING: LeastErrors = LeastErrors { force: 3e-3, force_at_rest: 3e-3, numbers: 0.0 };
 
 const LIMITS: Limits =
     Limits { meshes: 12, elements: 20_000, finer: 1.85, for_places: 4, smallest_at_corner: 0.01 };
-/// Elements over the thickness on the first mesh that is refined where the errors are made.
+/// Elements over the thickness on the first of the adaptively refined meshes.
 const COARSEST: usize = 2;
-/// Least radius of the corners of a punch on the first of them, over the thickness; each further mesh halves it.
+/// Least radius of the corners of a punch on the first mesh, over the thickness; each further mesh halves it.
 const FIRST_RADIUS: f64 = 0.25;
 
 /// Least length over the thickness between the edge of a patch and the end of the layer.
@@ -70,15 +72,15 @@ const ROUNDED_BARRIER: f64 = 20.0;
 /// Barrier against `J -> 0` where the surface piles up at a sharp corner.
 const SHARP_BARRIER: f64 = 5.0;
 
-/// A flat punch with sharp corners in contact without friction, of this half width on a layer of this thickness (m): as it is solved,
-/// with corners so little rounded that the stated errors cover the difference.
+/// The model of a flat punch with sharp corners in contact without friction, of this half width on a layer of
+/// this thickness (m): its corners are so slightly rounded that the stated errors cover the difference.
 pub fn sharp_punch(half_width: f64, thickness: f64) -> Indenter {
     let corner_radius = SHARP * thickness.min(half_width);
     Indenter::Smooth(IndenterProfile::Punch { half_width, corner_radius })
 }
 
 impl Refinement {
-    /// As many meshes as a layer in the plane may need.
+    /// A refinement to this tolerance, on as many meshes as a layer in the plane may need.
     pub fn to(relative_tolerance: f64) -> Self {
         Self { relative_tolerance, meshes: LIMITS.meshes }
     }
@@ -87,19 +89,20 @@ impl Refinement {
 impl PlaneLayer {
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// Each mesh is the one before with those elements cut in which the errors are made, so that the `places` are known too.
-    /// `cancel` stops the work before the next linear system; `tell` is called with the
-    /// number of the mesh and the number of goals done on it.
+    /// Each mesh is the one before with the elements cut that have the largest errors in the force and in
+    /// `places`. `cancel` stops the work before the next linear system; `report` is called with the number of
+    /// the mesh and the number of goals done on it.
     ///
     /// # Errors
-    /// [`ModelError`] where there is no mesh. A goal that is not reached has its own error in the result.
+    /// [`ModelError`] if no mesh can be made. The error of a goal that is not reached is in the result for
+    /// that goal.
     pub fn press(
         &self,
         goals: &[Goal],
         refinement: &Refinement,
         places: Option<&Places<'_, Plane>>,
         cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
+        report: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing, ModelError> {
         let deepest = deepest(goals);
         let first = || Ok(self.mesh_within_limit(COARSEST, deepest)?.mesh());
@@ -122,7 +125,7 @@ impl PlaneLayer {
             limits: LIMITS,
             memory_limit: u64::MAX, // they are small in the plane
         };
-        adaptive.press(goals, refinement, places, cancel, tell, &|_| ())
+        adaptive.press(goals, refinement, places, cancel, report, &|_| ())
     }
 
     fn least_errors(&self) -> LeastErrors {
@@ -134,9 +137,10 @@ impl PlaneLayer {
         }
     }
 
-    /// The least radius (m) of the corners that the surface bends around on mesh number `k`. It is larger than that of a punch on
-    /// the first meshes, on whose long sides the surface could not slide around it. What is found there lies inside the punch,
-    /// which is a fault unless it is by as little as in any state that counts.
+    /// The least radius (m) of the corners that the surface bends around on mesh number `k`. On the first
+    /// meshes it is larger than that of a punch, around which the surface could not slide with its long
+    /// sides. The states found there are inside the punch, which is a fault unless the depth is within the
+    /// accepted one.
     fn least_corner_radius(&self, k: usize) -> f64 {
         FIRST_RADIUS * self.thickness * 0.5_f64.powi(k as i32)
     }

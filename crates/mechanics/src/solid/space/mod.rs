@@ -2,7 +2,7 @@
 //!
 //! Equations, contact and Newton's method are those of the plane; see [`super::dimension`].
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | [`element`] | triquadratic displacement, discontinuous linear pressure, condensed |
 //! | [`mesh`] | plane meshes swept along the third direction |

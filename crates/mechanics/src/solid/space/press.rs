@@ -39,7 +39,7 @@ const LIMITS: Limits =
     Limits { meshes: 9, elements: 8000, finer: 2.3, for_places: 2, smallest_at_corner: 0.05 };
 
 impl Refinement {
-    /// Meshes that are refined where it is needed, for a layer in space.
+    /// Limits of adaptive refinement for a layer in space.
     pub fn in_space(relative_tolerance: f64) -> Self {
         Self { relative_tolerance, meshes: LIMITS.meshes }
     }
@@ -56,7 +56,7 @@ impl SpaceLayer {
         SpaceLayerMesh { section, across, side_fan }
     }
 
-    /// About how many hexahedra the first mesh has over the thickness.
+    /// The approximate number of hexahedra over the thickness on the first mesh.
     pub fn coarsest(&self) -> usize {
         // A fan around the edge of a punch needs an even number.
         if self.indenter.patch().is_some() { 2 } else { 1 }
@@ -109,14 +109,14 @@ impl SpaceLayer {
 
     /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
     ///
-    /// Each mesh is the one before with those elements cut in which the errors are made. Where `places` are not known when the force is,
-    /// up to two more meshes are solved on. No mesh that would take more than `memory_limit`
-    /// bytes is started. `cancel` stops the work before the next linear system; `tell` is
+    /// Each mesh is the one before with the elements cut that have the largest errors. Where `places` are not
+    /// known when the force is, up to two more meshes are used. No mesh that would take more than
+    /// `memory_limit` bytes is started. `cancel` stops the work before the next linear system; `report` is
     /// called with the number of the mesh and the number of goals done on it.
     ///
     /// # Errors
-    /// [`ModelError`] where there is no mesh, or none that fits into the memory. A goal that is not reached has its own error in the
-    /// result.
+    /// [`ModelError`] if no mesh can be made, or none fits into the memory. The error of a goal that is not
+    /// reached is in the result for that goal.
     pub fn press(
         &self,
         goals: &[Goal],
@@ -124,12 +124,13 @@ impl SpaceLayer {
         places: Option<&Places<'_, Space>>,
         memory_limit: u64,
         cancel: &AtomicBool,
-        tell: &(dyn Fn(usize, usize) + Sync),
+        report: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Pressing<Space>, ModelError> {
-        self.press_with_drafts(goals, refinement, places, memory_limit, (cancel, tell), &|_| ())
+        self.press_with_drafts(goals, refinement, places, memory_limit, (cancel, report), &|_| ())
     }
 
-    /// Presses the layer as [`SpaceLayer::press`] does, and shows the results of each mesh that another one follows.
+    /// Presses the layer as [`SpaceLayer::press`] does, and passes the results of each mesh but the last to
+    /// `drafted`.
     ///
     /// # Errors
     /// See [`SpaceLayer::press`].
@@ -139,7 +140,7 @@ impl SpaceLayer {
         refinement: &Refinement,
         places: Option<&Places<'_, Space>>,
         memory_limit: u64,
-        (cancel, tell): (&AtomicBool, &(dyn Fn(usize, usize) + Sync)),
+        (cancel, report): (&AtomicBool, &(dyn Fn(usize, usize) + Sync)),
         drafted: &Drafted<'_, Space>,
     ) -> Result<Pressing<Space>, ModelError> {
         let deepest = deepest(goals);
@@ -163,7 +164,7 @@ impl SpaceLayer {
             limits: LIMITS,
             memory_limit,
         };
-        adaptive.press(goals, refinement, places, cancel, tell, drafted)
+        adaptive.press(goals, refinement, places, cancel, report, drafted)
     }
 }
 
@@ -203,21 +204,21 @@ mod tests {
             let pressing = pool.install(|| press(&layer, &goals, limit)).unwrap();
             pressing.goals.into_iter().map(|goal| goal.unwrap().refinement).collect::<Vec<_>>()
         };
-        let both = on_threads(2, ANY);
-        assert_eq!(both, on_threads(1, ANY));
+        let side_by_side = on_threads(2, ANY);
+        assert_eq!(side_by_side, on_threads(1, ANY));
         // There is memory for one layer on the second mesh, and not for two.
         let second = press(&layer, &goals, ANY).unwrap().levels[1].model.equations().memory_bytes();
-        assert_eq!(both, on_threads(2, second));
-        assert!(both.iter().all(|forces| forces.len() == 2), "{both:?}");
+        assert_eq!(side_by_side, on_threads(2, second));
+        assert!(side_by_side.iter().all(|forces| forces.len() == 2), "{side_by_side:?}");
     }
 
     #[test]
     fn a_mesh_that_does_not_fit_into_the_memory_is_not_begun() {
         let (layer, goals) = (layer(), [Goal::Compression(0.05)]);
         assert!(matches!(press(&layer, &goals, 1000), Err(ModelError::TooLarge { limit: 1000, .. })));
-        let all = press(&layer, &goals, ANY).unwrap();
-        assert!(all.levels.len() == 2 && all.too_large.is_none());
-        let [first, second] = [0, 1].map(|k| all.levels[k].model.equations().memory_bytes());
+        let pressing = press(&layer, &goals, ANY).unwrap();
+        assert!(pressing.levels.len() == 2 && pressing.too_large.is_none());
+        let [first, second] = [0, 1].map(|k| pressing.levels[k].model.equations().memory_bytes());
         assert!(first < second);
         let one = press(&layer, &goals, second - 1).unwrap();
         assert_eq!(one.levels.len(), 1);

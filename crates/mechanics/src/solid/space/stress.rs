@@ -10,7 +10,8 @@ use crate::solid::shape_functions::on_a_line;
 pub use crate::solid::point_stress::SpaceStress;
 
 impl Equations<Space> {
-    /// The stress of `state` at each node of the mesh: what the elements around it say, averaged by volume.
+    /// The stress of `state` at each node of the mesh: the average of the elements around it, weighted by
+    /// volume.
     ///
     /// # Panics
     /// If `state` is not one of this body.

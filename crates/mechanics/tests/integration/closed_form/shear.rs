@@ -90,8 +90,8 @@ fn a_compressed_layer_is_sheared_as_its_energy_says() {
                 rubber.c10 * (first - 3.0) + rubber.c01 * (second - 3.0)
             };
             let h = 1e-3;
-            let of = |x1: f64| (energy(h, x1) - 2.0 * energy(0.0, x1) + energy(-h, x1)) / (h * h);
-            0.5 * (of(0.7) + of(-0.7))
+            let curvature = |x1: f64| (energy(h, x1) - 2.0 * energy(0.0, x1) + energy(-h, x1)) / (h * h);
+            0.5 * (curvature(0.7) + curvature(-0.7))
         };
         // Springs in series over the thickness.
         let force = |axis: usize| {

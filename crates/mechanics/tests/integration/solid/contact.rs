@@ -1,4 +1,5 @@
-//! Contact: against the closed form of line contact, by its own conditions, by symmetry, and round a corner.
+//! Contact: against the closed form of line contact, by the contact conditions, by symmetry, and round a
+//! corner.
 
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};

@@ -139,15 +139,15 @@ fn a_layer_a_hundred_times_longer_than_thick_has_the_force_of_the_closed_form() 
 
 #[test]
 fn a_nearly_incompressible_rubber_is_the_incompressible_one() {
-    let of = |volume: Volume| {
+    let forces_with = |volume: Volume| {
         let rubber = Rubber { volume, volume_barrier: 0.0, ..Rubber::neo_hookean(1.0) };
         forces(&PlaneLayer { rubber, ..layer(1.0, 1.0) }, 4, &[0.05, 0.2])
     };
-    let (limit, near) = (of(Volume::Incompressible), of(Volume::BulkModulus(1e7)));
-    let (some, soft) = (of(Volume::BulkModulus(1e3)), of(Volume::BulkModulus(2.0)));
+    let (limit, near) = (forces_with(Volume::Incompressible), forces_with(Volume::BulkModulus(1e7)));
+    let (some, soft) = (forces_with(Volume::BulkModulus(1e3)), forces_with(Volume::BulkModulus(2.0)));
     println!("{limit:?} {near:?} {some:?} {soft:?}");
     for k in 0..2 {
-        // Its energy is another function of J, which Q2/P1 sees at single points.
+        // The volumetric energies differ at the quadrature points of Q2/P1, where J is not exactly 1.
         assert!((near[k] / limit[k] - 1.0).abs() < 1e-3);
         assert!(some[k] < near[k] && soft[k] < 0.5 * some[k]);
     }

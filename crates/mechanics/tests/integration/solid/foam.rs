@@ -33,12 +33,12 @@ fn layer(terms: &[HyperfoamTerm], half_length: f64, compressions: &[f64]) -> Vec
     let goals: Vec<Goal> = compressions.iter().map(|c| Goal::Compression(*c)).collect();
     let refinement = Refinement::to(2e-3);
     let found = problem.press(&goals, &refinement, None, &AtomicBool::new(false), &|_, _| ()).unwrap();
-    let of = |found: &Result<_, _>| -> [f64; 2] {
+    let result = |found: &Result<_, _>| -> [f64; 2] {
         let found: &elastocap_mechanics::solid::press::Pressed = found.as_ref().unwrap();
         assert_eq!(found.step.effort.negative_pivots, 0);
         [found.step.force, found.error.unwrap_or(0.0)]
     };
-    found.goals.iter().map(of).collect()
+    found.goals.iter().map(result).collect()
 }
 
 #[test]

@@ -40,8 +40,8 @@ impl Block {
 
     /// Goes on to the multiple `compression` of 0.025; returns the closed form there.
     ///
-    /// Dead tractions are followed in small steps: in between they are interpolated, and far from the closed
-    /// form's own the block is not stable.
+    /// Dead tractions are followed in small steps: in between they are interpolated, and far from the
+    /// tractions of the closed form the block is not stable.
     pub(crate) fn press(&mut self, compression: f64) -> LayerStress {
         let last = (compression / 0.025).round() as u32;
         for step in self.steps + 1..=last {

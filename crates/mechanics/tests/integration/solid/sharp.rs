@@ -63,12 +63,12 @@ fn punches_with_rounded_corners_tend_to_the_sharp_one_from_below() {
     let radii = [0.16, 0.08];
     let compressions = [0.1, 0.2];
     let punch = |corner_radius| IndenterProfile::Punch { half_width: HALF_WIDTH, corner_radius };
-    let of = |indenter, tolerance| {
+    let results = |indenter, tolerance| {
         let found = pressed(indenter, 6.0, &Refinement::to(tolerance), &compressions);
         found.iter().map(|p| (p.step.force, p.error.unwrap())).collect::<Vec<_>>()
     };
-    let sharp = of(sharp(), 3e-3);
-    let rounded = radii.map(|radius| of(Indenter::Smooth(punch(radius)), 5e-3));
+    let sharp = results(sharp(), 3e-3);
+    let rounded = radii.map(|radius| results(Indenter::Smooth(punch(radius)), 5e-3));
     for k in 0..compressions.len() {
         let [wide, narrow] = [0, 1].map(|r: usize| sharp[k].0 - rounded[r][k].0);
         println!("{:?}: {:?}, {:?}", sharp[k], rounded[0][k], rounded[1][k]);
@@ -112,11 +112,11 @@ fn a_load_whose_force_is_known_is_not_pressed_on_a_finer_mesh() {
 #[test]
 fn a_punch_that_reaches_beyond_a_short_layer_is_a_plate_over_its_whole_top() {
     let compressions = [0.1, 0.2];
-    let of = |indenter| {
+    let results = |indenter| {
         let problem = PlaneLayer { end: End::FreeOnSubstrate, ..layer(indenter, 0.6) };
         press(&problem, &Refinement::to(3e-3), &compressions)
     };
-    let (punch, plate) = (of(sharp_punch(1.0, 1.0)), of(Indenter::WholeTop));
+    let (punch, plate) = (results(sharp_punch(1.0, 1.0)), results(Indenter::WholeTop));
     for (punch, plate) in punch.iter().zip(&plate) {
         let (punch_force, plate_force) = (punch.step.force, plate.step.force);
         let stated = punch.error.unwrap() + plate.error.unwrap();

@@ -1,4 +1,4 @@
-//! Stress of the finite elements against the closed form under its own tractions, and against the reactions.
+//! Stress of the finite elements against the closed form under the same tractions, and against the reactions.
 
 use elastocap_mechanics::LayerStress;
 use elastocap_mechanics::materials::Rubber;
@@ -53,9 +53,9 @@ fn errors(n: usize, compression: f64) -> ([f64; 3], [f64; 3]) {
 fn stress_of_the_closed_form_comes_out_and_its_error_falls_with_the_square_of_the_element() {
     let sizes: [&[usize]; 2] = [&[8, 16, 32], &[8, 16]];
     for (compression, sizes) in [0.05, 0.3].into_iter().zip(sizes) {
-        let all: Vec<_> = sizes.iter().map(|&n| errors(n, compression)).collect();
+        let results: Vec<_> = sizes.iter().map(|&n| errors(n, compression)).collect();
         let order = |a: f64, b: f64| (a / b).log2();
-        for pair in all.windows(2) {
+        for pair in results.windows(2) {
             let [inside, nodal] = [order(pair[0].0[0], pair[1].0[0]), order(pair[0].1[0], pair[1].1[0])];
             println!(
                 "{compression}: orders {inside:.2} in the elements, {nodal:.2} at the nodes; {:?}",
@@ -63,10 +63,10 @@ fn stress_of_the_closed_form_comes_out_and_its_error_falls_with_the_square_of_th
             );
             assert!(inside > 1.85 && nodal > 1.85);
         }
-        let (inside, nodal) = all[all.len() - 1];
+        let (inside, nodal) = results[results.len() - 1];
         let (stress, j) = if compression < 0.1 { (5e-5, 1e-5) } else { (4e-3, 1e-3) };
-        assert!(nodal[0] < stress && inside[0] < stress && inside[1] < j && nodal[1] < j, "{all:?}");
-        assert!(nodal[2] < 1.5 * stress && inside[2] < 1.5 * stress, "{all:?}");
+        assert!(nodal[0] < stress && inside[0] < stress && inside[1] < j && nodal[1] < j, "{results:?}");
+        assert!(nodal[2] < 1.5 * stress && inside[2] < 1.5 * stress, "{results:?}");
     }
 }
 

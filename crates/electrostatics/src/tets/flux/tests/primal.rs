@@ -1,4 +1,5 @@
-//! A small conforming finite-element solver of orders 1 to 3: the potentials from which the tests of this module make fluxes.
+//! A small conforming finite-element solver of orders 1 to 3 for the potentials from which the tests compute
+//! fluxes.
 //!
 //! It shares no code with [`crate::tets::potentials`], so that the two can be compared, and factorises its matrix directly.
 
@@ -13,7 +14,7 @@ use std::collections::HashMap;
 pub(super) struct Primal {
     /// Upper bound on the Maxwell matrix over eps_0, m.
     pub(super) upper: Mat<f64>,
-    /// As `equilibrate` takes them.
+    /// The gradients, as `equilibrate` takes them.
     pub(super) gradients: Vec<Vec<[f64; 3]>>,
 }
 
@@ -81,8 +82,8 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// The numbers of the functions `all` on a tetrahedron or a face; new functions get the next numbers.
-    fn of(&mut self, corners: &[u32], all: &[Vec<usize>]) -> Vec<usize> {
+    /// The numbers of `functions` on a tetrahedron or a face; new functions get the next numbers.
+    fn of(&mut self, corners: &[u32], functions: &[Vec<usize>]) -> Vec<usize> {
         let number = |times: &Vec<usize>| {
             let mut key: Vec<u32> =
                 corners.iter().zip(times).flat_map(|(&c, &n)| std::iter::repeat_n(c, n)).collect();
@@ -90,7 +91,7 @@ impl Numbers {
             let next = self.known.len();
             *self.known.entry(key).or_insert(next)
         };
-        all.iter().map(number).collect()
+        functions.iter().map(number).collect()
     }
 }
 
@@ -116,19 +117,19 @@ fn inside(mesh: &TetMesh, permittivity: &[f64], order: usize, numbers: &mut Numb
     for t in 0..mesh.tets.len() {
         let eps = permittivity[mesh.regions[t] as usize];
         let (rows, det) = barycentric(mesh, t);
-        let own = numbers.of(&mesh.tets[t], &functions);
-        let mut local = vec![0.0; own.len() * own.len()];
+        let dofs = numbers.of(&mesh.tets[t], &functions);
+        let mut local = vec![0.0; dofs.len() * dofs.len()];
         for (w, derivatives) in &volume {
             let g: Vec<_> = derivatives.iter().map(|d| combine(d, &rows)).collect();
-            for i in 0..own.len() {
-                for j in 0..own.len() {
-                    local[i * own.len() + j] += w * det * eps * dot(g[i], g[j]);
+            for i in 0..dofs.len() {
+                for j in 0..dofs.len() {
+                    local[i * dofs.len() + j] += w * det * eps * dot(g[i], g[j]);
                 }
             }
         }
-        for i in 0..own.len() {
-            for j in 0..own.len() {
-                triplets.push((own[i], own[j], local[i * own.len() + j]));
+        for i in 0..dofs.len() {
+            for j in 0..dofs.len() {
+                triplets.push((dofs[i], dofs[j], local[i * dofs.len() + j]));
             }
         }
     }
@@ -137,7 +138,7 @@ fn inside(mesh: &TetMesh, permittivity: &[f64], order: usize, numbers: &mut Numb
 
 /// The energy of open space beyond one face, where u(c + t x) = g(x) / t: the gradient w of u at t = 1 has w . x = -g and falls off
 /// with t^-2.
-fn beyond(mesh: &TetMesh, face: [u32; 3], eps: f64, order: usize, own: &[usize]) -> Triplets {
+fn beyond(mesh: &TetMesh, face: [u32; 3], eps: f64, order: usize, dofs: &[usize]) -> Triplets {
     let flat = multiples(order, 3);
     let at = face.map(|p| mesh.points[p as usize]);
     let edges = [1, 2].map(|k| [0, 1, 2].map(|a| at[k][a] - at[0][a]));
@@ -152,17 +153,18 @@ fn beyond(mesh: &TetMesh, face: [u32; 3], eps: f64, order: usize, own: &[usize])
                 combine(&[-value, d[1] - d[0], d[2] - d[0]], &rows)
             })
             .collect();
-        for i in 0..own.len() {
-            for j in 0..own.len() {
-                triplets.push((own[i], own[j], weight * det.abs() * eps * dot(w[i], w[j])));
+        for i in 0..dofs.len() {
+            for j in 0..dofs.len() {
+                triplets.push((dofs[i], dofs[j], weight * det.abs() * eps * dot(w[i], w[j])));
             }
         }
     }
     triplets
 }
 
-/// The potentials of minimal energy: one column of coefficients per conductor. `held` has the functions that are prescribed, with
-/// the conductor that holds them at 1 V in its own state, or `None` for the ground.
+/// The potentials of minimal energy: one column of coefficients per conductor. `held` has the functions that
+/// are prescribed, each with the conductor that holds it (at 1 V in the state of that conductor), or `None`
+/// for the ground.
 fn minimise(
     triplets: &Triplets,
     held: &HashMap<usize, Option<usize>>,
@@ -217,11 +219,11 @@ fn gradients(mesh: &TetMesh, order: usize, numbers: &mut Numbers, u: &Mat<f64>) 
     let mut gradients = vec![Vec::new(); u.ncols()];
     for t in 0..mesh.tets.len() {
         let (rows, _) = barycentric(mesh, t);
-        let own = numbers.of(&mesh.tets[t], &functions);
+        let dofs = numbers.of(&mesh.tets[t], &functions);
         for (c, list) in gradients.iter_mut().enumerate() {
             for table in &tables {
                 let mut g = [0.0; 3];
-                for (d, &n) in table.iter().zip(&own) {
+                for (d, &n) in table.iter().zip(&dofs) {
                     let one = combine(d, &rows);
                     (0..3).for_each(|a| g[a] += u[(n, c)] * one[a]);
                 }
@@ -240,15 +242,15 @@ pub(super) fn solve(mesh: &TetMesh, permittivity: &[f64], order: usize) -> Prima
     let mut held: HashMap<usize, Option<usize>> = HashMap::new();
     let mut conductors = 0;
     for boundary in &mesh.boundary {
-        let own = numbers.of(&boundary.face, &flat);
+        let dofs = numbers.of(&boundary.face, &flat);
         match boundary.role {
             FaceRole::Conductor(c) => {
                 conductors = conductors.max(c as usize + 1);
-                own.iter().for_each(|&n| _ = held.insert(n, Some(c as usize)));
+                dofs.iter().for_each(|&n| _ = held.insert(n, Some(c as usize)));
             }
-            FaceRole::Grounded => own.iter().for_each(|&n| _ = held.insert(n, None)),
+            FaceRole::Grounded => dofs.iter().for_each(|&n| _ = held.insert(n, None)),
             FaceRole::Open { permittivity: [_, eps] } => {
-                triplets.extend(beyond(mesh, boundary.face, eps, order, &own));
+                triplets.extend(beyond(mesh, boundary.face, eps, order, &dofs));
             }
         }
     }

@@ -6,7 +6,7 @@ use super::key;
 use std::collections::{HashMap, HashSet};
 
 /// Quadrilaterals whose angles have a larger cosine are left as triangles: strips in them would have parts that are too flat.
-const MOST_COSINE: f64 = 0.8;
+const MAX_COSINE: f64 = 0.8;
 
 /// Two triangles of a coarse mesh that are divided together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub fn bands(
             let crossing =
                 [key(b, c), key(d, a)].iter().all(|side| !edges.contains(side) && !chains.contains_key(side));
             let cosine = largest_cosine(corners.map(|p| mesh.points[p as usize]));
-            if marked && crossing && cosine <= MOST_COSINE {
+            if marked && crossing && cosine <= MAX_COSINE {
                 found.push((cosine, Band { triangles: [one as u32, other as u32], corners }));
             }
         }
@@ -64,9 +64,9 @@ pub fn bands(
     let mut taken = vec![false; mesh.triangles.len()];
     let mut out = Vec::new();
     for (_, band) in found {
-        let own = band.triangles.map(|t| t as usize);
-        if own.iter().all(|t| !taken[*t]) {
-            own.iter().for_each(|t| taken[*t] = true);
+        let triangles = band.triangles.map(|t| t as usize);
+        if triangles.iter().all(|t| !taken[*t]) {
+            triangles.iter().for_each(|t| taken[*t] = true);
             out.push(band);
         }
     }

@@ -63,7 +63,7 @@ impl Circle {
         let root = root.sqrt();
         // Without cancellation.
         let far = -(half + root.copysign(half));
-        let both = [far / square, if far == 0.0 { f64::NAN } else { constant / far }];
-        both.into_iter().filter(|t| (0.0..=1.0).contains(t)).collect()
+        let roots = [far / square, if far == 0.0 { f64::NAN } else { constant / far }];
+        roots.into_iter().filter(|t| (0.0..=1.0).contains(t)).collect()
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct Span {
     ends: Option<[[f64; 2]; 2]>,
 }
 
-/// Angles beyond the ends of an arc that count as its own.
+/// Angles beyond the ends of an arc that count as part of it.
 const BEYOND: f64 = 1e-6;
 
 impl Span {
@@ -160,16 +160,16 @@ pub(super) fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCir
         circles[at].follow(span);
     }
     for k in 1..circles.len() {
-        let (before, from_here) = circles.split_at_mut(k);
-        let own = &mut from_here[0];
+        let (before, rest) = circles.split_at_mut(k);
+        let current = &mut rest[0];
         for other in before {
-            let (places, touch) = crossings_of(&other.circle, &own.circle);
+            let (places, touch) = crossings_of(&other.circle, &current.circle);
             for place in places {
-                let near = NEARBY * own.circle.radius.min(other.circle.radius);
+                let near = NEARBY * current.circle.radius.min(other.circle.radius);
                 let joins =
-                    own.end_near(place, near).is_some_and(|end| other.end_near(place, near) == Some(end));
-                let meets =
-                    own.is_followed(own.circle.angle(place)) && other.is_followed(other.circle.angle(place));
+                    current.end_near(place, near).is_some_and(|end| other.end_near(place, near) == Some(end));
+                let meets = current.is_followed(current.circle.angle(place))
+                    && other.is_followed(other.circle.angle(place));
                 if joins || !meets {
                     continue;
                 }
@@ -177,9 +177,9 @@ pub(super) fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCir
                     return None;
                 }
                 let shared = other.meet(other.circle.angle(place).rem_euclid(TAU));
-                let angle = own.circle.angle(shared).rem_euclid(TAU);
-                if !own.points.iter().any(|(known, _)| apart(angle, *known) < SAME) {
-                    own.points.push((angle, shared));
+                let angle = current.circle.angle(shared).rem_euclid(TAU);
+                if !current.points.iter().any(|(known, _)| apart(angle, *known) < SAME) {
+                    current.points.push((angle, shared));
                 }
             }
         }

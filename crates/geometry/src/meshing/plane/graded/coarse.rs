@@ -25,7 +25,7 @@ const MANY_SIDES: usize = 25;
 const LEAST_AREA: f64 = 1e-7;
 
 /// Limit on the number of points that refinement adds.
-const MOST_POINTS: usize = 100_000;
+const MAX_POINTS: usize = 100_000;
 
 /// Triangles at curves are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
 const EVENNESS: f64 = 1.5 * LEAST_EVENNESS;
@@ -124,7 +124,7 @@ fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Optio
         RefinementParameters::new()
             .with_angle_limit(AngleLimit::from_deg(least_angle))
             .with_min_required_area((LEAST_AREA * scale).powi(2))
-            .with_max_additional_vertices(MOST_POINTS),
+            .with_max_additional_vertices(MAX_POINTS),
     );
     if !outcome.refinement_complete {
         return None;
@@ -224,11 +224,12 @@ impl Coarse {
                     let off = [0, 1].map(|k| self.mesh.points[p as usize][k] - from[k]);
                     let (far, aside) =
                         (off[0] * along[0] + off[1] * along[1], off[1] * along[0] - off[0] * along[1]);
-                    let own = if p == *last { 1.0 } else { far / length };
-                    (aside.abs() <= SAME * length && own > share && own <= 1.0).then_some((p, own))
+                    let end_share = if p == *last { 1.0 } else { far / length };
+                    let is_next = aside.abs() <= SAME * length && end_share > share && end_share <= 1.0;
+                    is_next.then_some((p, end_share))
                 });
-                let (next, own) = next.min_by(|a, b| a.1.total_cmp(&b.1))?;
-                let mut part = cubic.part([share, own]);
+                let (next, end_share) = next.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                let mut part = cubic.part([share, end_share]);
                 if next != *last {
                     // Nothing else ends on a chord, or crosses it where it does not cross the curve.
                     if beside[next as usize].len() != 2 {
@@ -242,7 +243,7 @@ impl Coarse {
                 if self.arcs.insert(key(at, next), RoundSide::Cubic(part)).is_some() {
                     return None;
                 }
-                (at, share) = (next, own);
+                (at, share) = (next, end_share);
             }
         }
         for (p, place) in moved {
@@ -289,8 +290,8 @@ impl Coarse {
                 let turn = apart(from, to);
                 let mut between = points.iter().filter(|(angle, _)| {
                     [from, to].iter().all(|end| {
-                        let own = apart(*angle, *end);
-                        own > SAME && own < turn - SAME
+                        let distance = apart(*angle, *end);
+                        distance > SAME && distance < turn - SAME
                     })
                 });
                 let is_arc = divided.is_followed(circle.angle(circle.between(p, q)));

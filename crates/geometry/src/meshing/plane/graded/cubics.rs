@@ -14,7 +14,7 @@ const USUAL_ARCS: f64 = 16.0;
 const STRAIGHT: f64 = 1e-12;
 
 /// How often a cubic is divided in halves at most.
-const MOST_HALVINGS: usize = 12;
+const MAX_HALVINGS: usize = 12;
 
 /// A cubic and the points between its ends where straight sides cross it, by their parameters.
 #[derive(Debug)]
@@ -97,7 +97,7 @@ impl DividedCubic {
                 if !(inside(p) && inside(q)) {
                     return None;
                 }
-                divide(part, most, MOST_HALVINGS, &mut out)?;
+                divide(part, most, MAX_HALVINGS, &mut out)?;
             }
         }
         Some(out)
@@ -245,11 +245,11 @@ mod tests {
     /// Half the integral of x dy - y dx along an outline.
     fn swept(outline: &Outline) -> f64 {
         let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-        let of = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
+        let swept_side = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
             Some(Course::Cubic(cubic)) => swept_by(&cubic),
             _ => 0.5 * cross(side.from, to),
         };
-        outline.sides().map(of).sum::<f64>().abs()
+        outline.sides().map(swept_side).sum::<f64>().abs()
     }
 
     fn swept_by(cubic: &Cubic) -> f64 {
@@ -259,43 +259,44 @@ mod tests {
         0.15 * (near + cross(a, c) + cross(b, d) + cross(a, d) / 3.0)
     }
 
-    /// The area of the triangles whose middles an outline holds, as they are bent.
-    fn area(outline: &Outline, all: &[Outline], frame: [[f64; 2]; 2]) -> f64 {
-        let coarse = coarse(all, frame).unwrap();
-        let own = coarse.mesh.triangles.iter().filter(|t| outline.contains(coarse.middle(t)));
-        own.map(|t| {
-            let along = |[a, b]: [u32; 2]| {
-                let [p, q] = [a, b].map(|p| coarse.mesh.points[p as usize]);
-                match coarse.arcs.get(&[a.min(b), a.max(b)]) {
-                    Some(RoundSide::Cubic(cubic)) => swept_by(cubic) * if a < b { 1.0 } else { -1.0 },
-                    _ => 0.5 * (p[0] * q[1] - p[1] * q[0]),
-                }
-            };
-            let [a, b, c] = *t;
-            [[a, b], [b, c], [c, a]].into_iter().map(along).sum::<f64>().abs()
-        })
-        .sum()
+    /// The area of the triangles whose middles are inside an outline, with their curved sides.
+    fn area(outline: &Outline, outlines: &[Outline], frame: [[f64; 2]; 2]) -> f64 {
+        let coarse = coarse(outlines, frame).unwrap();
+        let inner = coarse.mesh.triangles.iter().filter(|t| outline.contains(coarse.middle(t)));
+        inner
+            .map(|t| {
+                let along = |[a, b]: [u32; 2]| {
+                    let [p, q] = [a, b].map(|p| coarse.mesh.points[p as usize]);
+                    match coarse.arcs.get(&[a.min(b), a.max(b)]) {
+                        Some(RoundSide::Cubic(cubic)) => swept_by(cubic) * if a < b { 1.0 } else { -1.0 },
+                        _ => 0.5 * (p[0] * q[1] - p[1] * q[0]),
+                    }
+                };
+                let [a, b, c] = *t;
+                [[a, b], [b, c], [c, a]].into_iter().map(along).sum::<f64>().abs()
+            })
+            .sum()
     }
 
-    /// With its own mirror image about the second axis.
+    /// The points of a spline that is symmetric about the second axis.
     const POINTS: [[f64; 2]; 6] =
         [[0.0, -1.0], [1.4, -0.6], [1.0, 1.6], [0.0, 0.9], [-1.0, 1.6], [-1.4, -0.6]];
 
     #[test]
     fn splines_are_followed_exactly_also_where_straight_sides_and_the_frame_cross_them() {
-        let own = closed(&POINTS);
-        let exact = swept(&own);
-        let one = [own.clone()];
-        assert!((area(&own, &one, FRAME) - exact).abs() < 1e-12);
+        let spline = closed(&POINTS);
+        let exact = swept(&spline);
+        let one = [spline.clone()];
+        assert!((area(&spline, &one, FRAME) - exact).abs() < 1e-12);
         // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane, with a point there or not.
         let mut back = POINTS;
         back.reverse();
         let crossing = Outline::polygon(&[[-2.0, -1.5], [3.0, 0.4], [3.0, 1.2], [-2.0, -0.9]]);
         for other in [closed(&back), crossing] {
-            assert!((area(&own, &[own.clone(), other], FRAME) - exact).abs() < 1e-12);
+            assert!((area(&spline, &[spline.clone(), other], FRAME) - exact).abs() < 1e-12);
         }
         let between = closed(&[[0.6, -1.0], [1.0, 1.6], [-1.0, 1.6], [-0.6, -1.0]]);
-        for symmetric in [own, between] {
+        for symmetric in [spline, between] {
             let half = area(&symmetric, std::slice::from_ref(&symmetric), [[0.0, -2.0], [4.0, 5.0]]);
             assert!((2.0 * half - swept(&symmetric)).abs() < 1e-12, "{half}");
         }
@@ -318,22 +319,25 @@ mod tests {
             Entry::Corner(straight[0]),
             Entry::Spline { through, to: [1.8, 1.2] },
         ]);
-        for all in [vec![bow.clone(), below], vec![bow], vec![smooth]] {
-            assert!((area(&all[0], &all, FRAME) - swept(&all[0])).abs() < 1e-12);
+        for outlines in [vec![bow.clone(), below], vec![bow], vec![smooth]] {
+            assert!((area(&outlines[0], &outlines, FRAME) - swept(&outlines[0])).abs() < 1e-12);
         }
     }
 
     #[test]
     fn splines_that_cross_or_touch_other_curves_have_no_mesh() {
-        let own = || closed(&POINTS);
+        let spline = || closed(&POINTS);
         let moved = |by: f64| closed(&POINTS.map(|[x, y]| [x + by, y]));
         let circle = |center: [f64; 2], radius: f64| Outline::Circle(Circle { center, radius });
-        assert!(coarse(&[own(), moved(0.3)], FRAME).is_none());
-        assert!(coarse(&[own(), circle([1.4, -0.6], 0.5)], FRAME).is_none());
+        assert!(coarse(&[spline(), moved(0.3)], FRAME).is_none());
+        assert!(coarse(&[spline(), circle([1.4, -0.6], 0.5)], FRAME).is_none());
         let inside = closed(&POINTS.map(|p| p.map(|x| 0.5 * x)));
         assert!(
-            coarse(&[own(), inside, circle([0.0, 0.0], 0.1), circle([0.5, 0.0], 3.0)], [[-4.0; 2], [4.0; 2]])
-                .is_some()
+            coarse(
+                &[spline(), inside, circle([0.0, 0.0], 0.1), circle([0.5, 0.0], 3.0)],
+                [[-4.0; 2], [4.0; 2]]
+            )
+            .is_some()
         );
     }
 }

@@ -22,7 +22,7 @@ use elastocap_fem::bent::Bent;
 use grading::Grading;
 use std::collections::{HashMap, HashSet};
 
-/// Which corners and edges of a coarse triangulation are graded.
+/// The corners and edges of a coarse triangulation towards which it is graded.
 #[derive(Debug, Clone, Default)]
 pub struct Marks {
     /// For each point whether it is a corner.
@@ -35,7 +35,7 @@ pub struct Marks {
     pub bands: Vec<Band>,
 }
 
-/// How a triangulation is graded.
+/// The parameters of the grading of a triangulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layers {
     /// Rings around each marked corner.
@@ -49,13 +49,13 @@ pub struct Layers {
 /// A divided mesh.
 #[derive(Debug, Clone, Default)]
 pub struct Graded {
-    /// Its points, those in bent triangles moved with them, and its triangles.
+    /// The points, those in bent triangles moved with them, and the triangles.
     pub mesh: Triangles,
     /// For each triangle the one of the coarse mesh that it is a part of.
     pub parents: Vec<u32>,
     /// For each triangle the bent one that it is a part of, if it is.
     pub bent: Vec<Option<Bent>>,
-    /// Where each point would be if nothing were bent.
+    /// The position of each point if no triangle were bent.
     pub straight: Vec<[f64; 2]>,
     /// As [`Marks::chains`], of the divided sides.
     pub chains: HashMap<[u32; 2], u32>,
@@ -276,9 +276,9 @@ mod tests {
             straight([2.0, 2.0]),
             straight([0.0, 2.0]),
         ];
-        // Twice, as the outlines of an electrode and of what it lies on.
-        let both = [Outline::Path(stadium.clone()), Outline::Path(stadium.clone())];
-        for (outlines, turn) in [(&both[..1], 1.0), (&both, 1.0), (&[Outline::Path(drop)][..], 0.5)] {
+        // Twice, as the outlines of an electrode and of the body below it.
+        let twice = [Outline::Path(stadium.clone()), Outline::Path(stadium.clone())];
+        for (outlines, turn) in [(&twice[..1], 1.0), (&twice, 1.0), (&[Outline::Path(drop)][..], 0.5)] {
             let coarse = coarse(outlines, FRAME).unwrap();
             assert!(is_conforming(&coarse.mesh));
             let turned = coarse.arcs.iter().map(|([p, q], arc)| {
@@ -289,12 +289,12 @@ mod tests {
             let turned: f64 = turned.sum();
             assert!((turned - turn * TAU).abs() < 1e-9, "{turned}");
         }
-        // An arc that touches a circle elsewhere than at its own ends has no mesh.
+        // There is no mesh where an arc touches a circle at a point other than its ends.
         let touching = Outline::Circle(Circle { center: [2.5, 1.0], radius: 0.5 });
-        assert!(coarse(&[both[0].clone(), touching], FRAME).is_none());
+        assert!(coarse(&[twice[0].clone(), touching], FRAME).is_none());
         let apart = Outline::Circle(Circle { center: [0.0, 1.0], radius: 0.5 });
         assert!(
-            coarse(&[both[0].clone(), apart], FRAME).is_some(),
+            coarse(&[twice[0].clone(), apart], FRAME).is_some(),
             "it touches the circle, but no arc of it"
         );
     }
@@ -310,8 +310,8 @@ mod tests {
         ] {
             let coarse = coarse_of(other).unwrap();
             for circle in [one, other] {
-                let own = coarse.arcs.iter().filter(|(_, of)| **of == RoundSide::Circle(circle));
-                let turned: f64 = own
+                let arcs = coarse.arcs.iter().filter(|(_, side)| **side == RoundSide::Circle(circle));
+                let turned: f64 = arcs
                     .map(|(side, _)| {
                         let [p, q] = side.map(|p| coarse.mesh.points[p as usize]);
                         apart(circle.angle(p), circle.angle(q))

@@ -10,7 +10,7 @@ use crate::shapes::{Arc, Curve};
 pub struct Side {
     /// The corner in which it begins.
     pub from: [f64; 2],
-    /// The curve that it follows; `None` for a straight side.
+    /// The curve that the side follows; `None` for a straight side.
     pub arc: Option<Course>,
 }
 
@@ -43,8 +43,8 @@ impl Outline {
         let mut sides = Vec::new();
         let mut k = 0;
         while k < corners.len() {
-            let own = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
-            let arc = own.map(|arc| match arc.curve {
+            let begun = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
+            let arc = begun.map(|arc| match arc.curve {
                 Curve::Circle { center, radius } => {
                     let circle = Circle { center, radius };
                     let turn = |side: usize| circle.turn(corners[side], corners[(side + 1) % corners.len()]);
@@ -57,7 +57,7 @@ impl Outline {
                 }
             });
             sides.push(Side { from: corners[k], arc });
-            k = own.map_or(k + 1, |arc| arc.sides.end);
+            k = begun.map_or(k + 1, |arc| arc.sides.end);
         }
         Self::Path(sides)
     }
@@ -79,7 +79,7 @@ impl Outline {
         }
     }
 
-    /// Its corners, the middles of its circles, and the control points of its cubics.
+    /// The corners, the middles of the circles, and the control points of the cubics of the outline.
     pub fn places_mut(&mut self) -> Vec<&mut [f64; 2]> {
         match self {
             Self::Circle(circle) => vec![&mut circle.center],
@@ -98,7 +98,7 @@ impl Outline {
         }
     }
 
-    /// Its sides, each with the corner in which it ends; none of a circle.
+    /// The sides, each with the corner in which it ends; none for a circle.
     pub fn sides(&self) -> impl Iterator<Item = (&Side, [f64; 2])> {
         let sides = match self {
             Self::Circle(_) => &[][..],
@@ -107,7 +107,7 @@ impl Outline {
         sides.iter().zip(sides.iter().cycle().skip(1).map(|next| next.from))
     }
 
-    /// Whether it holds a point; on the outline either answer may come.
+    /// Whether a point is inside; on the outline, either answer is possible.
     pub fn contains(&self, point: [f64; 2]) -> bool {
         match self {
             Self::Circle(circle) => circle.contains(point),
@@ -137,7 +137,7 @@ impl Outline {
         }
     }
 
-    /// Points between which it lies, up to a hundredth of a curve.
+    /// Points whose bounding box contains the outline, up to a hundredth of the extent of a curve.
     pub fn extremes(&self) -> Vec<[f64; 2]> {
         const POINTS: usize = 32;
         match self {

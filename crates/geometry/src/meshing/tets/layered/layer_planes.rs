@@ -2,9 +2,9 @@
 
 use super::Body;
 
-/// How thick layers are.
+/// The requirements on the thickness of layers.
 pub(super) struct Layering {
-    /// Where the mesh begins and ends along the axis, m.
+    /// The ends of the mesh along the axis, m.
     pub(super) span: [f64; 2],
     /// The smallest size of triangles at outlines, m: layers at the ends of bodies are no thicker.
     pub(super) near: f64,
@@ -33,7 +33,7 @@ struct Thickness {
 #[derive(Clone, Copy)]
 struct Step {
     at: f64,
-    /// How many layers of the wanted thickness there are between the lower plane and this step.
+    /// The number of layers of the wanted thickness between the lower plane and this step.
     layers: f64,
 }
 

@@ -93,13 +93,12 @@ pub enum LayeredError {
 /// Circles become polygons of the same area; all other surfaces are exact.
 ///
 /// # Errors
-/// [`LayeredError`] names the body and what is wrong with it.
+/// [`LayeredError`] names the body and its fault.
 pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, LayeredError>> {
     let extent = |axis: usize| {
         let ends = scene.conductor_parts().filter_map(|(_, part)| ends(part, axis));
-        let all =
-            ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
-        all[1] - all[0]
+        let range = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |r, e| [r[0].min(e[0]), r[1].max(e[1])]);
+        range[1] - range[0]
     };
     // The fewer triangles along outlines, the better; then the fewer layers.
     let length = |axis: usize| lengths_of_outlines(scene, sizing, axis);
@@ -216,8 +215,8 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
         Shape::Box(b) => {
             let clip = |a: usize| [b.min[a].max(frame.min[a]), b.max[a].min(frame.max[a])];
             let ([u0, u1], [v0, v1]) = (clip(u), clip(v));
-            let all = [u, v].into_iter().all(|a| clip(a) == [frame.min[a], frame.max[a]]);
-            if all { Vec::new() } else { vec![[u0, v0], [u1, v0], [u1, v1], [u0, v1]] }
+            let fills_plane = [u, v].into_iter().all(|a| clip(a) == [frame.min[a], frame.max[a]]);
+            if fills_plane { Vec::new() } else { vec![[u0, v0], [u1, v0], [u1, v1], [u0, v1]] }
         }
         Shape::Cylinder { base, radius, .. } => {
             let turn = std::f64::consts::TAU / circle.max(3) as f64;

@@ -203,10 +203,10 @@ impl Faces<'_> {
                     Filling::Conductor(k) => Some(k),
                     Filling::Region(_) => None,
                 });
-                let mut all = held.chain(self.parts.sheets(t, level));
-                let conductor = all.next();
+                let mut conductors = held.chain(self.parts.sheets(t, level));
+                let conductor = conductors.next();
                 if let Some(first) = conductor
-                    && let Some(other) = all.find(|&k| k != first)
+                    && let Some(other) = conductors.find(|&k| k != first)
                 {
                     return Err(touching(self.parts.scene, first, other));
                 }

@@ -15,15 +15,15 @@ const SNAP: f64 = 1e-9;
 /// A flat part of a surface.
 #[derive(Debug, Clone)]
 struct Face {
-    /// Points that span its plane.
+    /// Points that span the plane of the face.
     frame: Vec<u32>,
-    /// The polygons that it covers; corners need not be points of the mesh.
+    /// The polygons of the face; their corners need not be points of the mesh.
     polygons: Vec<Vec<u32>>,
-    /// Its outline, each edge in ascending order.
+    /// The edges of the outline, each in ascending order.
     edges: Vec<[u32; 2]>,
-    /// Points of the mesh within.
+    /// Points of the mesh inside the face.
     inner: Vec<u32>,
-    /// The conductor, if the face is a sheet and all there is of it.
+    /// The conductor, if the face is a sheet and the whole of its body.
     sheet: Option<u32>,
 }
 
@@ -33,7 +33,7 @@ struct Rim {
     edge: [u32; 2],
     /// The axis that the plane is normal to.
     axis: usize,
-    /// Where along the axis the plane is, m.
+    /// The coordinate of the plane along the axis, m.
     at: f64,
 }
 
@@ -46,14 +46,14 @@ pub(super) struct BodySurface {
     rims: Vec<Rim>,
 }
 
-/// A plane normal to an axis, and which side of it stays.
+/// A cutting plane normal to an axis, and the side of it that is kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
     /// The axis, 0 to 2.
     pub(super) axis: usize,
-    /// Where along it, m.
+    /// The coordinate along the axis, m.
     pub(super) at: f64,
-    /// Whether what lies above stays, rather than what lies below.
+    /// Whether the part above the plane is kept, and not the one below.
     pub(super) above: bool,
 }
 
@@ -182,7 +182,8 @@ impl BodySurface {
         }
     }
 
-    /// The parts on either side of a plane, or all of it as one part if it lies on one side. `None` if it is not closed.
+    /// The parts of the surface on either side of a plane, or the whole surface if it lies on one side.
+    /// `None` if it is not closed.
     pub(super) fn split(mut self, axis: usize, at: f64) -> Option<Vec<Self>> {
         let near = SNAP * extent(self.points.iter().copied());
         let used =
@@ -202,8 +203,8 @@ impl BodySurface {
         corners.map(|&p| self.points[p as usize]).find(|p| p[axis] == at)
     }
 
-    /// Removes what lies beyond a plane; points that differ from it by rounding move onto it. `None` if the surface is not
-    /// closed.
+    /// Removes the part beyond a plane; points that differ from the plane by rounding move onto it. `None` if
+    /// the surface is not closed.
     ///
     /// A point in the plane counts as beyond it. Faces in the plane stay.
     pub(super) fn cut(&mut self, cut: Cut) -> Option<()> {
@@ -303,8 +304,8 @@ impl BodySurface {
     fn edges_in_plane(&self, mut ends: Vec<u32>, marks: Vec<u32>, cut: Cut) -> Option<Vec<[u32; 2]>> {
         let at = |p: u32| self.points[p as usize];
         let spread = |k: usize| {
-            let all = ends.iter().map(|&p| at(p)[k]);
-            all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
+            let coordinates = ends.iter().map(|&p| at(p)[k]);
+            coordinates.clone().fold(f64::NEG_INFINITY, f64::max) - coordinates.fold(f64::INFINITY, f64::min)
         };
         let along = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b)))?;
         let order = |a: &u32, b: &u32| at(*a)[along].total_cmp(&at(*b)[along]);

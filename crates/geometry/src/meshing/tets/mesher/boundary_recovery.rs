@@ -1,4 +1,4 @@
-//! From a complex to a triangulation that contains it.
+//! Construction of a triangulation that contains a piecewise linear complex.
 //!
 //! Segments that are missing are split until all of them consist of edges; then facets are made out of faces
 //! ([`super::facet_recovery`]).
@@ -23,8 +23,8 @@ struct Subsegment {
     segment: u32,
 }
 
-/// Orientation tests that take as long as one insertion of a point, about. Many of the tested points lie in the plane, which takes exact
-/// arithmetic.
+/// The approximate number of orientation tests that take as long as one insertion of a point. Many of the
+/// tested points lie in the plane and need exact arithmetic.
 const ORIENTATIONS_PER_INSERTION: usize = 500;
 
 /// The triangulation and the complex that it has to contain.
@@ -95,7 +95,8 @@ impl MeshInProgress {
         let mut order: Vec<usize> = (0..out.complex.points.len()).collect();
         order.sort_by_cached_key(|&k| (morton_code(out.complex.points[k], min, max), k));
         let mut ids = vec![0; order.len()];
-        // A point that would make tetrahedra flat within a facet is put off: among other points it may not.
+        // A point that would make tetrahedra flat within a facet is inserted later, when other points may
+        // prevent that.
         let mut put_off = Vec::new();
         for k in order {
             out.go_on()?;
@@ -134,13 +135,13 @@ impl MeshInProgress {
         self.orientations.set(self.orientations.get() + more);
     }
 
-    /// Whether the caller has asked the mesher to stop, or it has worked for as long as it may.
+    /// Whether the caller has cancelled the mesher, or its limit of work is reached.
     pub(super) fn cancelled(&self) -> bool {
         self.mesh.insertions + self.orientations.get() / ORIENTATIONS_PER_INSERTION > self.most_insertions
             || self.cancel.as_ref().is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 
-    /// Returns an error if the caller has asked the mesher to stop, or if it has worked for as long as it may.
+    /// Returns an error if the caller has cancelled the mesher, or if its limit of work is reached.
     ///
     /// # Errors
     /// [`MeshError::Cancelled`] if so.
@@ -206,8 +207,9 @@ impl MeshInProgress {
         Ok(v)
     }
 
-    /// Where an edge of a segment is split, m: in the middle, or on a sphere of radius 2^k around its one end that comes from the
-    /// scene, so that all segments that meet there are split at the same distance (Shewchuk's concentric shells).
+    /// The place where an edge of a segment is split, m: its middle, or, if one of its ends comes from the
+    /// scene, a point on a sphere of radius 2^k around that end, so that all segments that meet there are
+    /// split at the same distance (Shewchuk's concentric shells).
     pub(super) fn split_point(&self, [a, b]: [u32; 2]) -> Point {
         let [p, q] = [a, b].map(|i| self.mesh.points[i as usize]);
         let given = [a, b].map(|i| i < self.first_added);
@@ -228,7 +230,7 @@ impl MeshInProgress {
     fn split_subsegment(&mut self, k: usize) -> Result<(), MeshError> {
         let Subsegment { ends: [a, b], segment } = self.subsegments[k];
         let p = self.split_point([a, b]);
-        // Near a sharp corner every split may call for another one.
+        // Near a sharp corner every split may require another one.
         if self.is_short([a, b], segment) {
             return Err(self.unreachable(p));
         }
@@ -333,7 +335,7 @@ impl MeshInProgress {
         &self.edges_of_facet[f]
     }
 
-    /// Notes that a kept edge was split at the point `v`.
+    /// Records that a kept edge was split at the point `v`.
     pub(super) fn split_kept(&mut self, ends: [u32; 2], v: u32) {
         let Some(segment) = self.mesh.kept_edges.remove(&ends) else { return };
         let halves = ends.map(|end| sorted(end, v));

@@ -40,7 +40,7 @@ impl GridFace {
     }
 }
 
-/// The planes of all boxes and of the walls, with what lies between them.
+/// The planes of all boxes and of the walls, with the cells between them.
 struct BoxGrid {
     /// Dielectrics, then conductors: the last one that contains a cell fills it.
     boxes: Vec<FilledBox>,
@@ -100,17 +100,18 @@ impl BoxGrid {
         }
         let cells = filled(&boxes, &planes, cells);
         let mut sheets = planes.each_ref().map(|line| vec![Vec::new(); line.len()]);
-        for (own, b) in boxes.iter().enumerate() {
+        for (number, b) in boxes.iter().enumerate() {
             let Some(axis) = b.region.sheet_normal() else { continue };
             let plane = planes[axis].partition_point(|x| *x < b.region.min[axis]);
             if let Some(in_plane) = sheets[axis].get_mut(plane) {
-                in_plane.push(own);
+                in_plane.push(number);
             }
         }
         Ok(Self { boxes, parts, planes, counts, cells, sheets })
     }
 
-    /// The part to whose surface a face belongs: the first one of its body, because the boxes of a body are not told apart.
+    /// The part to whose surface a face belongs: the first one of its body, because the boxes of a body are
+    /// not distinguished.
     fn part(&self, face: GridFace) -> Option<u32> {
         let body = face.body()?;
         self.parts.iter().position(|&part| part == body).map(|part| part as u32)
@@ -141,7 +142,7 @@ impl BoxGrid {
             let low = self.planes[a][at[a] as usize];
             if a == axis { low } else { 0.5 * (low + self.planes[a][at[a] as usize + 1]) }
         });
-        let in_plane = self.sheets[axis][at[axis] as usize].iter().map(|own| &self.boxes[*own]);
+        let in_plane = self.sheets[axis][at[axis] as usize].iter().map(|number| &self.boxes[*number]);
         let sheet = in_plane.into_iter().find(|b| b.region.contains(middle)).map(|b| b.filling);
         let face = GridFace { below: self.cell(below), above: self.cell(at), sheet };
         (face.below != face.above || face.sheet.is_some()).then_some(face)

@@ -74,8 +74,8 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
     surface
 }
 
-/// By how much the corners move out for the polyhedron to have the volume of the capsule, 1 + O(side^2). The capsule has the radius 1
-/// and this length between its centres.
+/// The factor, 1 + O(side^2), by which the corners move outwards so that the polyhedron has the volume of the
+/// capsule, which has the radius 1 and the given length between its centres.
 fn growth(corners: &[(Point, usize)], surface: &TriangleSurface, around: usize, distance: f64) -> f64 {
     // Both caps, with their equators in one plane; the sides of the cylinder have no area then.
     let caps = surface.faces.iter().map(|face| {
@@ -112,8 +112,9 @@ fn on_circle(k: usize, j: usize) -> [f64; 2] {
     }
 }
 
-/// Two unit vectors across a direction, and its own, right-handed; those of the axes for no direction. The first is along an axis where
-/// one is normal to the direction, so that planes of symmetry go through corners.
+/// A right-handed frame of unit vectors, the third along a direction; the coordinate axes for a direction of
+/// zero. The first is along an axis if one is normal to the direction, so that planes of symmetry go through
+/// corners.
 fn frame(direction: Point) -> [Point; 3] {
     let scale = direction.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     if scale <= 0.0 {
@@ -152,11 +153,11 @@ mod tests {
     use std::collections::HashMap;
 
     fn volume(surface: &TriangleSurface) -> f64 {
-        let of = |face: &[u32; 3]| {
+        let signed_volume = |face: &[u32; 3]| {
             let [a, b, c] = face.map(|p| surface.points[p as usize]);
             determinant([0.3; 3], a, b, c) / 6.0
         };
-        surface.faces.iter().map(of).sum()
+        surface.faces.iter().map(signed_volume).sum()
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! Why a scene cannot be meshed.
+//! Errors of the mesher.
 
-/// Why there is no mesh.
+/// The reason why a scene cannot be meshed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
@@ -79,7 +79,7 @@ pub enum MeshError {
         "open space between two opposite walls cannot be meshed; make one of the two walls open, or all sides walls"
     )]
     OpenBetweenWalls,
-    /// The caller asked the mesher to stop.
+    /// The caller cancelled the mesher.
     #[error("the mesher was asked to stop")]
     Cancelled,
     /// Nothing in the scene has an extent.

@@ -15,10 +15,10 @@ use crate::meshing::tets::tetrahedron::EDGES;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// How often half of a cavity may grow before the exchange is given up.
+/// The largest number of times that half of a cavity may grow before the exchange is given up.
 const MAX_GROWTHS: usize = 200;
 
-/// Diagonals of a region that are tried.
+/// The largest number of diagonals of a region to try.
 const MAX_DIAGONALS: usize = 12;
 
 /// The part of a cavity on one side of a region.
@@ -194,8 +194,8 @@ impl MeshInProgress {
             for i in 0..4 {
                 let face = self.mesh.face(n, i);
                 let [a, b, c] = face;
-                let own = half.rim.remove(&rotated([a, c, b])).is_some();
-                if !own {
+                let was_rim = half.rim.remove(&rotated([a, c, b])).is_some();
+                if !was_rim {
                     half.rim.insert(rotated(face), TetFace { tet: n, opposite: i });
                 }
             }
@@ -215,7 +215,7 @@ impl MeshInProgress {
         before.iter().flat_map(|&t| edges(self.mesh.tets[t as usize])).all(|e| after.contains(&e))
     }
 
-    /// The tetrahedra that a region of a facet pierces. `None` if they are not to be told.
+    /// The tetrahedra that a region of a facet pierces. `None` if they cannot be determined.
     fn pierced(&mut self, f: usize, widest: [Point; 3], region: &Region) -> Option<PiercedTets> {
         let mut out = PiercedTets::default();
         let corners: BTreeSet<u32> = region.triangles.iter().flatten().copied().collect();
@@ -280,8 +280,8 @@ impl MeshInProgress {
     fn widest(&self, triangles: &[[u32; 3]]) -> [Point; 3] {
         let places = |t: &[u32; 3]| t.map(|p| self.mesh.points[p as usize]);
         let area = |t: &[Point; 3]| length(normal(*t));
-        let all = triangles.iter().map(places);
-        all.reduce(|best, t| if area(&t) > area(&best) { t } else { best }).unwrap_or_default()
+        let corners = triangles.iter().map(places);
+        corners.reduce(|best, t| if area(&t) > area(&best) { t } else { best }).unwrap_or_default()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Making facets out of faces of tetrahedra, without points of their own wherever possible.
+//! Recovery of facets as faces of tetrahedra, without additional points wherever possible.
 //!
 //! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points, its segments and
 //! the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are joined to regions whose outlines
@@ -14,7 +14,7 @@ use crate::outline;
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How often all facets are visited: each time, those that were given points are divided anew.
+/// The largest number of rounds over all facets. In each round, facets that got points are divided anew.
 const MAX_ROUNDS: usize = 200;
 
 /// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of tetrahedra.
@@ -51,7 +51,8 @@ impl MeshInProgress {
         Err(self.unreachable(at.unwrap_or_default()))
     }
 
-    /// Makes one facet out of faces, or gives it points where that is not possible; says whether it is complete.
+    /// Recovers one facet as faces, or adds points to it where that is not possible. Returns whether it is
+    /// complete.
     fn recover_facet(&mut self, f: usize, max_points: usize) -> Result<bool, MeshError> {
         let triangles = self.facet_triangles(f);
         let mut missing = Vec::new();
@@ -79,7 +80,7 @@ impl MeshInProgress {
         Ok(complete)
     }
 
-    /// Marks the face with these corners as a kept part of a facet; says whether there is one.
+    /// Marks the face with these corners as a kept part of a facet. Returns whether there is such a face.
     fn keep_face(&mut self, f: usize, corners: [u32; 3]) -> bool {
         let mut found = false;
         for t in self.mesh.star(corners[0]) {
@@ -161,7 +162,8 @@ impl MeshInProgress {
         out
     }
 
-    /// Adds a point in a region of a facet that cannot be made out of faces, or splits an edge of a segment in its way.
+    /// Adds a point in a region of a facet that cannot be recovered as faces, or splits an edge of a segment
+    /// in its way.
     fn add_point_in(&mut self, f: usize, region: &Region) -> Result<(), MeshError> {
         let name = f as u32;
         let places = |t: [u32; 3]| t.map(|p| self.mesh.points[p as usize]);
@@ -234,7 +236,7 @@ impl MeshInProgress {
         Err(self.unreachable(self.centroid(widest)))
     }
 
-    /// Splits a kept edge, without losing another one; says whether that was possible.
+    /// Splits a kept edge without removing another one. Returns whether that was possible.
     fn split_kept_edge(&mut self, ends: [u32; 2]) -> bool {
         let [a, b] = ends;
         let at = self.split_point(ends);

@@ -1,8 +1,9 @@
 //! Replacing connected flat tetrahedra by others around a new point.
 //!
-//! Where a surface is nearly flat, its points span tetrahedra without much volume in the shallow valleys between its faces, and in
-//! several layers where many faces meet. The circumspheres of such tetrahedra may lie anywhere, so that no point removes them by the
-//! rule of Delaunay. They are taken out together, and the hole is filled from one point at some height above the surface.
+//! Where a surface is nearly flat, its points span tetrahedra without much volume in the shallow valleys
+//! between its faces, and in several layers where many faces meet. The circumspheres of such tetrahedra may
+//! lie anywhere, so that no point removes them by the Delaunay criterion. They are removed together, and the
+//! hole is filled from one point at some height above the surface.
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
@@ -10,35 +11,37 @@ use super::delaunay::Insertion;
 use crate::meshing::tets::tetrahedron::{EDGES, Measure, angle_below_flat};
 use elastocap_linalg::vector::{length, minus, normal};
 
-/// Tetrahedra are flat whose largest angle between two faces is nearer to 180 degrees than this, rad.
+/// A tetrahedron is flat if its largest angle between two faces is nearer to 180 degrees than this, rad.
 pub(super) const FLAT_ANGLE: f64 = 0.05;
 
-/// Largest number of tetrahedra that are taken out together on purpose.
+/// The largest number of flat tetrahedra that a removal starts with.
 const MAX_CLUSTER: usize = 60;
 
-/// How far the angles of the new tetrahedra are to be from 180 degrees, rad, in the order in which it is tried.
+/// The wanted distances of the angles of the new tetrahedra from 180 degrees, rad, in the order in which they
+/// are tried.
 const WANTED: [f64; 4] = [0.3, 0.15, 0.07, 0.03];
 
 /// Heights of the new point, over the length of the longest edge.
 const HEIGHTS: [f64; 8] = [0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003];
 
-/// The angles of new tetrahedra must be farther from 180 degrees than those of the one that is to go by this factor.
+/// The angles of new tetrahedra must be farther from 180 degrees than those of the removed one by this
+/// factor.
 pub(super) const GAIN: f64 = 1.5;
 
 impl MeshInProgress {
-    /// Takes a flat tetrahedron out, alone or with flat ones next to it, and fills the hole from a new point; says whether that was
-    /// possible.
+    /// Removes a flat tetrahedron, alone or with flat ones next to it, and fills the hole from a new point.
+    /// Returns whether that was possible.
     pub(super) fn replace_flat(&mut self, t: u32, growth: f64) -> bool {
-        let own = angle_below_flat(self.mesh.corners(t));
+        let quality = angle_below_flat(self.mesh.corners(t));
         let cluster = self.flat_cluster(t);
         let places = self.places_over(&cluster, t);
         let ids = self.mesh.tets[t as usize];
-        for least in WANTED.into_iter().filter(|least| *least > GAIN * own) {
+        for least in WANTED.into_iter().filter(|least| *least > GAIN * quality) {
             for &at in &places {
                 let Some(path) = self.mesh.tets_towards(t, at) else { continue };
-                let mut all = path.clone();
-                all.extend(cluster.iter().filter(|c| !path.contains(c)));
-                for removed in [&all, &path] {
+                let mut cavity = path.clone();
+                cavity.extend(cluster.iter().filter(|c| !path.contains(c)));
+                for removed in [&cavity, &path] {
                     self.mesh.measure = Measure::AngleBelowFlat;
                     self.mesh.min_quality = least;
                     self.mesh.must_remove = Some(t);
@@ -50,7 +53,7 @@ impl MeshInProgress {
                         self.sizes.push(self.size_at(at, &ids, growth));
                         return true;
                     }
-                    if all.len() == path.len() {
+                    if cavity.len() == path.len() {
                         break;
                     }
                 }
@@ -106,10 +109,10 @@ impl MeshInProgress {
         let longest = |t: u32| {
             EDGES.iter().map(|&[i, j]| length(minus(corners(t)[i], corners(t)[j]))).fold(0.0, f64::max)
         };
-        let all =
+        let centre =
             [0, 1, 2].map(|k| cluster.iter().map(|&t| middle(t)[k]).sum::<f64>() / cluster.len() as f64);
         let reach = longest(t);
-        let froms = if cluster.len() > 1 { vec![middle(t), all] } else { vec![middle(t)] };
+        let froms = if cluster.len() > 1 { vec![middle(t), centre] } else { vec![middle(t)] };
         let mut out = Vec::new();
         for height in HEIGHTS {
             for from in &froms {

@@ -1,7 +1,8 @@
 //! Removing flat tetrahedra after refinement: by flips, by adding points and by moving some.
 //!
-//! A flux through a tetrahedron whose faces meet at almost 180 degrees has to go sideways through next to no area wherever those on its
-//! two sides do not match. A single one of some size, a thousand times as wide as high, can cost the whole lower bound.
+//! In a tetrahedron whose faces meet at almost 180 degrees, any difference between the fluxes through its two
+//! sides has to leave sideways through a tiny area. A single large one, a thousand times as wide as high, can
+//! ruin the lower bound.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::Insertion;
@@ -11,16 +12,16 @@ use crate::meshing::tets::tetrahedron::{EDGES, angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeSet, HashSet};
 
-/// Tetrahedra less round than this get a point of their own.
+/// Tetrahedra less round than this get a new point.
 const FLAT: f64 = 0.01;
 
-/// Tetrahedra less round than this have no volume but for rounding.
+/// Tetrahedra less round than this have no volume up to rounding.
 const NO_VOLUME: f64 = 1e-10;
 
-/// Rounds over all flat tetrahedra, of which the last only looks whether any is left.
+/// Rounds over all flat tetrahedra; the last one only checks whether any remains.
 const ROUNDS: i32 = 10;
 
-/// No more tetrahedra are replaced or moved once this many could not be.
+/// The largest number of failed attempts to replace or move a tetrahedron; after that, all others stay.
 const MAX_FAILURES: usize = 1000;
 
 impl MeshInProgress {
@@ -41,11 +42,11 @@ impl MeshInProgress {
                     continue;
                 }
                 let corners = self.mesh.corners(t);
-                let own_roundness = roundness(corners);
-                if own_roundness > FLAT && angle_below_flat(corners) > FLAT_ANGLE {
+                let roundness_before = roundness(corners);
+                if roundness_before > FLAT && angle_below_flat(corners) > FLAT_ANGLE {
                     continue;
                 }
-                if own_roundness < NO_VOLUME {
+                if roundness_before < NO_VOLUME {
                     left = Some(corners[0]);
                 }
                 let ids = self.mesh.tets[t as usize];
@@ -64,8 +65,8 @@ impl MeshInProgress {
                         failures += 1;
                         moved = self.move_corners(t);
                     }
-                    if !new && moved.is_empty() && own_roundness <= FLAT {
-                        new = self.add_point(t, off_centre(corners, round), own_roundness, sizing);
+                    if !new && moved.is_empty() && roundness_before <= FLAT {
+                        new = self.add_point(t, off_centre(corners, round), roundness_before, sizing);
                     }
                     near.extend(moved);
                 }
@@ -87,16 +88,16 @@ impl MeshInProgress {
     /// Adds a point in a tetrahedron that is not round, or above its kept faces; says whether that was possible.
     fn add_point_at(&mut self, t: u32, round: i32, sizing: &Sizing) -> bool {
         let corners = self.mesh.corners(t);
-        let own_roundness = roundness(corners);
-        if own_roundness > FLAT {
+        let roundness_before = roundness(corners);
+        if roundness_before > FLAT {
             return false;
         }
         let mut places = self.places_above_kept_faces(t);
         // Where kept faces leave no room for rounder ones, the tetrahedron stays as it is.
         let middle = off_centre(corners, round);
         places.extend([FLAT, 0.1 * FLAT].map(|least| (middle, least)));
-        // What is hardly rounder would only be split again.
-        places.retain(|(_, least)| *least >= 10.0 * own_roundness);
+        // Tetrahedra that are hardly rounder would only be split again.
+        places.retain(|(_, least)| *least >= 10.0 * roundness_before);
         places.into_iter().any(|(at, least)| self.add_point(t, at, least, sizing))
     }
 

@@ -20,10 +20,10 @@ struct Flip {
 }
 
 impl MeshInProgress {
-    /// Exchanges a tetrahedron and some next to it for others without angles so near to 180 degrees, by at least the factor `gain`;
-    /// says whether it could.
+    /// Exchanges a tetrahedron and some next to it for others with angles farther from 180 degrees by at
+    /// least the factor `gain`. Returns whether that was possible.
     pub(super) fn flip_flat(&mut self, t: u32, gain: f64) -> bool {
-        let own = angle_below_flat(self.mesh.corners(t));
+        let quality = angle_below_flat(self.mesh.corners(t));
         let mut best: Option<Flip> = None;
         let ids = self.mesh.tets[t as usize];
         let faces = (0..4).filter_map(|i| self.face_flip(t, i));
@@ -32,7 +32,7 @@ impl MeshInProgress {
             flips.extend(self.edge_flip(ids[i], ids[j]));
         }
         for flip in flips {
-            let least = best.as_ref().map_or(gain * own, |best| best.worst);
+            let least = best.as_ref().map_or(gain * quality, |best| best.worst);
             if flip.worst > least {
                 best = Some(flip);
             }
@@ -104,24 +104,25 @@ impl MeshInProgress {
         Some(Flip { before: around, after, worst })
     }
 
-    /// The triangulation of a ring whose tetrahedra with the corners `a` below and `b` above are best, and what the worst of them is
-    /// worth. Found for all parts of the ring between two of its corners, from short ones to the whole (Klincsek, 1980).
+    /// The triangulation of a ring whose tetrahedra with the corners `a` below and `b` above are best, and
+    /// the quality of the worst of them. It is found for all parts of the ring between two of its corners,
+    /// from short ones to the whole (Klincsek, 1980).
     fn best_triangles(&self, ring: &[u32], a: u32, b: u32) -> Option<(f64, Vec<[u32; 3]>)> {
         let n = ring.len();
         let mut best = vec![vec![(f64::INFINITY, 0_usize); n]; n];
         for length in 2..n {
             for i in 0..n - length {
                 let j = i + length;
-                let mut own = (f64::NEG_INFINITY, 0);
+                let mut best_split = (f64::NEG_INFINITY, 0);
                 for k in i + 1..j {
                     let [p, q, r] = [i, k, j].map(|m| ring[m]);
                     let worth = self.worth([p, q, r, b]).min(self.worth([p, r, q, a]));
                     let worst = worth.min(best[i][k].0).min(best[k][j].0);
-                    if worst > own.0 {
-                        own = (worst, k);
+                    if worst > best_split.0 {
+                        best_split = (worst, k);
                     }
                 }
-                best[i][j] = own;
+                best[i][j] = best_split;
             }
         }
         let worst = best[0][n - 1].0;

@@ -10,7 +10,8 @@ use elastocap_linalg::vector::{length, minus, normal};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// How far from a face the filling of its two sides is sampled, relative to the width of its widest triangle.
+/// The distance from a face at which the filling of its two sides is sampled, relative to the width of its
+/// widest triangle.
 const SAMPLE_DISTANCE: f64 = 1e-3;
 
 /// A triangle of a facet.
@@ -33,7 +34,7 @@ pub(super) fn remove_hidden_faces(
     for (segment, facets) in &complex.segments {
         facets.iter().for_each(|&f| edges[f as usize].push(*segment));
     }
-    // The points and edges of what remains of facets that lose something.
+    // The remaining points and edges of facets that lose triangles.
     let mut points: HashMap<u32, BTreeSet<u32>> = HashMap::new();
     let mut sides: HashMap<u32, BTreeSet<[u32; 2]>> = HashMap::new();
     for f in 0..complex.facets.len() as u32 {
@@ -49,12 +50,12 @@ pub(super) fn remove_hidden_faces(
         if triangles.iter().all(|t| t.visible) {
             continue;
         }
-        let (own, around) = (points.entry(f).or_default(), sides.entry(f).or_default());
+        let (on_facet, around) = (points.entry(f).or_default(), sides.entry(f).or_default());
         complex.facets[f as usize].polygons.clear();
         for Triangle { points: ids, .. } in triangles.into_iter().filter(|t| t.visible) {
             let corners = ids.map(|p| complex.points[p as usize]);
             complex.add_polygon(f, &corners, None);
-            own.extend(ids);
+            on_facet.extend(ids);
             around.extend([[0, 1], [1, 2], [2, 0]].map(|[i, j]| sorted(ids[i], ids[j])));
         }
     }
@@ -131,8 +132,8 @@ fn triangles(
         cell.insert(face.fix().index(), visible.len());
         let (mut best, mut corners) = (0.0, [[0.0; 3]; 3]);
         while let Some(face) = stack.pop() {
-            let own = face.vertices().map(|v| ids.get(&v.fix().index()).copied());
-            let [Some(a), Some(b), Some(c)] = own else { return None };
+            let vertices = face.vertices().map(|v| ids.get(&v.fix().index()).copied());
+            let [Some(a), Some(b), Some(c)] = vertices else { return None };
             triangles.push(([a, b, c], visible.len()));
             let at = [a, b, c].map(place);
             if width(at) > best {

@@ -67,7 +67,7 @@ type Point = [f64; 3];
 /// bound does not converge. Should a tetrahedron without volume remain there, it ends the mesh.
 const LEAST_ROUNDNESS: f64 = 1e-9;
 
-/// How fine a mesh is.
+/// The requirements on the size and shape of the elements of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sizing {
     /// Element size at a body, relative to the radius of a round one and to the largest extent of any other.
@@ -84,9 +84,9 @@ pub struct Sizing {
     pub far: f64,
     /// Limit on the number of points.
     pub max_points: usize,
-    /// Limit on the number of times that the mesher tries to insert a point. Exchanging tetrahedra to make room for a surface counts as well, in
-    /// proportion to its time. A mesh that takes more is given up as if the caller had asked to stop, so that how long the mesher works does
-    /// not depend on the machine.
+    /// Limit on the number of attempts to insert a point. Exchanges of tetrahedra for the recovery of a
+    /// surface count as well, in proportion to their time. Beyond the limit the mesher stops as if cancelled,
+    /// so that the result does not depend on the speed of the machine.
     pub most_insertions: usize,
 }
 
@@ -105,8 +105,8 @@ impl Default for Sizing {
 }
 
 impl Sizing {
-    /// About how many points a mesh of the scene would have along the edges of thin conductors, those of [`Sizing::thin_edge`];
-    /// `None` if the scene has no thin conductors.
+    /// The approximate number of points of a mesh of the scene along the edges of thin conductors, see
+    /// [`Sizing::thin_edge`]; `None` if the scene has no thin conductors.
     pub fn points_along_thin_edges(&self, scene: &Scene) -> Option<f64> {
         points_along(&thin_edges(scene, self), &scene.domain)
     }
@@ -117,9 +117,10 @@ impl Sizing {
 pub struct Meshed {
     /// The mesh.
     pub mesh: TetMesh,
-    /// The shapes of its worst tetrahedra.
+    /// The shapes of the worst tetrahedra.
     pub quality: Quality,
-    /// Whether element sizes and shapes are as asked; `false` if the limit on points came first. The mesh conforms either way.
+    /// Whether element sizes and shapes meet the requirements; `false` if the limit on points came first. The
+    /// mesh conforms either way.
     pub refined: bool,
 }
 
@@ -138,7 +139,8 @@ pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     mesh_unless(scene, sizing, None)
 }
 
-/// Meshes the space around the conductors as [`mesh()`] does, unless the caller asks it to stop by setting `cancel`.
+/// Meshes the space around the conductors as [`mesh()`] does, unless the caller cancels it by setting
+/// `cancel`.
 ///
 /// # Errors
 ///

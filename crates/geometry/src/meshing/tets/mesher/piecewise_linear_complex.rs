@@ -1,5 +1,4 @@
-//! The parts that a mesh has to contain: points, straight segments and flat facets (a piecewise linear complex, in the words of the
-//! literature on mesh generation).
+//! The piecewise linear complex that a mesh has to contain: points, straight segments and flat facets.
 
 use super::Point;
 use super::delaunay::sorted;
@@ -13,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 pub(super) struct AxisPlane {
     /// The axis, 0 to 2.
     pub(super) axis: usize,
-    /// Where along it, m.
+    /// The coordinate along the axis, m.
     pub(super) at: f64,
 }
 
@@ -29,7 +28,8 @@ impl AxisPlane {
 pub(super) struct Polygon {
     /// Corners in coordinates of the facet, m.
     pub(super) corners: Vec<[f64; 2]>,
-    /// The part of a body whose surface it belongs to; `None` for walls, and where it does not matter any more.
+    /// The part of a body whose surface the polygon belongs to; `None` for walls, and where it does not
+    /// matter any more.
     pub(super) part: Option<u32>,
 }
 
@@ -45,7 +45,8 @@ pub(super) struct Sheet {
 /// A flat part of a surface: polygons in one plane.
 #[derive(Debug)]
 pub(super) struct Facet {
-    /// Its plane, if this is normal to an axis. Then points of the facet have exactly this coordinate.
+    /// The plane of the facet, if it is normal to an axis. Points of the facet then have exactly this
+    /// coordinate.
     pub(super) plane: Option<AxisPlane>,
     origin: Point,
     /// Two orthonormal directions within the plane.
@@ -117,7 +118,7 @@ pub(super) struct PartInfo {
 /// A point inside a body at which the mesh gets a point too.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
-    /// Where the point is, m.
+    /// The position of the point, m.
     pub(super) at: Point,
     /// The element size wanted there, m.
     pub(super) size: f64,
@@ -160,8 +161,8 @@ impl PiecewiseLinearComplex {
             self.facets_of_point.push(Vec::new());
             self.sizes.push(size);
         }
-        let own = &mut self.sizes[index as usize];
-        *own = own.min(size);
+        let point_size = &mut self.sizes[index as usize];
+        *point_size = point_size.min(size);
         index
     }
 
@@ -218,7 +219,7 @@ impl PiecewiseLinearComplex {
         Some(self.facets.len() as u32 - 1)
     }
 
-    /// Notes that a point lies on a facet.
+    /// Records that a point lies on a facet.
     pub(super) fn put_on_facet(&mut self, point: u32, facet: u32) {
         let facets = &mut self.facets_of_point[point as usize];
         if !facets.contains(&facet) {
@@ -308,8 +309,8 @@ impl PiecewiseLinearComplex {
             if let Some(axis) = (0..3).find(|&k| line(p, k) == line(q, k)) {
                 let along = |i: &u32| self.points[*i as usize][axis];
                 let [low, high] = [p[axis].min(q[axis]), p[axis].max(q[axis])];
-                let all = lines.get(&line(p, axis)).map_or(&[][..], |all| all);
-                chain.extend(all.iter().filter(|i| low < along(i) && along(i) < high));
+                let on_line = lines.get(&line(p, axis)).map_or(&[][..], |points| points);
+                chain.extend(on_line.iter().filter(|i| low < along(i) && along(i) < high));
                 chain.sort_by(|i, j| along(i).total_cmp(&along(j)));
             }
             for pair in chain.windows(2) {

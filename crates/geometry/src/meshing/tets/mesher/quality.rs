@@ -1,4 +1,4 @@
-//! How round the tetrahedra of a mesh are.
+//! Measures of the shapes of the tetrahedra of a mesh.
 
 use super::delaunay::circumsphere_center;
 use crate::meshing::tets::TetMesh;

@@ -12,11 +12,12 @@ use crate::meshing::tets::tetrahedron::{EDGES, roundness};
 use elastocap_linalg::vector::{length, minus};
 use std::collections::VecDeque;
 
-/// How much faster sizes grow towards points of walls and dielectrics than elsewhere: 1.0 gives a comb and a spiral a tenth to a
-/// quarter more unknowns, and sizes without any such limit give a pair beside its mirror plane 2.6 times as many.
+/// The ratio of the growth of sizes towards points of walls and dielectrics to that elsewhere. With 1.0 a
+/// comb and a spiral have a tenth to a quarter more unknowns; without such a limit a pair beside its mirror
+/// plane has 2.6 times as many.
 const WALL_GROWTH: f64 = 2.0;
 
-/// No point is added nearer to another than this, relative to the radius of the sphere whose centre it is.
+/// The least distance of a new point from other points, relative to the radius of the sphere around it.
 const LEAST_DISTANCE: f64 = 0.01;
 
 fn distance(a: Point, b: Point) -> f64 {
@@ -31,8 +32,9 @@ impl MeshInProgress {
         })
     }
 
-    /// Where a tetrahedron that is too large, too elongated or too flat needs a point, m: its circumcentre, or its centroid if
-    /// that is too far away. `None` for one that is as asked, lies in a conductor or has been removed.
+    /// The place of a new point, m, for a tetrahedron that is too large, too elongated or too flat: its
+    /// circumcentre, or its centroid if that is too far away. `None` for a tetrahedron that meets the
+    /// requirements, lies in a conductor or has been removed.
     fn refinement_point(&self, t: u32, sizing: &Sizing) -> Option<Point> {
         if !self.mesh.alive(t) || self.mesh.regions[t as usize].is_conductor() {
             return None;
@@ -59,9 +61,9 @@ impl MeshInProgress {
         (large || long || flat).then_some(center)
     }
 
-    /// Gives points of walls and dielectrics the size that their distance from others along edges asks for. Corners of walls have none
-    /// of their own, and faces with such corners only would not be split, however near a conductor is. Conductors keep the sizes that
-    /// their shape asks for.
+    /// Sets the sizes at points of walls and dielectrics by their distances from other points along edges.
+    /// Corners of walls have no size at first, and faces with such corners only would not be split, however
+    /// near a conductor is. Conductors keep the sizes that their shape requires.
     fn grade_sizes(&mut self, growth: f64) {
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); self.mesh.points.len()];
         let mut on_conductor = vec![false; self.mesh.points.len()];
@@ -88,7 +90,8 @@ impl MeshInProgress {
         }
     }
 
-    /// Refines until sizes and shapes are as asked; `false` if the limit on points came first, or the request to stop.
+    /// Refines until sizes and shapes meet the requirements; `false` if the limit on points or a cancellation
+    /// came first.
     pub(super) fn refine(&mut self, sizing: &Sizing) -> bool {
         self.grade_sizes(WALL_GROWTH * sizing.growth);
         let mut queue: VecDeque<u32> = (0..self.mesh.tets.len() as u32).collect();

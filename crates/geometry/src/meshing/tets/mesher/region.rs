@@ -13,7 +13,7 @@ pub(super) enum Region {
 }
 
 impl Region {
-    /// The conductor that fills it, if one does.
+    /// The conductor that fills the region, if one does.
     pub(super) fn conductor(self) -> Option<u32> {
         match self {
             Self::Conductor(c) => Some(c),
@@ -21,7 +21,7 @@ impl Region {
         }
     }
 
-    /// Whether a conductor fills it: then it is no part of the final mesh.
+    /// Whether a conductor fills the region: it is then not part of the final mesh.
     pub(super) fn is_conductor(self) -> bool {
         self.conductor().is_some()
     }

@@ -15,11 +15,11 @@ const MAX_SAMPLES: usize = 24;
 /// A tetrahedron is sampled if its volume is at least this share of that of the largest one of its part.
 const SAMPLED_VOLUME: f64 = 1e-3;
 
-/// The parts of bodies as they are meshed, to ask what fills a point.
+/// The meshed parts of bodies, for the lookup of the region at a point.
 pub(super) struct Filling {
-    /// With the index of the conductor.
+    /// Parts of conductors, each with the index of its conductor.
     conductors: Vec<(usize, FacetedPart)>,
-    /// With the index of the dielectric.
+    /// Parts of dielectrics, each with the index of its dielectric.
     dielectrics: Vec<(usize, FacetedPart)>,
 }
 
@@ -126,7 +126,7 @@ pub(super) fn assign_regions(mesh: &mut Delaunay, filling: &Filling) -> Result<(
     Ok(())
 }
 
-/// Checks that kept faces separate all regions still, whatever refinement has done.
+/// Checks that kept faces still separate all regions after refinement.
 ///
 /// # Errors
 /// [`MeshError::Leak`] where tetrahedra of different regions have a face in common that is not kept.

@@ -1,4 +1,4 @@
-//! The mesh that leaves the mesher: without the inside of conductors, and with the roles of its boundary faces.
+//! The final mesh, without the inside of conductors and with the roles of its boundary faces.
 
 use super::boundary_recovery::MeshInProgress;
 use super::region::Region;
@@ -39,7 +39,8 @@ pub(super) fn extract(work: &MeshInProgress, scene: &Scene, domain: &Box3) -> Re
     Ok(out)
 }
 
-/// Where the rays to infinity start: amid the conductors, or on the only wall, from where they stay on its inner side. m.
+/// The start of the rays to infinity, m: the middle of the conductors, or a point on the only wall, from
+/// which the rays stay on its inner side.
 fn center(scene: &Scene, domain: &Box3) -> Point {
     let bounds = scene
         .conductor_parts()
@@ -63,9 +64,9 @@ fn role(
 ) -> Result<Option<FaceRole>, MeshError> {
     let mesh = &work.mesh;
     let corners = mesh.face(t, i).map(|p| mesh.points[p as usize]);
-    let kept = mesh.kept_face(t, i);
+    let facet = mesh.kept_face(t, i);
     let centroid = || [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0);
-    let sheet = || work.complex.facets[kept? as usize].sheet(centroid()).map(FaceRole::Conductor);
+    let sheet = || work.complex.facets[facet? as usize].sheet(centroid()).map(FaceRole::Conductor);
     if let Some(n) = mesh.neighbour(t, i) {
         if let Some(c) = mesh.regions[n as usize].conductor() {
             return Ok(Some(FaceRole::Conductor(c)));

@@ -10,7 +10,7 @@ use super::{MeshError, Point, Sizing};
 use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::Shape;
 
-/// Bodies smaller than this share of the scene cannot be told from points.
+/// Bodies smaller than this share of the scene cannot be distinguished from points.
 const SMALLEST: f64 = 1e-9;
 
 /// The smallest box around a body, infinite where the body is; a point at the origin for one that only a mesh knows.
@@ -116,7 +116,7 @@ pub(super) fn complex(
     }));
     let tiny = SMALLEST * domain.largest_extent();
     let too_small = |part: &&BodyPart<'_>| {
-        // A group of a volume mesh has no bounds of its own.
+        // A group of a volume mesh has no bounds.
         part.shape.bounds().is_some_and(|b| (0..3).all(|a| b.extent(a) < tiny))
     };
     if let Some(part) = parts.iter().find(too_small) {
@@ -172,7 +172,7 @@ fn add_part(
     for piece in faceted(part.shape, sizing) {
         let surface = match piece {
             Shape::Extrusion { axis, from, to, outline, .. } => {
-                // What has no end goes as far as the mesh does.
+                // Infinite bodies end at the end of the mesh.
                 let ends = [from, to].map(|end| match end.is_finite() {
                     true => end,
                     false => end.clamp(domain.min[axis], domain.max[axis]),

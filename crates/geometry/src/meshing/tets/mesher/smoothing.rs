@@ -9,16 +9,17 @@ use elastocap_linalg::vector::{length, minus};
 /// Points move only where a tetrahedron is less round than this.
 const ROUND_ENOUGH: f64 = 0.3;
 
-/// Rounds of moving the corners of a flat tetrahedron.
+/// Rounds of moves of the corners of a flat tetrahedron.
 const MOVES: usize = 8;
 
-/// Steps by which they move, over the distance of the nearest other point.
+/// Lengths of the moves, over the distance of the nearest other point.
 const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.04, 0.01];
 
-/// They do not move nearer to another point than this, over the element size wanted: two points that fall together have good angles.
+/// Points do not move nearer to another point than this, over the wanted element size: tetrahedra at
+/// coincident points may have good angles.
 const LEAST_DISTANCE: f64 = 0.02;
 
-/// Number of directions in which they move.
+/// Number of directions in which points move.
 const DIRECTIONS: u32 = 64;
 
 /// A unit vector out of [`DIRECTIONS`] that are distributed evenly: points on a spiral around the sphere.
@@ -69,8 +70,8 @@ impl MeshInProgress {
 
     /// Moves points that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller.
     pub(super) fn smooth(&mut self) {
-        let all: Vec<u32> = (8..self.mesh.points.len() as u32).collect();
-        self.smooth_points(&all);
+        let points: Vec<u32> = (8..self.mesh.points.len() as u32).collect();
+        self.smooth_points(&points);
     }
 
     /// Moves those of `points` that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller. Returns

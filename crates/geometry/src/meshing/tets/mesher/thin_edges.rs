@@ -78,15 +78,16 @@ fn near(b: &Box3, p: Point) -> bool {
 }
 
 impl PiecewiseLinearComplex {
-    /// Divides the segments at thin bodies into equal parts that are short enough, and asks for elements of that size there.
+    /// Divides the segments at thin bodies into equal parts that are short enough, and requires elements of
+    /// that size there.
     pub(super) fn divide_edges(&mut self, thin: &[ThinEdges]) {
         if thin.is_empty() {
             return;
         }
         for ([a, b], facets) in std::mem::take(&mut self.segments) {
             let [p, q] = [a, b].map(|i| self.points[i as usize]);
-            let here = thin.iter().filter(|body| near(&body.around, p) && near(&body.around, q));
-            let size = here.map(|body| body.size).fold(f64::INFINITY, f64::min);
+            let around = thin.iter().filter(|body| near(&body.around, p) && near(&body.around, q));
+            let size = around.map(|body| body.size).fold(f64::INFINITY, f64::min);
             let parts = if size < f64::INFINITY { (length(minus(q, p)) / size).ceil().max(1.0) } else { 1.0 };
             let mut last = a;
             for k in 1..=parts as usize {
@@ -101,8 +102,8 @@ impl PiecewiseLinearComplex {
                 last = next;
             }
             for end in [a, b] {
-                let own = &mut self.sizes[end as usize];
-                *own = own.min(size);
+                let end_size = &mut self.sizes[end as usize];
+                *end_size = end_size.min(size);
             }
         }
     }

@@ -11,8 +11,8 @@ use std::f64::consts::TAU;
 /// size.
 const FACE_DISTANCE: f64 = 0.1;
 
-/// The share of a surface that may be closer to another surface than flat faces are to what they replace. Surfaces that cross at
-/// an angle are that close on a strip, one that touches another from inside on a spot.
+/// The largest share of a surface that may be closer to another surface than the faceting error. Surfaces
+/// that cross at an angle are that close on a strip, one that touches another from inside on a spot.
 const MAX_SHARE: f64 = 0.3;
 
 /// A round surface.
@@ -86,14 +86,14 @@ impl Round {
     }
 }
 
-/// Whether two round bodies have surfaces that are, over a large share of one of them, closer together than flat faces are to
-/// what they replace. `facet` is the size of the faces relative to the radius.
+/// Whether the surfaces of two round bodies are closer together than the faceting error over a large share of
+/// one of them. `facet` is the size of the faces relative to the radius.
 pub(super) fn nearly_coincide(one: &Shape, other: &Shape, facet: f64) -> bool {
     let much = |a: &Round, b: &Round| {
         let off = FACE_DISTANCE * facet * facet * (a.radius() + b.radius());
-        let all = a.samples();
-        let near = all.iter().filter(|p| b.distance(**p) < off).count();
-        near as f64 > MAX_SHARE * all.len() as f64
+        let samples = a.samples();
+        let near = samples.iter().filter(|p| b.distance(**p) < off).count();
+        near as f64 > MAX_SHARE * samples.len() as f64
     };
     let (ones, others) = (Round::of(one), Round::of(other));
     ones.iter().any(|one| others.iter().any(|other| much(one, other) || much(other, one)))

@@ -275,8 +275,8 @@ fn conductors_that_touch_or_overlap_are_named() {
         cuboid([1.0; 3], [2.0; 3]),
         cuboid([0.0, 0.0, 1.0], [1.0, 1.0, 1.0]),
     ] {
-        let both = scene(vec![first(), ("b", second)], vec![]);
-        let error = layered(&both, &LayeredSizing::default()).unwrap();
+        let scene = scene(vec![first(), ("b", second)], vec![]);
+        let error = layered(&scene, &LayeredSizing::default()).unwrap();
         assert!(error.is_err(), "meshed");
         assert_eq!(error, Err(LayeredError::Touching { first: "a".into(), second: "b".into() }));
     }
@@ -369,8 +369,8 @@ fn random_polygons_give_a_conforming_mesh_or_an_error() {
             outline,
             arcs: Vec::new(),
         };
-        let both = scene(vec![("a", pull(a, 0.0)), ("b", pull(b, 1.0))], vec![(pull(c, 0.25), 2.0)]);
-        if let Some(Ok(mesh)) = layered(&both, &LayeredSizing { growth: 1.5, ..LayeredSizing::default() }) {
+        let scene = scene(vec![("a", pull(a, 0.0)), ("b", pull(b, 1.0))], vec![(pull(c, 0.25), 2.0)]);
+        if let Some(Ok(mesh)) = layered(&scene, &LayeredSizing { growth: 1.5, ..LayeredSizing::default() }) {
             conforming(&mesh);
             meshes += 1;
         }

@@ -1,4 +1,4 @@
-//! Meshes of scenes whose bodies reach across walls, and parts of scenes that are their own mirror images.
+//! Meshes of scenes whose bodies reach across walls, and of parts of symmetric scenes.
 
 use super::mesh_checks::{areas, conforming, volume};
 use crate::meshing::tets::{
@@ -23,15 +23,15 @@ fn turned(half: f64, turn: f64) -> TriangleSurface {
 }
 
 /// Meshes whole and part: conforming, of volumes and areas of roles that are those of the whole.
-fn compared(all: &Scene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
-    compared_by(all, expected, |scene| mesh(scene, sizing).unwrap().mesh)
+fn compared(scene: &Scene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
+    compared_by(scene, expected, |scene| mesh(scene, sizing).unwrap().mesh)
 }
 
-fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -> [TetMesh; 2] {
-    let found = planes(all);
+fn compared_by(scene: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -> [TetMesh; 2] {
+    let found = planes(scene);
     assert_eq!(found.iter().flatten().count(), expected, "{found:?}");
-    let whole = mesh(all);
-    let some = mesh(&part(all, &found));
+    let whole = mesh(scene);
+    let some = mesh(&part(scene, &found));
     conforming(&some);
     let times = f64::from(1 << expected);
     let ratio = times * volume(&some) / volume(&whole);
@@ -39,8 +39,8 @@ fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -
     let (of_part, of_whole) = (areas(&some), areas(&whole));
     let keeps = found.iter().flatten().all(MirrorPlane::keeps_conductors);
     for (role, area) in of_whole.iter().filter(|(role, _)| keeps && role != "~insulated") {
-        let own = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
-        assert!((times * own / area - 1.0).abs() < 1e-9, "{role}: {own} {area}");
+        let found = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
+        assert!((times * found / area - 1.0).abs() < 1e-9, "{role}: {found} {area}");
     }
     let mut together = some.clone();
     for (axis, plane) in found.iter().enumerate() {
@@ -51,7 +51,7 @@ fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -
     conforming(&together);
     assert!((volume(&together) / volume(&whole) - 1.0).abs() < 1e-9);
     let regions = |m: &TetMesh| {
-        let mut out = vec![0.0; all.dielectrics().count() + 1];
+        let mut out = vec![0.0; scene.dielectrics().count() + 1];
         (0..m.tets.len()).for_each(|t| out[m.regions[t] as usize] += m.determinant(t) / 6.0);
         out
     };
@@ -66,9 +66,9 @@ fn compared_by(all: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -
 
 #[test]
 fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
-    let all = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.0))]);
+    let whole_scene = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.0))]);
     for facet in [0.5, 0.3, 0.2, 0.11] {
-        let [part, whole] = compared(&all, 3, &Sizing { facet, ..Sizing::default() });
+        let [part, whole] = compared(&whole_scene, 3, &Sizing { facet, ..Sizing::default() });
         assert!((volume(&part) - 7.0 / 8.0).abs() < 1e-12);
         let counts = [part.tets.len(), whole.tets.len()];
         assert!(2 * counts[0] < counts[1], "{counts:?}");
@@ -77,20 +77,20 @@ fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
 
 #[test]
 fn a_turned_cube_keeps_the_plane_across_its_axis() {
-    let all = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.3))]);
-    compared(&all, 1, &Sizing::default());
+    let whole_scene = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.3))]);
+    compared(&whole_scene, 1, &Sizing::default());
     // At 45 degrees edges lie in planes.
-    let all =
+    let whole_scene =
         scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, std::f64::consts::FRAC_PI_4))]);
-    compared(&all, 3, &Sizing::default());
+    compared(&whole_scene, 3, &Sizing::default());
 }
 
 #[test]
 fn two_balls_in_open_space_are_cut_by_two_planes() {
     let a = Shape::Sphere { center: [0.0, 0.3, 0.1], radius: 0.01 };
     let b = Shape::Sphere { center: [0.05, 0.3, 0.1], radius: 0.02 };
-    let all = scene(Box3::SPACE, Wall::Open, vec![a, b]);
-    let [part, _] = compared(&all, 2, &Sizing::default());
+    let whole_scene = scene(Box3::SPACE, Wall::Open, vec![a, b]);
+    let [part, _] = compared(&whole_scene, 2, &Sizing::default());
     assert_eq!(part.center[1..], [0.3, 0.1]);
     assert!((part.center[0] - 0.03).abs() < 1e-15);
     assert!(part.boundary.iter().any(|f| matches!(f.role, FaceRole::Open { .. })));
@@ -99,11 +99,11 @@ fn two_balls_in_open_space_are_cut_by_two_planes() {
 #[test]
 fn two_equal_balls_with_a_bead_each_change_places_about_the_plane_between_them() {
     let ball = |x: f64, radius: f64| Shape::Sphere { center: [x, 0.3, 0.1], radius };
-    let mut all = scene(Box3::SPACE, Wall::Open, vec![ball(0.0, 0.01), ball(0.05, 0.01)]);
+    let mut whole_scene = scene(Box3::SPACE, Wall::Open, vec![ball(0.0, 0.01), ball(0.05, 0.01)]);
     for (name, x) in [("left", -0.03), ("right", 0.08)] {
-        all.bodies.push(Body::dielectric(name, ball(x, 0.015), 3.0));
+        whole_scene.bodies.push(Body::dielectric(name, ball(x, 0.015), 3.0));
     }
-    let [part, _] = compared(&all, 3, &Sizing::default());
+    let [part, _] = compared(&whole_scene, 3, &Sizing::default());
     assert_eq!(part.center[1..], [0.3, 0.1]);
     assert!((part.center[0] - 0.025).abs() < 1e-15);
     assert!(part.boundary.iter().all(|f| f.role != FaceRole::Conductor(0)));
@@ -114,11 +114,11 @@ fn layers_of_balls_are_cut_by_three_planes() {
     let center = [1e-3, 0.0, -2e-3];
     let inner = Shape::Sphere { center, radius: 1e-3 };
     let outer = Shape::Shell { center, radius: 2e-3 };
-    let mut all = scene(Box3::SPACE, Wall::Open, vec![inner, outer]);
+    let mut whole_scene = scene(Box3::SPACE, Wall::Open, vec![inner, outer]);
     let shape = Shape::Sphere { center, radius: 1.5e-3 };
-    all.bodies.push(Body::dielectric("layer", shape, 3.0));
+    whole_scene.bodies.push(Body::dielectric("layer", shape, 3.0));
     for facet in [0.3, 0.15] {
-        compared(&all, 3, &Sizing { facet, ..Sizing::default() });
+        compared(&whole_scene, 3, &Sizing { facet, ..Sizing::default() });
     }
 }
 
@@ -127,8 +127,8 @@ fn an_l_over_a_board_is_cut_across_its_axis_only() {
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.5, to: 1.5, outline, arcs: Vec::new() };
     let rod = Shape::Cylinder { axis: 0, base: [-1.0, 1.0, -3.0], radius: 0.5, height: 1.0 };
-    let all = scene(Box3::SPACE, Wall::Open, vec![pad, rod]);
-    compared(&all, 1, &Sizing::default());
+    let whole_scene = scene(Box3::SPACE, Wall::Open, vec![pad, rod]);
+    compared(&whole_scene, 1, &Sizing::default());
 }
 
 #[test]
@@ -151,17 +151,17 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
         let mut domain = Box3 { min: [-2.0, -2.0, at], max: [7.0, 2.0, 4.0] };
         let comb =
             Shape::Extrusion { axis: 1, from: -0.5, to: 0.5, outline: outline.clone(), arcs: Vec::new() };
-        let mut all = scene(domain, Wall::Grounded, vec![comb]);
-        all.walls[2][0] = Wall::Insulated;
-        let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+        let mut whole_scene = scene(domain, Wall::Grounded, vec![comb]);
+        whole_scene.walls[2][0] = Wall::Insulated;
+        let out = mesh(&whole_scene, &Sizing::default()).unwrap().mesh;
         conforming(&out);
         let metal = 9.0 * 4.0 * (4.0 - at) - volume(&out);
         let area = 4.0 * (2.0 - at) - 0.5;
         assert!((metal - area).abs() < 1e-9, "{at}: {metal} {area}");
         // A body beyond the wall is not there.
         domain.min[2] = 2.5;
-        all.domain = domain;
-        let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+        whole_scene.domain = domain;
+        let out = mesh(&whole_scene, &Sizing::default()).unwrap().mesh;
         assert!((volume(&out) - 9.0 * 4.0 * 1.5).abs() < 1e-9);
         assert!(!out.boundary.iter().any(|f| matches!(f.role, FaceRole::Conductor(_))));
     }
@@ -170,15 +170,15 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
 #[test]
 fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
     let ball = Shape::Sphere { center: [0.9, 0.0, 0.0], radius: 0.3 };
-    let mut all = scene(walls(1.0), Wall::Grounded, vec![ball.clone()]);
-    let refused = mesh(&all, &Sizing::default());
+    let mut whole_scene = scene(walls(1.0), Wall::Grounded, vec![ball.clone()]);
+    let refused = mesh(&whole_scene, &Sizing::default());
     assert!(matches!(&refused, Err(MeshError::Crossing { first, .. }) if first == "c0"), "{refused:?}");
-    all.walls[0][1] = Wall::Insulated;
-    conforming(&mesh(&all, &Sizing::default()).unwrap().mesh);
+    whole_scene.walls[0][1] = Wall::Insulated;
+    conforming(&mesh(&whole_scene, &Sizing::default()).unwrap().mesh);
     // A dielectric may.
-    let mut all = scene(walls(1.0), Wall::Grounded, Vec::new());
-    all.bodies.push(Body::dielectric("bead", ball, 3.0));
-    let out = mesh(&all, &Sizing::default()).unwrap().mesh;
+    let mut whole_scene = scene(walls(1.0), Wall::Grounded, Vec::new());
+    whole_scene.bodies.push(Body::dielectric("bead", ball, 3.0));
+    let out = mesh(&whole_scene, &Sizing::default()).unwrap().mesh;
     conforming(&out);
     assert!((volume(&out) - 8.0).abs() < 1e-12 && out.regions.contains(&1));
 }
@@ -193,14 +193,14 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     let t = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline: t.to_vec(), arcs: Vec::new() };
     let disc = Shape::Cylinder { axis: 1, base: [1.5, 0.0, 4.2], radius: 0.8, height: 0.1 };
-    let mut all = scene(Box3::SPACE, Wall::Open, vec![pad.clone(), disc.clone()]);
+    let mut whole_scene = scene(Box3::SPACE, Wall::Open, vec![pad.clone(), disc.clone()]);
     let mut board = Box3::SPACE;
     (board.min[1], board.max[1]) = (-10.0, 0.0);
-    all.bodies.push(Body::dielectric("board", Shape::Box(board), 4.5));
-    compared_by(&all, 1, by_layers(32));
+    whole_scene.bodies.push(Body::dielectric("board", Shape::Box(board), 4.5));
+    compared_by(&whole_scene, 1, by_layers(32));
     // Around the disc alone nothing but the board is uneven; a ring of teeth is cut in several pieces.
-    all.bodies.remove(0);
-    compared_by(&all, 2, by_layers(30));
+    whole_scene.bodies.remove(0);
+    compared_by(&whole_scene, 2, by_layers(30));
     let comb =
         [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
     let comb = |from: f64| Shape::Extrusion {
@@ -210,12 +210,12 @@ fn scenes_in_layers_are_cut_by_their_planes() {
         outline: comb.to_vec(),
         arcs: Vec::new(),
     };
-    let all = scene(Box3::SPACE, Wall::Open, vec![comb(0.0)]);
-    compared_by(&all, 2, by_layers(32));
+    let whole_scene = scene(Box3::SPACE, Wall::Open, vec![comb(0.0)]);
+    compared_by(&whole_scene, 2, by_layers(32));
     let domain = Box3 { min: [3.0, -1.0, -1.0], max: [7.0, 4.0, 1.0] };
-    let mut all = scene(domain, Wall::Grounded, vec![comb(0.0)]);
-    all.walls[0][0] = Wall::Insulated;
-    let out = by_layers(32)(&all);
+    let mut whole_scene = scene(domain, Wall::Grounded, vec![comb(0.0)]);
+    whole_scene.walls[0][0] = Wall::Insulated;
+    let out = by_layers(32)(&whole_scene);
     conforming(&out);
     assert!((volume(&out) - (40.0 - 6.0 * 0.2)).abs() < 1e-9, "{}", volume(&out));
 }
@@ -223,10 +223,10 @@ fn scenes_in_layers_are_cut_by_their_planes() {
 #[test]
 fn open_space_between_walls_is_refused() {
     let ball = Shape::Sphere { center: [0.0; 3], radius: 0.3 };
-    let mut all = scene(walls(1.0), Wall::Insulated, vec![ball]);
-    all.walls[1] = [Wall::Open; 2];
-    (all.domain.min[1], all.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
-    assert_eq!(mesh(&all, &Sizing::default()), Err(MeshError::OpenBetweenWalls));
+    let mut whole_scene = scene(walls(1.0), Wall::Insulated, vec![ball]);
+    whole_scene.walls[1] = [Wall::Open; 2];
+    (whole_scene.domain.min[1], whole_scene.domain.max[1]) = (f64::NEG_INFINITY, f64::INFINITY);
+    assert_eq!(mesh(&whole_scene, &Sizing::default()), Err(MeshError::OpenBetweenWalls));
 }
 
 #[test]

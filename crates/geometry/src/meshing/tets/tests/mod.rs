@@ -1,4 +1,4 @@
-//! Tests of several meshers together, and what they check of any mesh.
+//! Tests of several meshers together, and checks for any mesh.
 
 mod layered;
 pub(super) mod mesh_checks;

@@ -1,4 +1,4 @@
-//! Taking one more point into the triangulation.
+//! Insertion of a point into the triangulation.
 //!
 //! The tetrahedra that the point replaces form its *cavity*; the faces around the cavity are its *rim*. The cavity starts with
 //! the tetrahedron that contains the point, takes in neighbours whose circumspheres contain it, stops at kept faces, and loses
@@ -17,28 +17,28 @@ const MAX_ROUND_CAVITY: usize = 100;
 /// The rule of an insertion for tetrahedra whose corners would all lie on one facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FlatTets {
-    /// They may arise.
+    /// Such tetrahedra may arise.
     Allow,
     /// The cavity grows beyond the facet so that none arises, or the point is refused.
     Avoid,
 }
 
-/// The rule of an insertion for a point in the smallest sphere around a kept face or edge that is not its own (it
-/// *encroaches* upon it: Shewchuk, Comput. Geom. 22, 2002).
+/// The rule of an insertion for a point in the smallest sphere around a kept face or edge that does not
+/// contain it (it *encroaches* upon the face or edge: Shewchuk, Comput. Geom. 22, 2002).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Encroachment {
-    /// It is taken.
+    /// The point is inserted.
     Allow,
-    /// It is refused.
+    /// The point is refused.
     Refuse,
-    /// It is taken, and as many tetrahedra stay as it takes to keep the edges.
+    /// The point is inserted, and the cavity leaves out the tetrahedra that kept edges need.
     GoAround,
 }
 
-/// A point to be taken into the triangulation.
+/// A point to be inserted into the triangulation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Insertion<'a> {
-    /// Where, m.
+    /// The position of the point, m.
     pub(crate) at: Point,
     /// The tetrahedron at which the search for the point starts.
     pub(crate) hint: u32,
@@ -48,14 +48,14 @@ pub(crate) struct Insertion<'a> {
     pub(crate) splits: Option<u32>,
     /// The rule for flat tetrahedra.
     pub(crate) flat_tets: FlatTets,
-    /// The rule for the case that it encroaches upon a kept face or edge.
+    /// The rule if the point encroaches upon a kept face or edge.
     pub(crate) encroachment: Encroachment,
     /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away than this, m.
     pub(crate) apart: f64,
 }
 
 impl Insertion<'_> {
-    /// A point on no facet, taken whatever is near it.
+    /// A point on no facet, inserted whatever is near it.
     pub(crate) fn free(at: Point, hint: u32) -> Self {
         Insertion {
             at,
@@ -74,20 +74,21 @@ impl Insertion<'_> {
     }
 }
 
-/// Why a point was not taken.
+/// The reason why a point was not inserted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Refusal {
-    /// This point is at the same place, or counts as such.
+    /// The given point of the triangulation is at the same place or counts as a duplicate.
     Duplicate(u32),
-    /// It lies outside the box.
+    /// The point is outside the box.
     Outside,
-    /// This kept face lies between it and where the search started.
+    /// The given kept face is between the point and the start of the search.
     BehindKeptFace(TetFace),
-    /// It would remove this kept edge, or encroaches upon it.
+    /// The point would remove the given kept edge, or encroaches upon it.
     KeptEdge([u32; 2]),
-    /// It encroaches upon this kept face.
+    /// The point encroaches upon the given kept face.
     NearKeptFace(TetFace),
-    /// The tetrahedron that it must remove would stay: kept faces lie between the two.
+    /// The tetrahedron that this insertion must remove would stay, because kept faces separate it from the
+    /// point.
     MissesTarget,
     /// New tetrahedra would be degenerate, or another point would be lost.
     Degenerate,
@@ -95,14 +96,14 @@ pub(crate) enum Refusal {
 
 /// The tetrahedra that a point replaces.
 struct Cavity {
-    /// The one that contains the point.
+    /// The tetrahedron that contains the point.
     start: u32,
     tets: Vec<u32>,
-    /// The faces around them.
+    /// The faces around the cavity.
     rim: Vec<TetFace>,
     /// The mark of tetrahedra in the cavity.
     inside: u32,
-    /// The mark of those that were thrown out and never come back.
+    /// The mark of tetrahedra that were removed from the cavity for good.
     banned: u32,
 }
 
@@ -111,19 +112,20 @@ fn squared_distance(a: Point, b: Point) -> f64 {
 }
 
 impl Delaunay {
-    /// Takes a point into the triangulation and returns its number.
+    /// Inserts a point into the triangulation and returns its number.
     ///
     /// # Errors
-    /// Why it cannot be taken. The triangulation then is as before.
+    /// The reason why the point cannot be inserted. The triangulation is then unchanged.
     pub(crate) fn insert(&mut self, point: &Insertion) -> Result<u32, Refusal> {
         self.insert_instead_of(&[], point)
     }
 
-    /// Takes a point into the triangulation whose cavity starts with some tetrahedra, whatever their circumspheres: those of flat
-    /// tetrahedra may lie anywhere. Unless the point sees the rim of a cavity with all of them from inside, it is refused.
+    /// Inserts a point whose cavity starts with the given tetrahedra, whatever their circumspheres: those of
+    /// flat tetrahedra may lie anywhere. The point is refused unless it sees the rim of a cavity with all of
+    /// them from inside.
     ///
     /// # Errors
-    /// Why it cannot be taken. The triangulation then is as before.
+    /// The reason why the point cannot be inserted. The triangulation is then unchanged.
     pub(crate) fn insert_instead_of(&mut self, tets: &[u32], point: &Insertion) -> Result<u32, Refusal> {
         self.insertions += 1;
         let start = self.locate(point)?;
@@ -148,7 +150,8 @@ impl Delaunay {
         }
     }
 
-    /// The tetrahedron that contains the point, by a walk that crosses no kept face but those of the point's own facets.
+    /// The tetrahedron that contains the point, by a walk that crosses no kept face except those of the
+    /// point's facets.
     fn locate(&mut self, point: &Insertion) -> Result<u32, Refusal> {
         let mut t = point.hint;
         'walk: for _ in 0..MAX_STEPS {
@@ -182,7 +185,8 @@ impl Delaunay {
 
     /// Grows a cavity, and trims it, until the point sees all of its rim from inside.
     fn settle(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<(), Refusal> {
-        // The neighbours of the first tetrahedra of the list have been looked at: none of those outside joins any more.
+        // The neighbours of the first tetrahedra of the list have been checked: none of those outside will
+        // join.
         let mut grown = 0;
         loop {
             self.grow(point, cavity, grown);
@@ -200,9 +204,10 @@ impl Delaunay {
         }
     }
 
-    /// Throws out the tetrahedra with rim faces that the point does not see from inside, where no others are to join: then the
-    /// order in which they go does not matter, and each is looked at again only after one of its neighbours went. In the rounds of
-    /// [`Self::trim`] a large cavity would be looked at as a whole for each layer that goes.
+    /// Removes the tetrahedra with rim faces that the point does not see from inside, for a cavity that does
+    /// not grow any more: then the order of removal does not matter, and each is checked again only after the
+    /// removal of a neighbour. The rounds of [`Self::trim`] would check a large cavity as a whole for each
+    /// layer that is removed.
     fn throw_out_hidden(&mut self, point: &Insertion, cavity: &Cavity) -> Result<(), Refusal> {
         let mut open = cavity.tets.clone();
         while let Some(t) = open.pop() {
@@ -232,7 +237,7 @@ impl Delaunay {
         Ok(())
     }
 
-    /// Throws the tetrahedra at an edge out of a cavity, all but the one that contains the point.
+    /// Removes the tetrahedra at an edge from a cavity, except the one that contains the point.
     fn go_around(&mut self, edge: [u32; 2], cavity: &mut Cavity) -> Result<(), Refusal> {
         let before = cavity.tets.len();
         for &t in &cavity.tets {
@@ -264,8 +269,9 @@ impl Delaunay {
         }
     }
 
-    /// Lists the rim, throws out tetrahedra with rim faces that the point does not see from inside, and adds those beyond rim
-    /// faces in the point's own facets where flat tetrahedra are to be avoided. Says whether the cavity changed.
+    /// Lists the rim, removes tetrahedra with rim faces that the point does not see from inside, and adds
+    /// those beyond rim faces in the point's facets where flat tetrahedra are to be avoided. Returns whether
+    /// the cavity changed.
     fn trim(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<bool, Refusal> {
         cavity.rim.clear();
         let mut changed = false;
@@ -274,7 +280,7 @@ impl Delaunay {
             for i in 0..4 {
                 let n = self.neighbour(t, i);
                 let outside = |n: u32| self.stamps[n as usize] != cavity.inside;
-                // The cavity may reach around a kept face: then the tetrahedra behind it have to go.
+                // The cavity may reach around a kept face: then the tetrahedra behind it have to be removed.
                 let across = n.is_some_and(|n| !outside(n));
                 if outside(t) || (across && point.may_replace(self.kept_faces[t as usize][i])) {
                     continue;
@@ -296,7 +302,8 @@ impl Delaunay {
                 let [a, b, c] = face.map(|q| self.points[q as usize]);
                 let side = orientation(a, b, c, point.at);
                 let face = TetFace { tet: t, opposite: i };
-                // What would be too flat behind this face may be round enough behind those of the next tetrahedron.
+                // A tetrahedron that would be too flat at this face may be round enough at the faces of the
+                // next tetrahedron.
                 if self.min_quality > 0.0
                     && let Some(n) = n
                     && self.stamps[n as usize] != cavity.banned
@@ -425,13 +432,13 @@ impl Delaunay {
         for &TetFace { tet: old, opposite } in &cavity.rim {
             let [a, b, c] = self.face(old, opposite);
             let neighbour = self.neighbours[old as usize][opposite];
-            let kept = self.kept_faces[old as usize][opposite];
+            let kept_face = self.kept_faces[old as usize][opposite];
             let region = self.regions[old as usize];
             let new = self.slot();
             let slot = new as usize;
             self.tets[slot] = [a, b, c, v];
             self.neighbours[slot][3] = neighbour;
-            self.kept_faces[slot][3] = kept;
+            self.kept_faces[slot][3] = kept_face;
             self.regions[slot] = region;
             if let Some(n) = neighbour.get() {
                 let back = self.neighbours[n as usize].iter().position(|&x| x == OptionalIndex::some(old));
@@ -465,16 +472,17 @@ impl Delaunay {
         v
     }
 
-    /// The outline of what the cavity takes out of the kept facets of the point: edges of one such face only, each with its
-    /// facet. New faces between these edges and the point are kept in their place.
+    /// The outline of the kept faces that the cavity removes from the facets of the point: edges of one such
+    /// face only, each with its facet. New faces between these edges and the point take the place of the
+    /// removed ones.
     fn kept_outline(&self, point: &Insertion, cavity: &Cavity) -> Vec<([u32; 2], OptionalIndex)> {
         let mut outline: Vec<([u32; 2], OptionalIndex)> = Vec::new();
         for &t in &cavity.tets {
             for i in 0..4 {
                 let kept = self.kept_faces[t as usize][i];
-                let own = kept.get().is_some_and(|facet| point.facets.contains(&facet));
+                let on_facet = kept.get().is_some_and(|facet| point.facets.contains(&facet));
                 let first = self.neighbour(t, i).is_none_or(|n| t < n);
-                if !own || !first || cavity.rim.contains(&TetFace { tet: t, opposite: i }) {
+                if !on_facet || !first || cavity.rim.contains(&TetFace { tet: t, opposite: i }) {
                     continue;
                 }
                 let face = self.face(t, i);

@@ -31,11 +31,11 @@ pub(super) struct TetFace {
 /// The triangulation. Slots of removed tetrahedra are used again.
 #[derive(Debug, Default)]
 pub(super) struct Delaunay {
-    /// m.
+    /// Positions, m.
     pub(super) points: Vec<Point>,
     /// The facets on which each point lies.
     pub(super) facets_of_point: Vec<Vec<u32>>,
-    /// Corners, with a positive determinant; of no meaning where [`Delaunay::alive`] is false.
+    /// Corners, with a positive determinant; undefined where [`Delaunay::alive`] is false.
     pub(super) tets: Vec<[u32; 4]>,
     /// The tetrahedron across the face opposite each corner; none at the hull.
     pub(super) neighbours: Vec<[OptionalIndex; 4]>,
@@ -49,11 +49,11 @@ pub(super) struct Delaunay {
     pub(super) new_tets: Vec<u32>,
     /// New tetrahedra must be better than this by the measure, or the point is refused.
     pub(super) min_quality: f64,
-    /// The measure of what `min_quality` is.
+    /// The measure of shape for `min_quality`.
     pub(super) measure: Measure,
     /// The tetrahedron that the next insertion must remove, or else it is refused.
     pub(super) must_remove: Option<u32>,
-    /// How often a point was tried.
+    /// The number of attempts to insert a point.
     pub(super) insertions: usize,
     alive: Vec<bool>,
     /// Some tetrahedron at each point.
@@ -63,7 +63,7 @@ pub(super) struct Delaunay {
     stamps: Vec<u32>,
     point_stamps: Vec<u32>,
     stamp: u32,
-    /// State of a linear congruential generator: a walk that tries faces in a fixed order may go round in circles.
+    /// State of a linear congruential generator: a walk that tries faces in a fixed order may not end.
     random: u32,
 }
 

@@ -1,9 +1,9 @@
 //! Filling a cavity with tetrahedra that have its whole surface as faces: constrained gift wrapping.
 //!
-//! A face of the surface gets the corner whose sphere is emptiest among those that it sees, the new tetrahedron leaves a
-//! smaller cavity, and so on until nothing is left (Shewchuk, Discrete Comput. Geom. 39, 2008; Diazzi, Panozzo, Vaxman and
-//! Attene, ACM Trans. Graph. 42, 2023). Whether a tetrahedron fits is decided exactly, so that what is found is right whatever
-//! rounding has done to the points.
+//! A face of the surface gets the corner whose sphere is emptiest among those that it sees, the new
+//! tetrahedron leaves a smaller cavity, and so on until nothing is left (Shewchuk, Discrete Comput. Geom. 39,
+//! 2008; Diazzi, Panozzo, Vaxman and Attene, ACM Trans. Graph. 42, 2023). Whether a tetrahedron fits is
+//! decided by exact predicates, so that the result is valid for rounded points.
 
 use super::predicates::{in_sphere, orientation};
 use super::{Delaunay, OptionalIndex, Point, TetFace};
@@ -40,10 +40,10 @@ fn reversed([a, b, c]: [u32; 3]) -> OrientedFace {
     rotated([a, c, b])
 }
 
-/// Orientation tests that comparing a triangle with a tetrahedron takes, at most.
+/// The largest number of orientation tests for the comparison of a triangle with a tetrahedron.
 const ORIENTATIONS_PER_COMPARISON: usize = 140;
 
-/// A face of the surface of what is still to be filled.
+/// A face of the surface of the unfilled part of the cavity.
 #[derive(Debug, Clone, Copy)]
 struct OpenFace {
     corners: OrientedFace,
@@ -58,14 +58,14 @@ fn bounds(points: &[Point]) -> [Point; 2] {
     [pick(f64::min), pick(f64::max)]
 }
 
-/// The surface of what is still to be filled.
+/// The surface of the unfilled part of the cavity.
 struct Front<'a> {
     points: &'a [Point],
     /// Faces, some of which are not open any more.
     faces: Vec<OpenFace>,
     /// The places in `faces` of those that are open.
     open: HashMap<OrientedFace, usize>,
-    /// Orientation tests since they were last asked for, about.
+    /// The approximate number of orientation tests since it was last taken.
     orientations: Cell<usize>,
 }
 
@@ -83,7 +83,7 @@ impl Front<'_> {
         self.orientations.set(self.orientations.get() + orientations);
     }
 
-    /// Whether a tetrahedron on an open face lies in what is to be filled, and leaves a proper surface.
+    /// Whether a tetrahedron on an open face is inside the unfilled part, and leaves a valid surface.
     fn admits(&self, tet: [u32; 4], corners: &[u32]) -> bool {
         let at = |p: u32| self.points[p as usize];
         let places = tet.map(at);
@@ -100,7 +100,7 @@ impl Front<'_> {
         if corners.iter().any(|&p| !tet.contains(&p) && inside(p)) {
             return false;
         }
-        // None of the new faces may be open from the other side's point of view twice.
+        // No new face may be open twice from the other side.
         let twice = |f: &[usize; 3]| {
             let face = rotated(f.map(|k| tet[k]));
             !self.open.contains_key(&face) && self.open.contains_key(&reversed(face))
@@ -124,7 +124,7 @@ impl Front<'_> {
         let mut ids = tet.to_vec();
         ids.extend(triangle.iter().filter(|p| !tet.contains(p)));
         let at = |k: usize| self.points[ids[k] as usize];
-        let own = |k: usize| (k < 4, k >= 4 || triangle.contains(&ids[k]));
+        let belongs = |k: usize| (k < 4, k >= 4 || triangle.contains(&ids[k]));
         let n = ids.len();
         for i in 0..n {
             for j in i + 1..n {
@@ -133,7 +133,7 @@ impl Front<'_> {
                     let (mut solid, mut flat) = ([false; 2], [false; 2]);
                     for l in (0..n).filter(|l| ![i, j, k].contains(l)) {
                         let side = orientation(at(i), at(j), at(k), at(l));
-                        let (of_tet, of_triangle) = own(l);
+                        let (of_tet, of_triangle) = belongs(l);
                         if side != 0.0 {
                             solid[usize::from(side > 0.0)] |= of_tet;
                             flat[usize::from(side > 0.0)] |= of_triangle;
@@ -183,7 +183,8 @@ impl Delaunay {
     /// a positive tetrahedron is on that side), without further points than `corners`. None of them has all its corners on one
     /// facet.
     ///
-    /// `goes_on` is told the number of orientation tests since it was last called, about, since these take the time, and says whether to go on.
+    /// `goes_on` receives the approximate number of orientation tests since its last call, which take most of
+    /// the time, and returns whether to go on.
     ///
     /// # Errors
     /// A face for which no corner is found, or at which the work was given up.
@@ -280,10 +281,10 @@ impl Delaunay {
             return false;
         }
         let corners = |list: &mut dyn Iterator<Item = u32>| {
-            let mut all: Vec<u32> = list.collect();
-            all.sort_unstable();
-            all.dedup();
-            all
+            let mut ids: Vec<u32> = list.collect();
+            ids.sort_unstable();
+            ids.dedup();
+            ids
         };
         let before = corners(&mut cavity.iter().flat_map(|&t| self.tets[t as usize]));
         if before != corners(&mut tets.iter().flatten().copied()) {

@@ -1,4 +1,4 @@
-//! Two conductors must not touch: they would be one.
+//! Refusal of scenes in which two conductors touch, since they would have one potential.
 
 use super::{Intersections, in_or_near_polygon};
 use crate::meshing::tets::mesher::MeshError;
@@ -12,34 +12,37 @@ impl Intersections<'_> {
     pub(super) fn refuse_conductor_contacts(&self) -> Result<(), MeshError> {
         let PiecewiseLinearComplex { parts, facets, points, facets_of_point, .. } = &*self.complex;
         let conductor = |part: u32| parts[part as usize].conductor;
-        // The conductors that each facet is part of.
+        // The conductors to which each facet belongs.
         let metal: Vec<Vec<u32>> = facets
             .iter()
             .map(|f| {
-                let mut all: Vec<u32> = f.polygons.iter().filter_map(|p| conductor(p.part?)).collect();
-                all.sort_unstable();
-                all.dedup();
-                all
+                let mut conductors: Vec<u32> = f.polygons.iter().filter_map(|p| conductor(p.part?)).collect();
+                conductors.sort_unstable();
+                conductors.dedup();
+                conductors
             })
             .collect();
         for (&point, on) in points.iter().zip(facets_of_point) {
-            let mut all: Vec<u32> = on.iter().flat_map(|&f| metal[f as usize].iter().copied()).collect();
-            all.sort_unstable();
-            all.dedup();
-            if all.len() < 2 {
+            let mut conductors: Vec<u32> =
+                on.iter().flat_map(|&f| metal[f as usize].iter().copied()).collect();
+            conductors.sort_unstable();
+            conductors.dedup();
+            if conductors.len() < 2 {
                 continue;
             }
-            // A facet may be part of a conductor elsewhere than at this point.
+            // A facet may belong to a conductor at other points only.
             let reaches = |c: &u32| {
                 on.iter().any(|&f| {
                     let facet = &facets[f as usize];
                     let q = facet.project(point);
-                    let mut own = facet.polygons.iter().filter(|p| p.part.and_then(conductor) == Some(*c));
-                    metal[f as usize].contains(c) && own.any(|p| in_or_near_polygon(&p.corners, q, self.near))
+                    let polygons = facet.polygons.iter();
+                    let mut polygons = polygons.filter(|p| p.part.and_then(conductor) == Some(*c));
+                    metal[f as usize].contains(c)
+                        && polygons.any(|p| in_or_near_polygon(&p.corners, q, self.near))
                 })
             };
-            all.retain(reaches);
-            if let [first, second, ..] = all[..] {
+            conductors.retain(reaches);
+            if let [first, second, ..] = conductors[..] {
                 let named = |c: u32| parts.iter().find(|part| part.conductor == Some(c));
                 let name = |c: u32| named(c).map_or_else(String::new, |part| part.name.clone());
                 return Err(MeshError::Crossing { first: name(first), second: name(second), at: point });

@@ -1,4 +1,4 @@
-//! Joining facets that lie in one plane, so that their overlap is no crossing.
+//! Joins facets that lie in one plane, so that their overlap does not count as a crossing.
 
 use super::{Intersections, Point, PolygonId};
 

@@ -1,8 +1,9 @@
-//! The points and segments in which surfaces meet.
+//! Intersections of surfaces: the points and segments in which they meet.
 //!
-//! A point that lies on a facet or segment becomes a point of it, segments are divided where they pass through facets or meet
-//! other segments, and two facets that cross get their common line as a segment. Whatever is closer together than a tolerance
-//! becomes one: both surfaces then have the very same points, and no distance remains whose sign rounding could change.
+//! A point that lies on a facet or segment becomes a point of it, segments are divided where they pass
+//! through facets or meet other segments, and two facets that cross get their common line as a segment.
+//! Points closer together than a tolerance become one: both surfaces then share the same points, and no
+//! distance remains whose sign rounding could change.
 
 mod conductor_contacts;
 mod coplanar_facets;
@@ -18,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 /// The distance within which points are one, relative to the shortest segment.
 const NEAR: f64 = 1e-6;
 
-/// Smallest and largest value of that distance, relative to the extent of the scene.
+/// Smallest and largest value of [`NEAR`] times the shortest segment, relative to the extent of the scene.
 const NEAR_RANGE: [f64; 2] = [1e-13, 1e-8];
 
 /// Where a segment of a ball crosses another surface this close to one of its ends, relative to its length, the crossing is
@@ -29,15 +30,15 @@ const MERGE_AT_END: f64 = 2e-3;
 /// few rounds suffice.
 const MAX_ROUNDS: usize = 12;
 
-/// Largest number of pairs of surfaces or segments that are compared: some ten seconds' work. Scenes of some hundred bodies take a
-/// hundredth of it.
+/// The largest number of pairs of surfaces or segments to compare, which takes some ten seconds. Scenes of
+/// some hundred bodies need a hundredth of it.
 const MAX_PAIRS: usize = 30_000_000;
 
 /// A polygon of a facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct PolygonId {
     facet: u32,
-    /// Its place among the polygons of the facet.
+    /// The index among the polygons of the facet.
     polygon: usize,
 }
 
@@ -81,7 +82,7 @@ fn padded(points: &[Point], near: f64) -> [Point; 2] {
     })
 }
 
-/// Where the nearest point of a segment is, as a share of its length from its first end, and the distance from it, m.
+/// The nearest point of a segment, as a share of its length from the first end, and the distance from it, m.
 fn nearest_on_segment(p: Point, [a, b]: [Point; 2]) -> (f64, f64) {
     let (u, v) = (minus(b, a), minus(p, a));
     let s = (dot(u, v) / dot(u, u)).clamp(0.0, 1.0);
@@ -188,7 +189,8 @@ impl<'a> Intersections<'a> {
         in_or_near_polygon(&facet.polygons[polygon].corners, facet.project(p), self.near)
     }
 
-    /// Notes that a point lies on a facet, and moves it there exactly if the plane of the facet is normal to an axis.
+    /// Records that a point lies on a facet, and moves it there exactly if the plane of the facet is normal
+    /// to an axis.
     fn put_on_facet(&mut self, point: u32, facet: u32) {
         if self.on(point, facet) {
             return;
@@ -339,12 +341,13 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// Notes that a segment on these facets passes through a polygon; says whether all of the facets are parts of balls only.
+    /// Records that a segment on these facets passes through a polygon. Returns whether all of the facets are
+    /// parts of balls only.
     fn note_crossing(&mut self, facets: &[u32], through: PolygonId) -> bool {
-        let all = &self.complex.facets;
-        let part = all[through.facet as usize].polygons[through.polygon].part;
+        let polygons = |facet: u32| &self.complex.facets[facet as usize].polygons;
+        let part = polygons(through.facet)[through.polygon].part;
         let parts: Vec<Option<u32>> =
-            facets.iter().flat_map(|&g| all[g as usize].polygons.iter().map(|p| p.part)).collect();
+            facets.iter().flat_map(|&g| polygons(g).iter().map(|p| p.part)).collect();
         for &other in parts.iter().filter(|&&other| other != part) {
             self.complex.surfaces_cross = true;
             if let (Some(one), Some(other)) = (part, other) {
@@ -356,13 +359,13 @@ impl<'a> Intersections<'a> {
 
     /// Adds the points at which segments meet others. Of these, only `segments` and `points` are new.
     fn segments_on_segments(&mut self, points: &[u32], segments: &[[u32; 2]], divisions: &mut Divisions) {
-        let all: Vec<[u32; 2]> = self.complex.segments.keys().copied().collect();
-        let boxes = all.iter().map(|&s| self.frame.bounds(&padded(&self.ends(s), self.near))).collect();
+        let known: Vec<[u32; 2]> = self.complex.segments.keys().copied().collect();
+        let boxes = known.iter().map(|&s| self.frame.bounds(&padded(&self.ends(s), self.near))).collect();
         let search = Search::of(boxes);
         let near = |this: &mut Self, points: &[Point]| {
             let mut found = Vec::new();
             let bounds = this.frame.bounds(&padded(points, this.near));
-            search.near(&bounds, &mut this.stack, |k| found.push(all[k as usize]));
+            search.near(&bounds, &mut this.stack, |k| found.push(known[k as usize]));
             this.compared += found.len();
             found.sort_unstable();
             found
@@ -383,7 +386,8 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// Divides a segment at a point that lies on it, other than its ends; says whether it does.
+    /// Divides a segment at a point that lies on it, other than its ends. Returns whether the point lies on
+    /// it.
     fn point_on_segment(&mut self, p: u32, segment: [u32; 2], divisions: &mut Divisions) -> bool {
         let at = self.complex.points[p as usize];
         if segment.contains(&p) || nearest_on_segment(at, self.ends(segment)).1 > self.near {

@@ -95,7 +95,7 @@ fn a_small_box_in_a_ball_and_half_out_of_it() {
 #[test]
 fn a_rod_through_a_ball_is_drilled_or_drills() {
     let (r, a) = (0.4_f64, 1.0_f64);
-    // What a rod through the middle takes from a ball: 4/3 pi (a^3 - (a^2 - r^2)^(3/2)).
+    // The volume that a rod through the middle removes from a ball: 4/3 pi (a^3 - (a^2 - r^2)^(3/2)).
     let core = 4.0 / 3.0 * PI * (a.powi(3) - (a * a - r * r).powf(1.5));
     let long = PI * r * r * 3.0;
     for (axis, base) in [(0, [-1.5, 0.0, 0.0]), (2, [0.0, 0.0, -1.5])] {
@@ -113,11 +113,11 @@ fn a_rod_through_a_ball_is_drilled_or_drills() {
 fn crossing_rods_share_what_two_cylinders_have_in_common() {
     let (a, b) = (rod(0, [-1.0, 0.0, 0.0], 0.5, 2.0), rod(2, [0.0, 0.0, -1.0], 0.5, 2.0));
     // Of the same radius: Steinmetz' 16/3 r^3.
-    let both = 16.0 / 3.0 * 0.125;
+    let common = 16.0 / 3.0 * 0.125;
     let found = volumes(&between(3.0, vec![], vec![a.clone(), b.clone()]), 0.2);
-    near(&found[1..], &[PI * 0.5 - both, PI * 0.5], 5e-3);
+    near(&found[1..], &[PI * 0.5 - common, PI * 0.5], 5e-3);
     let found = volumes(&between(3.0, vec![a], vec![b]), 0.2);
-    near(&found[1..], &[PI * 0.5 - both], 5e-3);
+    near(&found[1..], &[PI * 0.5 - common], 5e-3);
 }
 
 #[test]
@@ -155,8 +155,8 @@ fn imported_cubes_cross_what_they_like() {
     assert!((found[2] - 1.0).abs() < 1e-9 && (found.iter().sum::<f64>() - 216.0).abs() < 1e-9, "{found:?}");
     assert!(found[1] > 0.5 && found[1] < 0.9, "{found:?}");
     let shifted = cube([0.25, 0.0, 0.5], 0.5);
-    let all = vec![Shape::Surface(cube([0.0; 3], 0.5)), Shape::Surface(shifted)];
-    near(&volumes(&between(3.0, vec![], all), 0.3)[1..], &[0.625, 1.0], 1e-9);
+    let cubes = vec![Shape::Surface(cube([0.0; 3], 0.5)), Shape::Surface(shifted)];
+    near(&volumes(&between(3.0, vec![], cubes), 0.3)[1..], &[0.625, 1.0], 1e-9);
     let found = volumes(&between(3.0, vec![ball([0.0, 0.1, 0.0], 0.4)], vec![Shape::Surface(turned)]), 0.3);
     assert!((found.iter().sum::<f64>() - 216.0 + whole(0.4)).abs() < 1e-9, "{found:?}");
 }
@@ -201,13 +201,13 @@ fn conductors_may_neither_cross_nor_touch() {
 fn a_block_takes_half_of_a_rod_whose_axis_lies_in_its_side_and_corners_of_the_rod_with_it() {
     let walls = Box3 { min: [-1.125, 0.0, -0.675], max: [1.125, 4.95, 0.675] };
     let block = Shape::Box(Box3 { min: [-0.9, 0.9, -0.45], max: [0.9, 2.9, 0.45] });
-    let mut all = scene(walls, Wall::Grounded, vec![block]);
-    all.bodies.push(Body::dielectric("rod", rod(1, [0.9, 0.585, 0.0], 0.225, 0.45), 2.0));
+    let mut scene = scene(walls, Wall::Grounded, vec![block]);
+    scene.bodies.push(Body::dielectric("rod", rod(1, [0.9, 0.585, 0.0], 0.225, 0.45), 2.0));
     // A quarter of the rod is above the lower face of the block, of which half is within the block.
     let left = PI * 0.225_f64.powi(2) * (0.45 - 0.135 / 2.0);
     let whole = 2.25 * 4.95 * 1.35 - 1.8 * 2.0 * 0.9;
     for facet in [0.3, 0.27, 0.243, 0.15] {
-        // What sticks out of the wall is cut off.
-        near(&volumes(&all, facet), &[whole - left, left], 2e-3);
+        // The parts outside the wall are cut off.
+        near(&volumes(&scene, facet), &[whole - left, left], 2e-3);
     }
 }

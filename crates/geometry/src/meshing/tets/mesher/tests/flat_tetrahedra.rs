@@ -58,15 +58,15 @@ fn a_flip_removes_a_flat_tetrahedron_without_a_further_point() {
         let hint = work.mesh.tet_at(work.mesh.points.len() as u32 - 1);
         work.mesh.insert(&Insertion::free(at, hint)).unwrap();
     }
-    let all = |work: &MeshInProgress| -> Vec<u32> {
+    let alive = |work: &MeshInProgress| -> Vec<u32> {
         (0..work.mesh.tets.len() as u32).filter(|&t| work.mesh.alive(t)).collect()
     };
     let is_flat = |work: &MeshInProgress, t: u32| angle_below_flat(work.mesh.corners(t)) < 0.01;
-    let found: Vec<u32> = all(&work).into_iter().filter(|&t| is_flat(&work, t)).collect();
+    let found: Vec<u32> = alive(&work).into_iter().filter(|&t| is_flat(&work, t)).collect();
     assert_eq!(found.len(), 1);
     assert!(work.flip_flat(found[0], 1.5));
     let mut volume = 0.0;
-    for t in all(&work) {
+    for t in alive(&work) {
         let [a, b, c, d] = work.mesh.corners(t);
         volume += determinant(a, b, c, d) / 6.0;
         assert!(!is_flat(&work, t));

@@ -21,8 +21,8 @@ fn cube(a: f64) -> Box3 {
 }
 
 fn volume(mesh: &TetMesh, region: Option<u32>) -> f64 {
-    let of = |t: &usize| region.is_none_or(|r| mesh.regions[*t] == r);
-    (0..mesh.tets.len()).filter(of).map(|t| mesh.determinant(t) / 6.0).sum()
+    let is_in_region = |t: &usize| region.is_none_or(|r| mesh.regions[*t] == r);
+    (0..mesh.tets.len()).filter(is_in_region).map(|t| mesh.determinant(t) / 6.0).sum()
 }
 
 /// Positive tetrahedra; faces of one or two of them; faces with a role are there.
@@ -47,10 +47,10 @@ fn check(meshed: &Meshed) {
 }
 
 fn area(mesh: &TetMesh, role: impl Fn(FaceRole) -> bool) -> f64 {
-    let of = |f: &&BoundaryFace| role(f.role);
+    let has_role = |f: &&BoundaryFace| role(f.role);
     mesh.boundary
         .iter()
-        .filter(of)
+        .filter(has_role)
         .map(|f| {
             let [a, b, c] = f.face.map(|p| mesh.points[p as usize]);
             let [u, v] = [b, c].map(|q| [0, 1, 2].map(|k| q[k] - a[k]));
@@ -93,13 +93,13 @@ fn a_ball_in_a_grounded_box_leaves_the_volume_around_it() {
 #[test]
 fn layered_balls_have_their_volumes() {
     let center = [0.0; 3];
-    let mut all = scene(
+    let mut scene = scene(
         Box3::SPACE,
         Wall::Open,
         vec![Shape::Sphere { center, radius: 1e-3 }, Shape::Shell { center, radius: 2e-3 }],
     );
-    all.bodies.push(Body::dielectric("layer", Shape::Sphere { center, radius: 1.5e-3 }, 3.0));
-    let out = mesh(&all, &Sizing::default()).unwrap();
+    scene.bodies.push(Body::dielectric("layer", Shape::Sphere { center, radius: 1.5e-3 }, 3.0));
+    let out = mesh(&scene, &Sizing::default()).unwrap();
     check(&out);
     let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);
     assert!((volume(&out.mesh, Some(1)) / (ball(1.5e-3) - ball(1e-3)) - 1.0).abs() < 1e-9);
@@ -151,11 +151,11 @@ fn a_plate_and_a_disc_lie_on_the_board_they_share_a_plane_with() {
     let outline = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
     let pad = Shape::Extrusion { axis: 1, from: 0.0, to: 0.1, outline, arcs: Vec::new() };
     let disc = Shape::Cylinder { axis: 1, base: [2.2, 0.0, 2.2], radius: 0.8, height: 0.1 };
-    let mut all = scene(Box3::SPACE, Wall::Open, vec![pad, disc]);
+    let mut scene = scene(Box3::SPACE, Wall::Open, vec![pad, disc]);
     for (name, from, to, eps) in [("board", -10.0, 0.0, 4.5), ("layer", 0.0, 4.0, 2.8)] {
-        all.bodies.push(Body::dielectric(name, slab(from, to), eps));
+        scene.bodies.push(Body::dielectric(name, slab(from, to), eps));
     }
-    let out = mesh(&all, &Sizing::default()).unwrap();
+    let out = mesh(&scene, &Sizing::default()).unwrap();
     check(&out);
     let side = 20.0 * 14.0;
     assert!((volume(&out.mesh, Some(1)) / (10.0 * side * side) - 1.0).abs() < 1e-12);
@@ -255,8 +255,8 @@ fn bodies_go_through_the_planes_of_slabs() {
     assert!((volume(&out.mesh, Some(1)) / board - 1.0).abs() < 1e-3, "{}", volume(&out.mesh, Some(1)));
     let above = 512.0 - 64.0 - 2.0 * circle - half_ball;
     assert!((volume(&out.mesh, Some(0)) / above - 1.0).abs() < 1e-3);
-    let all = volume(&out.mesh, None);
-    assert!((all / (512.0 - 3.0 * circle - 2.0 * half_ball) - 1.0).abs() < 1e-9, "{all}");
+    let total = volume(&out.mesh, None);
+    assert!((total / (512.0 - 3.0 * circle - 2.0 * half_ball) - 1.0).abs() < 1e-9, "{total}");
     assert!((area(&out.mesh, |r| r == FaceRole::Conductor(2)) - 1.2).abs() < 1e-12);
 }
 
@@ -268,11 +268,11 @@ fn a_mesher_that_is_asked_to_stop_stops_within_two_seconds() {
     let fine = Sizing { facet: 0.05, far: 10.0, max_points: 10_000_000, growth: 0.02, ..Sizing::default() };
     let cancel = Arc::new(AtomicBool::new(false));
     let (begun, stop) = (Instant::now(), Arc::clone(&cancel));
-    let asked = std::thread::spawn(move || {
+    let stopper = std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(300));
         stop.store(true, Ordering::Relaxed);
     });
     assert_eq!(mesh_unless(&scene, &fine, Some(&cancel)), Err(MeshError::Cancelled));
-    asked.join().unwrap();
+    stopper.join().unwrap();
     assert!(begun.elapsed() < Duration::from_millis(2300), "{:?}", begun.elapsed());
 }
