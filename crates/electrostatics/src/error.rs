@@ -1,7 +1,6 @@
 //! Why a solve fails.
 
-use crate::tets::flux::FluxError;
-use crate::tets::potentials::{NotReached, PotentialError};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Why a solve failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -139,4 +138,102 @@ impl From<PotentialError> for SolveError {
     fn from(error: PotentialError) -> Self {
         if error == PotentialError::Cancelled { Self::Cancelled } else { Self::Potentials(error) }
     }
+}
+
+/// Why potentials on tetrahedra cannot be solved for.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PotentialError {
+    /// Orders other than 1, 2 and 3 are not implemented.
+    #[error("potentials on tetrahedra are of order 1, 2 or 3, not {0}")]
+    Order(usize),
+    /// The functions cannot be numbered with 32 bits.
+    #[error("the mesh has too many tetrahedra")]
+    TooLarge,
+    /// A face with a role that no tetrahedron has.
+    #[error("a face of the mesh belongs to no tetrahedron")]
+    Face,
+    /// Two conductors meet, or one and the ground.
+    #[error("two conductors, or a conductor and a grounded wall, meet at the face of points {0:?}")]
+    HeldTwice([u32; 3]),
+    /// A face on a conductor that does not exist.
+    #[error("a face is on conductor {0}, which the scene does not have")]
+    Conductor(u32),
+    /// A region without permittivity.
+    #[error("region {0} of the mesh has no permittivity")]
+    Region(u32),
+    /// A tetrahedron without volume.
+    #[error("tetrahedron {0} has no volume")]
+    Flat(usize),
+    /// The centre of open space lies in the plane of a face to it.
+    #[error("the face of points {0:?} to open space lies in one plane with the centre of the rays")]
+    OpenFace([u32; 3]),
+    /// Stopped on request: the caller has set [`crate::PotentialSettings::cancel`].
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+/// Conjugate gradients ended short of the goal.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the linear solver stopped after {iterations} steps with a relative error of about {left:e} in the energy"
+)]
+pub struct NotReached {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Estimate of the relative error of the energy.
+    pub left: f64,
+}
+
+/// Why fluxes cannot be computed from a mesh, its permittivities and the gradients of a potential.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FluxError {
+    /// Only orders 1, 2 and 3 are implemented.
+    #[error("order {order} is not implemented; fluxes are of order 1, 2 or 3")]
+    Order {
+        /// The requested order.
+        order: usize,
+    },
+    /// A list whose length does not fit the mesh.
+    #[error("{what}: {found} given, {expected} needed")]
+    Length {
+        /// The contents of the list, in words.
+        what: &'static str,
+        /// How many entries were given.
+        found: usize,
+        /// How many entries are needed.
+        expected: usize,
+    },
+    /// A permittivity that is not positive and finite.
+    #[error("the permittivity of region {region} is {value}; it must be positive and finite")]
+    Permittivity {
+        /// Index of the region.
+        region: usize,
+        /// The permittivity.
+        value: f64,
+    },
+    /// A tetrahedron without volume, or a gradient that is not a number.
+    #[error("tetrahedron {tetrahedron} has no volume, or a gradient in it is not finite")]
+    NotFinite {
+        /// Index of the tetrahedron in the mesh.
+        tetrahedron: usize,
+    },
+    /// More than two tetrahedra at a face.
+    #[error("more than two tetrahedra meet at the face {face:?}")]
+    NotConforming {
+        /// Corners of the face.
+        face: [u32; 3],
+    },
+    /// A face to open space must end the mesh, and see the centre of the mesh from inside.
+    #[error(
+        "the face {face:?} to open space does not end the mesh, or does not see the mesh's centre from inside"
+    )]
+    OpenFace {
+        /// Corners of the face.
+        face: [u32; 3],
+    },
+}
+
+/// Ends a solve if a stop was requested: the work after an iteration takes as long as several iterations.
+pub(crate) fn stop_if_cancelled(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
+    if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
 }

@@ -84,11 +84,11 @@ mod vacuum;
 
 pub use bounded::Bounded;
 pub use boxes::forecast::{Effort, forecast, symmetries};
-pub use boxes::mapped::map::{MapAxis, Rounded, SceneMap};
+pub use boxes::scene_map::{MapAxis, Rounded, SceneMap};
 pub use boxes::solve::{solve, solve_mapped, solve_superposed};
 pub use boxes::solve_base::{Additions, solve_base};
 pub use boxes::superposed::Base;
-pub use error::SolveError;
+pub use error::{FluxError, NotReached, PotentialError, SolveError};
 pub use extruded::search::ExtrudedSolution;
 pub use extruded::solve::{extrusion_axis, forecast_extruded, has_few_edges, is_extruded, solve_extruded};
 pub use shortfall::Shortfall;
@@ -98,9 +98,8 @@ pub use solution::{
 };
 pub use target::{SHARE_OF_DIAGONAL, Target};
 pub use tets::adaptive::solve_mesh;
-pub use tets::flux::FluxError;
 pub use tets::forecast::{forecast_mesh, forecast_without_mesh};
 pub use tets::mesh_scene::{MeshScene, MeshSolution};
-pub use tets::potentials::{NotReached, PotentialError, PotentialProblem, PotentialSettings, Potentials};
+pub use tets::potentials::{PotentialProblem, PotentialSettings, Potentials};
 pub use tets::settings::TetrahedraSettings;
 pub use vacuum::VACUUM_PERMITTIVITY;

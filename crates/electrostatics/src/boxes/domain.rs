@@ -2,7 +2,7 @@
 //!
 //! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
 
-use crate::boxes::mapped::placed::PlacedMap;
+use crate::boxes::placed_map::PlacedMap;
 use elastocap_fem::embedding::embedding;
 use elastocap_fem::line::{Line, LineEnd, Numbering};
 use elastocap_fem::mixed::{FluxEnd, potential_offsets};

@@ -4,36 +4,15 @@
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
 use crate::boxes::dual::across_grids::{Fluxes, State};
+use crate::boxes::energies::Energies;
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::primal::Primal;
-use crate::error::SolveError;
+use crate::error::{SolveError, stop_if_cancelled};
 use elastocap_fem::tensor::{add, dot};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
-
-/// Energies V^T C V (per eps0, in the domain's scale) in the basis of the right-hand sides.
-#[derive(Debug)]
-pub(crate) struct Energies {
-    /// One row and column per right-hand side.
-    pub matrix: Mat<f64>,
-    /// Unknowns, conductors not subtracted.
-    pub unknowns: usize,
-    /// Iterations of all right-hand sides.
-    pub iterations: usize,
-    /// Whether the linear solver reached its goal for every right-hand side.
-    pub converged: bool,
-    /// Largest share of an energy by which the repair of the divergence lowers it (lower bounds only).
-    pub repair_share: f64,
-    /// Primal coefficients, one array per right-hand side (upper bounds only).
-    pub coefficients: Vec<Vec<f64>>,
-    /// Lower and upper bounds of the energies of a solution that is added to a base, the energies of the
-    /// error of the base included: see [`crate::boxes::superposed`].
-    pub with_error_of_base: Option<[Mat<f64>; 2]>,
-    /// Seconds assembling and seconds solving.
-    pub seconds: [f64; 2],
-}
 
 /// A source of potentials other than the conductors: the solution u minimises u A u less twice the product of
 /// u and `pull` without a map.
@@ -71,7 +50,7 @@ pub(crate) fn upper(
     let started = Instant::now();
     let mut primal = Primal::new(domain)?;
     let assembled = Instant::now();
-    stop_if_asked(cancel)?;
+    stop_if_cancelled(cancel)?;
     let mut coefficients: Vec<Vec<f64>> = Vec::new();
     let (mut iterations, mut converged) = (0, true);
     let mut residual = Vec::new();
@@ -119,7 +98,7 @@ pub(crate) fn upper(
             u.iter_mut().zip(&step).for_each(|(u, s)| *u += s);
         }
         converged &= reached;
-        stop_if_asked(cancel)?;
+        stop_if_cancelled(cancel)?;
         u.iter_mut().zip(&begin).for_each(|(u, b)| *u += b);
         coefficients.push(u);
     }
@@ -157,7 +136,7 @@ pub(crate) fn lower(
     let begin = Instant::now();
     let mut dual = Dual::new(domain)?;
     let assembled = Instant::now();
-    stop_if_asked(cancel)?;
+    stop_if_cancelled(cancel)?;
     let mut fluxes: Vec<Flux> = Vec::new();
     for (v, start) in potentials.iter().zip(starts) {
         let start = match start {
@@ -213,12 +192,6 @@ pub(crate) fn lower(
     let states = || potentials.iter().zip(fluxes).map(state).collect();
     let kept_fluxes = if keep_fluxes && proved { Fluxes::new(dual, domain, states()) } else { None };
     Ok((energies, kept_fluxes))
-}
-
-/// Gives up on the grid if a stop was requested: the work after an iteration takes as long as several
-/// iterations.
-pub(crate) fn stop_if_asked(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
-    if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
 }
 
 /// The solution of the dual problem for one set of conductor potentials.
@@ -290,7 +263,7 @@ fn dual_flux(
             cancel,
         };
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
-        stop_if_asked(cancel)?;
+        stop_if_cancelled(cancel)?;
         iterations += c.iterations;
         // Steps after the first may be less than the last digit of the potentials where the permittivity is high.
         match last.is_infinite() {

@@ -3,7 +3,7 @@
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::half_turn::halves::{on_whole, whole_axes};
 use crate::boxes::layout::Layout;
-use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::scene_map::SceneMap;
 use crate::solution::{CellBody, Field, FieldSection};
 use elastocap_fem::line::{Element, Numbering, hierarchical};
 use elastocap_fem::tensor::{Dims, SparseRows, along};

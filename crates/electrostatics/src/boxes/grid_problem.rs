@@ -3,8 +3,8 @@
 use crate::boxes::half_turn::halves::core_of;
 use crate::boxes::holders::ACROSS;
 use crate::boxes::layout::{Frame, Grid, Layout};
-use crate::boxes::mapped::map::SceneMap;
 use crate::boxes::resolution::{first, memory};
+use crate::boxes::scene_map::SceneMap;
 use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::symmetry::{Part, leave_opposite, parts};
 use crate::error::SolveError;

@@ -5,8 +5,8 @@
 
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
 use crate::boxes::holders::{ACROSS, HalfTurn, Holders};
-use crate::boxes::mapped::map::SceneMap;
-use crate::boxes::mapped::placed::PlacedMap;
+use crate::boxes::placed_map::PlacedMap;
+use crate::boxes::scene_map::SceneMap;
 use crate::error::SolveError;
 use crate::solution::ResolutionLevel;
 use elastocap_geometry::meshing::grid::{End, GradedAxis, Plane, Resolution, graded_axis};

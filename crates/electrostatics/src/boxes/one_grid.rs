@@ -5,7 +5,7 @@
 //! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
 
 use crate::bounded::Bounded;
-use crate::boxes::energy::Energies;
+use crate::boxes::energies::Energies;
 use crate::boxes::field::{Share, sample};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::grid_refinement::{Indicator, add, folded, indicator};

@@ -3,7 +3,8 @@
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
 use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
-use crate::boxes::energy::{Energies, Start, lower, upper};
+use crate::boxes::energies::Energies;
+use crate::boxes::energy::{Start, lower, upper};
 use crate::boxes::grid_problem::GridProblem;
 use crate::boxes::half_turn::images::{Image, images};
 use crate::boxes::layout::Grid;

@@ -2,7 +2,7 @@
 
 use crate::boxes::grid_problem::{GridProblem, InFrame};
 use crate::boxes::grid_search;
-use crate::boxes::mapped::map::SceneMap;
+use crate::boxes::scene_map::SceneMap;
 use crate::boxes::superposed::{Base, Sight};
 use crate::boxes::two_states;
 use crate::consistency::contradiction;

@@ -37,7 +37,7 @@ const WITHOUT_SIGNS: f64 = 0.5;
 /// The increase of the shear modulus of stretched rubber over its deviatoric stress, as for a neo-Hookean
 /// rubber under a large simple stretch.
 const STIFFER: f64 = 0.4;
-/// The largest displacement, over the shortest side of an element, by which the stress of a response is
+/// The largest displacement, over the shortest side of the box around the body, by which the stress of a response is
 /// computed from a difference.
 const SMALL: f64 = 1e-6;
 /// Residual of a response above which the factors count as those of another tangent.

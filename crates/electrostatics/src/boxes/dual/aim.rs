@@ -8,7 +8,7 @@ use crate::boxes::mapped::metric::Metric;
 use crate::boxes::mapped::points::AxisPoints;
 use crate::boxes::mapped::pool::Pool;
 use crate::boxes::mapped::sums::{Fields, at_least, by_element};
-use crate::boxes::mapped::tensor::{Symmetric, times};
+use crate::boxes::tensor::{Symmetric, times};
 use elastocap_fem::tensor::{Dense, Dims, SparseRows, Strips, multiply, right, target as to_rows};
 use faer::Mat;
 use rayon::prelude::*;

@@ -23,10 +23,10 @@ use super::aim::{Less, Target, target};
 use super::flux::Flux;
 use super::repair::Repaired;
 use crate::boxes::domain::Domain;
-use crate::boxes::energy::{Energies, stop_if_asked};
+use crate::boxes::energies::Energies;
 use crate::boxes::half_turn::images::Image;
 use crate::boxes::mapped::gradients::{EXTRA, FINER, Gradients, add_with_error};
-use crate::error::SolveError;
+use crate::error::{SolveError, stop_if_cancelled};
 use elastocap_fem::tensor::{add, dot};
 use elastocap_linalg::conjugate_gradients::{self, Operator};
 use faer::Mat;
@@ -151,7 +151,7 @@ pub(super) fn project(
     let mut dual = Dual::new(domain)?;
     let whole = &domain.truncated();
     let assembled = Instant::now();
-    stop_if_asked(cancel)?;
+    stop_if_cancelled(cancel)?;
     let stretch = solved.bent.map_or(1.0, Gradients::largest);
     let mut projections: Vec<Projection> = Vec::new();
     let mut targets: Vec<Option<Target>> = Vec::new();
@@ -235,7 +235,7 @@ impl Dual {
                 cancel,
             };
             let c = conjugate_gradients::solve(self, &r, &mut step, &mut rest, goal_now);
-            stop_if_asked(cancel)?;
+            stop_if_cancelled(cancel)?;
             iterations += c.iterations;
             add(&mut x, &step);
             self.true_residual(&b, &x, &mut r);
@@ -270,9 +270,9 @@ impl Dual {
 pub(in crate::boxes) mod tests {
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::layout::Grid;
-    use crate::boxes::mapped::map::{MapAxis, SceneMap};
     use crate::boxes::one_grid::{Lower, Outcome, on_grid};
     use crate::boxes::resolution::graded;
+    use crate::boxes::scene_map::{MapAxis, SceneMap};
     use crate::solution::{ResolutionLevel, Settings};
     use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
     use elastocap_geometry::shapes::Shape;

@@ -167,8 +167,8 @@ mod tests {
     use super::*;
     use crate::boxes::dual::mapped::{Solved, lower as bent_lower};
     use crate::boxes::energy::{Start, lower, upper};
-    use crate::boxes::mapped::map::{MapAxis, SceneMap};
     use crate::boxes::resolution::graded;
+    use crate::boxes::scene_map::{MapAxis, SceneMap};
     use crate::solution::ResolutionLevel;
     use elastocap_geometry::scene::{Body, Box3, Scene};
     use elastocap_geometry::shapes::Shape;

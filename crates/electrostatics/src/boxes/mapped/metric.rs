@@ -1,11 +1,11 @@
 //! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps becomes the tensor
 //! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
 
-use super::map::MapGradients;
 use super::points::AxisPoints;
 use super::runs::Runs;
-use super::tensor::{Symmetric, adjugate, scaled, times, transposed};
 use crate::boxes::domain::{Axis, Block, Domain};
+use crate::boxes::scene_map::MapGradients;
+use crate::boxes::tensor::{Symmetric, adjugate, scaled, times, transposed};
 use crate::error::SolveError;
 use elastocap_linalg::vector::dot;
 use rayon::prelude::*;

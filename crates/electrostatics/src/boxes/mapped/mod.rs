@@ -5,11 +5,8 @@
 //! in place of the permittivity wherever the map is not the identity.
 
 pub(crate) mod gradients;
-pub(crate) mod map;
 pub(crate) mod metric;
-pub(crate) mod placed;
 pub(crate) mod points;
 pub(crate) mod pool;
 pub(crate) mod runs;
 pub(crate) mod sums;
-pub(crate) mod tensor;

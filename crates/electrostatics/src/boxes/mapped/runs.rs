@@ -1,9 +1,9 @@
 //! Runs of points of the third axis over which the tensors of a map do not change. A layer in plane strain is
 //! bent in the same way all along that axis: then a few tensors serve for hundreds of points.
 
-use super::placed::PlacedMap;
 use super::points::AxisPoints;
-use super::tensor::{Symmetric, times};
+use crate::boxes::placed_map::PlacedMap;
+use crate::boxes::tensor::{Symmetric, times};
 use std::ops::Range;
 
 /// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one interval each.
@@ -69,9 +69,9 @@ mod tests {
     use crate::boxes::dual::mapped::tests::{map, scene, solved};
     use crate::boxes::grid_problem::GridProblem;
     use crate::boxes::mapped::gradients::EXTRA;
-    use crate::boxes::mapped::map::SceneMap;
     use crate::boxes::mapped::metric::{Metric, TensorKind};
     use crate::boxes::one_grid::Lower;
+    use crate::boxes::scene_map::SceneMap;
     use crate::solution::Settings;
     use std::sync::Arc;
 

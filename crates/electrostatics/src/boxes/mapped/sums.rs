@@ -6,7 +6,7 @@ use super::metric::{Metric, Rule};
 use super::points::AxisPoints;
 use super::pool::Pool;
 use super::runs::Runs;
-use super::tensor::Symmetric;
+use crate::boxes::tensor::Symmetric;
 use crate::error::SolveError;
 use elastocap_fem::tensor::{Dense, dot, multiply, right, target};
 use faer::Mat;

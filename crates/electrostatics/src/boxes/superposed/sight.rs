@@ -12,7 +12,7 @@
 //! potential in the ball.
 
 use crate::boxes::layout::Frame;
-use crate::boxes::mapped::map::{MapAxis, SceneMap};
+use crate::boxes::scene_map::{MapAxis, SceneMap};
 use elastocap_fem::line::Element;
 use elastocap_geometry::meshing::grid::GradedAxis;
 use elastocap_geometry::scene::{Box3, Role, Scene, Wall};

@@ -1,7 +1,7 @@
 //! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to where flux can leave.
 
-use super::FluxError;
 use super::reference::corners_of_face;
+use crate::error::FluxError;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh, determinant};
 use rayon::prelude::*;
 use std::cmp::Ordering;

@@ -32,6 +32,7 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::error::FluxError;
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_linalg::dense;
 use element::{Element, times};
@@ -40,55 +41,6 @@ use faer::{Mat, MatRef};
 use patch::{FluxProblem, Workspace};
 use rayon::prelude::*;
 use reference::Reference;
-
-/// Why fluxes cannot be computed from a mesh, its permittivities and the gradients of a potential.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FluxError {
-    /// Only orders 1, 2 and 3 are implemented.
-    #[error("order {order} is not implemented; fluxes are of order 1, 2 or 3")]
-    Order {
-        /// The requested order.
-        order: usize,
-    },
-    /// A list whose length does not fit the mesh.
-    #[error("{what}: {found} given, {expected} needed")]
-    Length {
-        /// The contents of the list, in words.
-        what: &'static str,
-        /// How many entries were given.
-        found: usize,
-        /// How many entries are needed.
-        expected: usize,
-    },
-    /// A permittivity that is not positive and finite.
-    #[error("the permittivity of region {region} is {value}; it must be positive and finite")]
-    Permittivity {
-        /// Index of the region.
-        region: usize,
-        /// The permittivity.
-        value: f64,
-    },
-    /// A tetrahedron without volume, or a gradient that is not a number.
-    #[error("tetrahedron {tetrahedron} has no volume, or a gradient in it is not finite")]
-    NotFinite {
-        /// Index of the tetrahedron in the mesh.
-        tetrahedron: usize,
-    },
-    /// More than two tetrahedra at a face.
-    #[error("more than two tetrahedra meet at the face {face:?}")]
-    NotConforming {
-        /// Corners of the face.
-        face: [u32; 3],
-    },
-    /// A face to open space must end the mesh, and see the centre of the mesh from inside.
-    #[error(
-        "the face {face:?} to open space does not end the mesh, or does not see the mesh's centre from inside"
-    )]
-    OpenFace {
-        /// Corners of the face.
-        face: [u32; 3],
-    },
-}
 
 /// Charges, energies and error indicators of the fluxes of several states.
 #[derive(Debug, Clone)]

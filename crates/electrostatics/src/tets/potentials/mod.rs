@@ -11,6 +11,7 @@ mod transfer;
 pub(crate) use space::{Held, Space};
 pub(crate) use transfer::{CoarserPotentials, Start};
 
+use crate::error::{NotReached, PotentialError};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::conjugate_gradients::{self, Goal};
 use elastocap_linalg::multigrid::{CoarseLevel, Multigrid};
@@ -43,50 +44,6 @@ pub struct PotentialSettings<'a> {
     pub share: f64,
     /// Set from outside to stop at the next iteration, with [`PotentialError::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
-}
-
-/// Why potentials on tetrahedra cannot be solved for.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum PotentialError {
-    /// Orders other than 1, 2 and 3 are not implemented.
-    #[error("potentials on tetrahedra are of order 1, 2 or 3, not {0}")]
-    Order(usize),
-    /// The functions cannot be numbered with 32 bits.
-    #[error("the mesh has too many tetrahedra")]
-    TooLarge,
-    /// A face with a role that no tetrahedron has.
-    #[error("a face of the mesh belongs to no tetrahedron")]
-    Face,
-    /// Two conductors meet, or one and the ground.
-    #[error("two conductors, or a conductor and a grounded wall, meet at the face of points {0:?}")]
-    HeldTwice([u32; 3]),
-    /// A face on a conductor that does not exist.
-    #[error("a face is on conductor {0}, which the scene does not have")]
-    Conductor(u32),
-    /// A region without permittivity.
-    #[error("region {0} of the mesh has no permittivity")]
-    Region(u32),
-    /// A tetrahedron without volume.
-    #[error("tetrahedron {0} has no volume")]
-    Flat(usize),
-    /// The centre of open space lies in the plane of a face to it.
-    #[error("the face of points {0:?} to open space lies in one plane with the centre of the rays")]
-    OpenFace([u32; 3]),
-    /// Stopped on request: the caller has set [`PotentialSettings::cancel`].
-    #[error("stopped on request")]
-    Cancelled,
-}
-
-/// Conjugate gradients ended short of the goal.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "the linear solver stopped after {iterations} steps with a relative error of about {left:e} in the energy"
-)]
-pub struct NotReached {
-    /// Steps taken.
-    pub iterations: usize,
-    /// Estimate of the relative error of the energy.
-    pub left: f64,
 }
 
 /// Potentials for one volt on each conductor in turn, zero on the others.

@@ -1,7 +1,7 @@
 //! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and which are prescribed.
 
-use super::PotentialError;
 use super::reference::{EDGES, FACES, lattice};
+use crate::error::PotentialError;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::sparse::SparseMatrix;
 use rayon::prelude::*;

@@ -8,9 +8,9 @@
 //! d times the integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the rays
 //! keeps it an upper bound.
 
-use super::PotentialError;
 use super::reference::{MAX_FUNCTIONS, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
+use crate::error::PotentialError;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 use elastocap_linalg::sparse::{Rows, SparseMatrix};
 use elastocap_linalg::vector::{cross, dot, minus};

@@ -1,6 +1,6 @@
 //! A map in the coordinates of a layout.
 
-use super::map::{MapGradients, SceneMap};
+use super::scene_map::{MapGradients, SceneMap};
 use std::sync::Arc;
 
 /// A [`SceneMap`] where lengths are in units of `unit` from `origin`. Gradients are the same in any unit.
