@@ -1,16 +1,17 @@
-//! Ends the process in order when its memory runs out: a message, nothing left behind, exit status 1.
+//! Ends the process cleanly when its memory runs out: with a message, without leftovers, with exit status 1.
 //!
-//! Rust ends a process whose allocation fails by `abort`, which runs no destructor. A thread of the guard is woken by that signal
-//! and puts things in order while the threads that failed wait. Where the memory of the process is limited, another thread watches
-//! how close the limit is, and wakes the first: a control group would end the process by a signal that nobody can handle. Only the
-//! first thread ever ends the process, since every other thread may itself fail half way.
+//! Rust ends a process whose allocation fails by `abort`, which runs no destructor. That signal wakes a
+//! thread of the guard, which cleans up while the threads that failed wait. If the memory of the process is
+//! limited, another thread watches how close the limit is, and wakes the first: a control group would end the
+//! process by a signal that nobody can handle. Only the first thread ever ends the process, since every other
+//! thread may itself fail half way.
 
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use elastocap_results::Unfinished;
 
-/// The files that must not be left behind. Threads of the guard remove them.
+/// The files that must not be left behind; threads of the guard remove them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
     unfinished: Arc<Mutex<Option<Unfinished>>>,
@@ -20,7 +21,7 @@ impl Guard {
     /// Starts guarding.
     ///
     /// # Errors
-    /// A thread cannot be started.
+    /// An error if a thread cannot be started.
     pub(crate) fn start() -> io::Result<Self> {
         let guard = Self::default();
         #[cfg(unix)]
@@ -35,7 +36,7 @@ impl Guard {
         *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = unfinished;
     }
 
-    /// Returns at once, and never if the process is being ended: another thread does that.
+    /// Returns at once, but never returns if another thread is ending the process.
     pub(crate) fn let_end(&self) {
         drop(self.unfinished.lock().unwrap_or_else(PoisonError::into_inner));
     }
@@ -46,7 +47,8 @@ impl Guard {
         let unfinished = self.unfinished.lock().unwrap_or_else(PoisonError::into_inner);
         unix::say("error: ");
         unix::say(message);
-        // Results that are in place already stay there. What cannot be removed cannot be reported either.
+        // Results that are already in place stay there. Files that cannot be removed cannot be reported
+        // either.
         if unfinished.as_ref().is_some_and(Unfinished::give_up) {
             unix::say("; nothing of this run was written");
         }
@@ -70,21 +72,22 @@ mod unix {
 
     use super::Guard;
 
-    /// Memory that is given back before anything else is done about its end, bytes: only on Linux are files removed without any.
+    /// Memory released before the process ends, bytes: only on Linux are files removed without allocating.
     const BALLAST: usize = if cfg!(target_os = "linux") { 0 } else { 1 << 20 };
 
     /// Stack of each thread, bytes.
     const STACK: usize = 1 << 20;
 
-    /// How often the limits are looked at.
+    /// The interval at which the limits are checked.
     const INTERVAL: Duration = Duration::from_millis(10);
 
-    /// The longest that putting things in order may take, after the memory of the process has run out.
+    /// The longest time for cleaning up after the memory has run out.
     const PATIENCE: Duration = Duration::from_secs(5);
 
     /// Starts the threads.
     pub(super) fn start(guard: &Guard) -> io::Result<()> {
-        // Handled, this signal does not end the process: a write beyond the limit on the size of files fails, and is reported.
+        // With a handler this signal does not end the process: a write beyond the limit on file sizes fails,
+        // and is reported.
         flag::register(SIGXFSZ, Arc::default())?;
         let (waking, wakes) = on_abort()?;
         let guard = guard.clone();
@@ -100,11 +103,11 @@ mod unix {
         Ok(())
     }
 
-    /// The pipes that wake the thread that ends the process, and keep those that abort from ending it first.
+    /// The pipes that wake the ending thread, and keep aborting threads from ending the process first.
     struct Waking {
-        /// Gets a byte when the process aborts.
+        /// The pipe that gets a byte when the process aborts.
         woken: PipeReader,
-        /// Both ends of a pipe that is full, so that a thread that aborts waits for ever at its byte for it.
+        /// Both ends of a full pipe, at which an aborting thread waits for ever.
         _full: (PipeReader, OwnedFd),
     }
 
@@ -114,7 +117,7 @@ mod unix {
         low_level::pipe::register(SIGABRT, OwnedFd::from(wakes.try_clone()?))?;
         let (held, mut holds) = io::pipe()?;
         let blocked = OwnedFd::from(holds.try_clone()?);
-        // Registered, the pipe does not block: it is filled first.
+        // Registering makes the pipe nonblocking, so it is filled before.
         low_level::pipe::register(SIGABRT, OwnedFd::from(holds.try_clone()?))?;
         loop {
             match holds.write(&[0; 4096]) {
@@ -128,8 +131,8 @@ mod unix {
         Ok((Waking { woken, _full: (held, blocked) }, wakes))
     }
 
-    /// A thread for whose stack there is no memory panics in the standard library before it begins: the process ends as where an allocation
-    /// fails.
+    /// Treats a panic of the standard library for lack of memory for a thread's stack, which happens before
+    /// the thread begins, like a failed allocation.
     fn take_failed_threads_for_memory(reason: Arc<OnceLock<String>>) {
         let usual = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
@@ -142,7 +145,7 @@ mod unix {
         }));
     }
 
-    /// Waits until it is woken, and ends the process in order.
+    /// Waits until it is woken, and ends the process cleanly.
     fn wait(guard: &Guard, reason: &OnceLock<String>, mut waking: Waking, ballast: Vec<u8>) {
         if waking.woken.read_exact(&mut [0]).is_ok() {
             drop(ballast);
@@ -168,12 +171,12 @@ mod unix {
         exit()
     }
 
-    /// Writes to stderr without its lock, which a thread that has failed may hold.
+    /// Writes to stderr without its lock, which a failed thread may hold.
     pub(super) fn say(text: &str) {
         let _ = rustix::io::write(io::stderr(), text.as_bytes());
     }
 
-    /// Ends the process at once: no other thread is waited for.
+    /// Ends the process at once, without waiting for other threads.
     pub(super) fn exit() -> ! {
         low_level::exit(1)
     }

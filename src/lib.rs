@@ -1,4 +1,4 @@
-//! What capacitance will a soft touch or pressure sensor show under a force, and how far may the number be trusted?
+//! Computes the capacitance of soft touch and pressure sensors under load, with proved bounds.
 //!
 //! This crate is the library behind the `elastocap` command. A case describes an elastomer layer, the electrodes in it, the
 //! surroundings and the load. The library deforms the layer, moves the electrodes, solves Laplace's equation in 3D around them,

@@ -12,14 +12,14 @@ use elastocap_coupling::memory;
 
 use crate::guard::Guard;
 
-/// The way in which the process ends, which gives its exit status.
+/// The end of the process, which determines its exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
-    /// Done.
+    /// Success.
     Done,
     /// Any other failure: results cannot be written, for instance.
     Failure,
-    /// A case file or an argument that cannot be used; nothing was written.
+    /// An unusable case file or argument; nothing was written.
     BadInput,
     /// Finished, but a step failed, missed its tolerance or was not run; the results are kept and marked.
     Incomplete,
@@ -138,8 +138,8 @@ enum Command {
     Man(commands::man::Arguments),
 }
 
-/// The number of threads if none is asked for. Under a limit on the address space, as many as it has room for, and at most one for each
-/// processor. Without a limit, 0: rayon then chooses.
+/// The default number of threads. Under a limit on the address space it is the number that the limit has room
+/// for, at most one for each processor. Without a limit it is 0, and rayon chooses.
 fn default_threads() -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     memory::max_threads().map_or(0, |most| processors.min(most))
@@ -154,7 +154,7 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    // Before the threads that compute: their memory may be missing for those of the guard.
+    // The guard starts before the computing threads, whose memory its threads might lack.
     let guard = match Guard::start() {
         Ok(guard) => guard,
         Err(error) => {

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 
 use crate::Exit;
 
-/// Prints a result. A reader that has gone away (`elastocap schema | head`) is not a failure.
+/// Prints a result. A closed pipe (`elastocap schema | head`) is not a failure.
 pub(crate) fn result(text: &str) -> Result<(), Exit> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -17,9 +17,9 @@ pub(crate) fn result(text: &str) -> Result<(), Exit> {
     }
 }
 
-/// Prints a message as it is.
+/// Prints a message without a prefix.
 pub(crate) fn message(text: &str) {
-    // Where stderr cannot be written to, there is nowhere to report it.
+    // If stderr is not writable, there is nowhere to report it.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
@@ -33,7 +33,7 @@ pub(crate) fn warning(text: &str) {
     message(&format!("warning: {}", plain(text)));
 }
 
-/// A text without characters that a terminal takes for commands: titles and names may be those of a file from elsewhere.
+/// A text without control characters for the terminal: titles and names may come from a file of others.
 pub(crate) fn plain(text: &str) -> String {
     text.chars().map(|c| if c.is_control() && !matches!(c, '\n' | '\t') { '\u{fffd}' } else { c }).collect()
 }

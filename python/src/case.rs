@@ -1,4 +1,4 @@
-//! Cases: their text, and what it means.
+//! Cases, with their text.
 
 use std::ffi::OsStr;
 use std::path::PathBuf;

@@ -13,8 +13,8 @@ mod classes {
     pyo3::import_exception!(elastocap.errors, OutputError);
 }
 
-/// Everything that is wrong in a case: the message that the command prints, and each problem as (message, line, column, help); line and
-/// column are counted from 1.
+/// The exception for all errors in a case: the message that the command prints, and each error as (message,
+/// line, column, help); line and column are counted from 1.
 pub(crate) fn invalid_case(error: &InvalidCase) -> PyErr {
     let problems: Vec<_> = (error.diagnostics().iter())
         .map(|problem| {
@@ -25,22 +25,22 @@ pub(crate) fn invalid_case(error: &InvalidCase) -> PyErr {
     classes::CaseError::new_err((error.render(false), problems))
 }
 
-/// A key that cannot be set.
+/// The exception for a key that cannot be set.
 pub(crate) fn bad_override(error: &OverrideError) -> PyErr {
     classes::CaseError::new_err(format!("error: {error}"))
 }
 
-/// Values that cannot be read.
+/// The exception for values that cannot be read.
 pub(crate) fn bad_values(what: &str) -> PyErr {
     classes::CaseError::new_err(format!("error: {what}"))
 }
 
-/// Results that cannot be written.
+/// The exception for results that cannot be written.
 pub(crate) fn unwritable(error: &Unwritable) -> PyErr {
     classes::OutputError::new_err(format!("error: {error}"))
 }
 
-/// Anything else.
+/// The exception for any other failure.
 pub(crate) fn failed(what: &str) -> PyErr {
     classes::ElastocapError::new_err(format!("error: {what}"))
 }

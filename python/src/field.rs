@@ -1,4 +1,4 @@
-//! The field of a step as Python takes it: names, and arrays as bytes.
+//! The field of a step for Python: names, and arrays as bytes.
 
 use elastocap::coupling::outcome::StepResult;
 use elastocap::coupling::step::StepField;
@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 
 use crate::numbers::all;
 
-/// The field of a step; `None` where a grid has no scene to go with it.
+/// The field of a step; `None` if a grid has no scene.
 pub(crate) fn of<'py>(
     py: Python<'py>,
     step: &StepResult,
@@ -50,7 +50,7 @@ fn on_mesh<'py>(py: Python<'py>, mesh: &BodyMesh) -> PyResult<Bound<'py, PyDict>
     Ok(dict)
 }
 
-/// By name: how many numbers a node or element has, and the numbers.
+/// A dictionary of the arrays by name, each with the number of components and the numbers.
 fn named<'py>(py: Python<'py>, arrays: &[NamedArray]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for array in arrays {

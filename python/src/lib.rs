@@ -1,14 +1,15 @@
-//! The extension module `elastocap._core`: what the Python package `elastocap` needs of the library, and no more.
+//! The extension module `elastocap._core`: the parts of the library that the Python package `elastocap`
+//! needs.
 //!
-//! It converts. Numbers go to Python as bytes, in the machine's own order, of which NumPy makes arrays without another copy; texts, names and
-//! exceptions have the words of the command. The classes that people see are written in Python, in `elastocap/`, beside `_core.pyi`, which
-//! has the types of all that is here.
+//! It converts values. Numbers go to Python as bytes in native byte order, which NumPy uses without another
+//! copy; texts, names and exceptions have the words of the command. The public classes are written in Python,
+//! in `elastocap/`, beside `_core.pyi`, which has the types of this module.
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `case.rs` | a case: its text and what it means |
-//! | `run.rs` | a run in threads of its own, while the calling one waits for signals and tells of the progress |
-//! | `outcome.rs` | what a run found, and its files |
+//! | `case.rs` | a case: its text and its content |
+//! | `run.rs` | a run in separate threads, while the calling thread handles signals and progress |
+//! | `outcome.rs` | the results of a run, and their files |
 //! | `field.rs` | the field of a step |
 //! | `sweep.rs` | the values of a key, as the command takes them |
 //! | `errors.rs` | the exceptions |

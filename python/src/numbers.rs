@@ -1,11 +1,11 @@
-//! Numbers as bytes in the machine's own order, as `numpy.frombuffer` takes them.
+//! Numbers as bytes in native byte order, as `numpy.frombuffer` reads them.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 /// A number with a fixed size in memory.
 pub(crate) trait Number: Copy {
-    /// Its bytes.
+    /// The type of its bytes.
     type Bytes: AsRef<[u8]>;
     /// Its size in bytes.
     const SIZE: usize = size_of::<Self::Bytes>();
@@ -34,10 +34,10 @@ impl Number for u32 {
     }
 }
 
-/// `count` numbers, one after the other. What `numbers` has beyond that is left out, what it lacks is zero.
+/// The bytes of `count` numbers. Further ones in `numbers` are left out, missing ones are zero.
 ///
 /// # Errors
-/// Python has no memory for them.
+/// An error if Python has no memory for them.
 pub(crate) fn bytes<'py, T: Number>(
     py: Python<'py>,
     count: usize,
@@ -51,7 +51,7 @@ pub(crate) fn bytes<'py, T: Number>(
     })
 }
 
-/// All numbers of a slice.
+/// The bytes of all numbers of a slice.
 ///
 /// # Errors
 /// As [`bytes`].

@@ -39,8 +39,8 @@ impl PyOutcome {
         })
     }
 
-    fn of_steps<T>(&self, of: impl Fn(&StepResult) -> T) -> Vec<T> {
-        self.outcome.steps.iter().map(of).collect()
+    fn of_steps<T>(&self, value: impl Fn(&StepResult) -> T) -> Vec<T> {
+        self.outcome.steps.iter().map(value).collect()
     }
 }
 

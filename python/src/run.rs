@@ -1,5 +1,5 @@
-//! A run in threads of its own. The calling thread waits without Python's lock, and takes it now and then to see whether Ctrl-C was pressed
-//! and to tell of the progress.
+//! Runs a case in separate threads. The calling thread waits without Python's lock, and takes it at intervals
+//! to check for Ctrl-C and to report the progress.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -22,28 +22,29 @@ use crate::case::PyCase;
 use crate::errors::failed;
 use crate::outcome::PyOutcome;
 
-/// How often the calling thread looks for signals.
+/// The interval at which the calling thread checks for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// Stack of each computing thread, bytes: as much as the first thread of a process has, where the command prepares its runs.
+/// The stack size of each computing thread, bytes, equal to that of the main thread in which the command
+/// prepares its runs.
 const STACK: usize = 8 << 20;
 
-/// A message of the computing threads to the calling one.
+/// A message of the computing threads to the calling thread.
 enum News {
-    /// How many steps there are.
+    /// The number of steps.
     Planned(usize),
-    /// Work that all steps need.
+    /// The current work that all steps need.
     Preparing(String),
     StepBegun,
     StepDone,
 }
 
-/// Passes on what a run tells of itself.
+/// An observer that sends the progress of a run to the calling thread.
 struct Messenger(Sender<News>);
 
 impl Messenger {
     fn tell(&self, news: News) {
-        // Nobody listens any more: the run is being stopped.
+        // The receiver is gone if the run is being stopped.
         let _ = self.0.send(news);
     }
 }
@@ -66,7 +67,7 @@ impl Observer for Messenger {
     }
 }
 
-/// The result of a run that is over.
+/// The result of a finished run.
 type Done = (Outcome, StepFields, Duration);
 
 /// Runs a case on `threads` threads; without a number on as many as the command takes.
@@ -116,8 +117,8 @@ pub(crate) fn run(
     Ok((PyOutcome { case, outcome, options, fields, planning, text }, stopped_by))
 }
 
-/// Plans and solves a case in a pool of threads of its own, so that runs of one process do not share threads, and none is left over for
-/// a process that is forked later.
+/// Plans and solves a case in a new pool of threads, so that runs of one process do not share threads, and
+/// none is left over for a process that is forked later.
 fn in_threads(
     case: &Case,
     options: &Options,
@@ -139,24 +140,25 @@ fn in_threads(
         plan.layer_memory_limit /= at_once.max(1);
         let planning = started.elapsed();
         messenger.tell(News::Planned(plan.distinct_steps().count()));
-        let kept = KeptFields::new(options.fields, &messenger);
-        let outcome = solve(case, &plan, options, cancel, &kept);
-        (outcome, kept.finish(), planning)
+        let fields = KeptFields::new(options.fields, &messenger);
+        let outcome = solve(case, &plan, options, cancel, &fields);
+        (outcome, fields.finish(), planning)
     };
-    // The steps of a run keep their own defects to themselves; this is for whatever else there may be.
+    // Panics in a step are handled by the run; this catches all others.
     catch_unwind(AssertUnwindSafe(|| pool.install(work))).map_err(|defect| {
-        let said = panic_message(&*defect);
-        failed(&format!("a defect of elastocap ended the run: {said}"))
+        let message = panic_message(&*defect);
+        failed(&format!("a defect of elastocap ended the run: {message}"))
     })
 }
 
-/// As many threads as the command takes: one for each processor, and fewer under a limit on the address space.
+/// The default number of threads of the command: one for each processor, and fewer under a limit on the
+/// address space.
 fn usual_threads() -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     memory::max_threads().map_or(processors, |most| processors.min(most))
 }
 
-/// Waits until the run is over. Returns the exception that stopped it.
+/// Waits until the run is finished. Returns the exception that stopped it.
 fn wait(
     receiver: &Receiver<News>,
     cancel: &AtomicBool,
@@ -186,7 +188,7 @@ fn wait(
         if stopped_by.is_some() {
             continue;
         }
-        let told = Python::attach(|py| {
+        let called = Python::attach(|py| {
             py.check_signals()?;
             if let Some(cancelled) = cancelled
                 && cancelled.call0(py)?.is_truthy(py)?
@@ -198,7 +200,7 @@ fn wait(
                 None => Ok(()),
             }
         });
-        if let Err(error) = told {
+        if let Err(error) = called {
             cancel.store(true, Ordering::Relaxed);
             stopped_by = Some(error);
         }

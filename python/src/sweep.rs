@@ -1,4 +1,4 @@
-//! The values of a key that is varied, as `--set` of the command has them.
+//! Reads the values of a varied key, as `--set` of the command has them.
 
 use elastocap_sweeps::{Setting, Values};
 use pyo3::prelude::*;
@@ -13,10 +13,10 @@ pub(crate) fn sweep_values(key: &str, values: &str) -> PyResult<Vec<String>> {
     match read.values {
         Values::Listed(values) => Ok(values),
         Values::Drawn(_) => {
-            let told = format!(
+            let message = format!(
                 "`{values}` is a distribution; draw its values, with NumPy for instance, and give them as a list"
             );
-            Err(bad_values(&told))
+            Err(bad_values(&message))
         }
     }
 }

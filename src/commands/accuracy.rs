@@ -59,7 +59,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let mut request = usual(arguments.step);
     request.seconds = arguments.seconds.unwrap_or(request.seconds);
     let path = super::output_folder(arguments.output.as_deref(), &arguments.case);
-    // Opened before anything is solved: a study must not be lost to a folder that cannot be written to.
+    // The folder is opened before anything is solved: a study must not be lost because its folder is not
+    // writable.
     let folder = match OutputFolder::open(&path) {
         Ok(folder) => folder,
         Err(error) => return failure(&error),
@@ -99,7 +100,7 @@ fn progress(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    // Hides itself where stderr is not a terminal.
+    // The bar is hidden if stderr is not a terminal.
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{elapsed} {msg}") {
         bar.set_style(style);

@@ -55,12 +55,12 @@ pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String 
     out
 }
 
-/// Seconds, down to microseconds.
+/// Seconds, with a resolution of microseconds.
 fn short(value: f64) -> String {
     if value < 1e-3 { prefixed(value, 2, "s") } else { seconds(value) }
 }
 
-/// Seconds with more digits than [`seconds`] gives, since times are compared here.
+/// Seconds with more digits than [`seconds`] gives, for comparison.
 fn time(value: f64) -> String {
     if value < 0.0995 { format!("{:.1} ms", 1e3 * value) } else { format!("{value:.2} s") }
 }
@@ -118,13 +118,13 @@ fn choices(study: &Study) -> Vec<Vec<String>> {
 }
 
 fn verdicts(study: &Study, out: &mut String) {
-    let all = study.verdicts.len();
+    let count = study.verdicts.len();
     let Some(worst) = study.verdicts.iter().map(|verdict| verdict.ratio).reduce(f64::max) else { return };
     let good = study.verdicts.iter().filter(|verdict| verdict.is_good()).count();
     let _ = writeln!(
         out,
-        "own choice within {ALLOWED} times the time of the best grid: {good} of {all}, worst {worst:.2} (grids are order / \
-         layers)"
+        "own choice within {ALLOWED} times the time of the best grid: {good} of {count}, worst {worst:.2} (grids are \
+         order / layers)"
     );
 }
 

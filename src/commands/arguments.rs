@@ -1,22 +1,22 @@
-//! Values of arguments that several commands take.
+//! Argument values that several commands use.
 
 use std::time::Duration;
 
-/// Why the value of an argument cannot be used.
+/// The reason why the value of an argument is invalid.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ArgumentError {
-    /// No number of seconds to work for.
+    /// The text is not a valid number of seconds.
     #[error("a number of seconds above 0, at most 1e6")]
     Seconds,
-    /// No time to work for.
+    /// The text is not a valid time.
     #[error("a time with its unit, such as 90s, 10min or 2h; above 0 and at most 10000h")]
     Time,
-    /// No figure or table.
+    /// The text does not name a figure or table.
     #[error("the figures and tables are {0}")]
     Item(String),
 }
 
-/// A time to work for: a number with the unit s, min or h.
+/// A duration: a number with the unit s, min or h.
 pub(crate) fn time(text: &str) -> Result<Duration, ArgumentError> {
     const MAX_SECONDS: f64 = 3.6e7;
     let text = text.trim();
@@ -33,7 +33,7 @@ pub(crate) fn time(text: &str) -> Result<Duration, ArgumentError> {
     seconds.map(Duration::from_secs_f64).ok_or(ArgumentError::Time)
 }
 
-/// A number of seconds to work for.
+/// A duration as a number of seconds.
 pub(crate) fn positive_seconds(text: &str) -> Result<f64, ArgumentError> {
     let value = text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= 1e6);
     value.ok_or(ArgumentError::Seconds)

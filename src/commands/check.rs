@@ -1,4 +1,4 @@
-//! `elastocap check`: the plan of a run.
+//! `elastocap check`: prints the plan of a run.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::words::counted;
 
-use super::{inputs, on_its_own, shortfalls};
+use super::{catching_defects, inputs, shortfalls};
 use crate::units::{bytes, grouped, seconds};
 use crate::{Common, Exit, output};
 
@@ -47,7 +47,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
             let gap = if index > 0 { "\n" } else { "" };
             let _ = output::result(&format!("{gap}{}\n", case.display()));
         }
-        let checked = on_its_own(case, || check(case, arguments, common));
+        let checked = catching_defects(case, || check(case, arguments, common));
         worst.or_worse(checked.unwrap_or_else(|defect| defect))
     })
 }
@@ -63,7 +63,7 @@ fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
     print(arguments, common, &case.title, &plan)
 }
 
-/// Prints the plan, and gives the status of the command.
+/// Prints the plan, and returns the status of the command.
 fn print(arguments: &Arguments, common: &Common, title: &str, plan: &Plan) -> Exit {
     let text = if arguments.json {
         match serde_json::to_string_pretty(plan) {
@@ -85,7 +85,7 @@ fn print(arguments: &Arguments, common: &Common, title: &str, plan: &Plan) -> Ex
     }
 }
 
-/// The status that follows from what is known of the run: bad input where no step can be solved, incomplete where some cannot.
+/// The status that the plan implies: bad input if no step can be solved, incomplete if some cannot.
 fn exit(plan: &Plan) -> Exit {
     let fails = |step: &PlannedStep| step.failure.is_some();
     if plan.steps.iter().all(fails) {
@@ -151,8 +151,8 @@ fn describe(title: &str, plan: &Plan) -> String {
     out
 }
 
-/// The failures that are known beforehand, a line for each reason.
+/// The failures that are known in advance, a line for each reason.
 fn failures(plan: &Plan) -> Vec<String> {
-    let all = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
-    shortfalls::lines(all.map(|(step, failure)| (step, format!("will fail: {failure}"))))
+    let failures = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
+    shortfalls::lines(failures.map(|(step, failure)| (step, format!("will fail: {failure}"))))
 }

@@ -1,4 +1,4 @@
-//! `elastocap compare`: results side by side.
+//! `elastocap compare`: compares results.
 
 use std::path::PathBuf;
 
@@ -65,25 +65,27 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     }
 }
 
-/// How many of the steps agree, for each result after the first.
+/// The number of agreeing steps, for each result after the first.
 fn sentence(comparison: &Comparison) -> String {
     let first = comparison.letter(0);
-    let of = |k: usize| {
+    let sentence_on = |k: usize| {
         let known: Vec<Difference> = comparison.steps.iter().filter_map(|step| step.difference(k)).collect();
         let letter = comparison.letter(k);
         if known.is_empty() {
             return format!("{letter} and {first} have no capacitance at the same load.");
         }
-        let agreeing = known.iter().filter(|own| own.agrees()).count();
-        let largest =
-            known.iter().map(|own| own.relative).fold(0.0_f64, |m, r| if r.abs() > m.abs() { r } else { m });
+        let agreeing = known.iter().filter(|difference| difference.agrees()).count();
+        let largest = known
+            .iter()
+            .map(|difference| difference.relative)
+            .fold(0.0_f64, |m, r| if r.abs() > m.abs() { r } else { m });
         format!(
             "{letter} agrees with {first} within the bounds at {agreeing} of {} steps; the largest difference is {}.",
             known.len(),
             percent(largest)
         )
     };
-    (1..comparison.results.len()).map(of).collect::<Vec<_>>().join(" ")
+    (1..comparison.results.len()).map(sentence_on).collect::<Vec<_>>().join(" ")
 }
 
 fn percent(share: f64) -> String {
@@ -96,10 +98,10 @@ fn percent(share: f64) -> String {
     }
 }
 
-fn verdict(own: &Difference) -> String {
-    match own.agrees() {
+fn verdict(difference: &Difference) -> String {
+    match difference.agrees() {
         true => "agree".to_owned(),
-        false => format!("differ by {} or more", prefixed(own.at_least(), 3, "F")),
+        false => format!("differ by {} or more", prefixed(difference.at_least(), 3, "F")),
     }
 }
 
@@ -114,13 +116,13 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
             std::iter::once(name.to_owned()).chain(comparison.results.iter().map(value)).collect()
         };
     let absent = || "-".to_owned();
-    let words = |all: &[&str]| -> Vec<String> { all.iter().map(|word| (*word).to_owned()).collect() };
+    let words = |words: &[&str]| -> Vec<String> { words.iter().map(|word| (*word).to_owned()).collect() };
     let results: Vec<Vec<String>> = (comparison.results.iter().zip(&letters))
-        .map(|(own, letter)| {
-            let measured = own.measured.clone().unwrap_or_else(absent);
-            let bounds = if own.proved { "proved" } else { "estimated" }.to_owned();
-            let folder = own.path.display().to_string();
-            vec![letter.clone(), own.title.clone(), own.status.clone(), measured, bounds, folder]
+        .map(|(result, letter)| {
+            let measured = result.measured.clone().unwrap_or_else(absent);
+            let bounds = if result.proved { "proved" } else { "estimated" }.to_owned();
+            let folder = result.path.display().to_string();
+            vec![letter.clone(), result.title.clone(), result.status.clone(), measured, bounds, folder]
         })
         .collect();
     let of_results = words(&["", "title", "status", "measured", "bounds", "result"]);
@@ -137,43 +139,45 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
     let steps: Vec<Vec<String>> = (comparison.steps.iter())
         .map(|step| {
             let mut cells = vec![step.label.clone()];
-            let value = |own: &Option<elastocap_results::comparison::StepValue>| {
-                own.and_then(|own| own.capacitance).map_or_else(absent, |c| prefixed(c[0], 6, "F"))
+            let value = |value: &Option<elastocap_results::comparison::StepValue>| {
+                value.and_then(|value| value.capacitance).map_or_else(absent, |c| prefixed(c[0], 6, "F"))
             };
             cells.extend(step.values.iter().map(value));
             for k in 1..letters.len() {
                 match step.difference(k) {
-                    Some(own) => {
-                        cells.extend([prefixed(own.value, 4, "F"), percent(own.relative), verdict(&own)])
-                    }
+                    Some(difference) => cells.extend([
+                        prefixed(difference.value, 4, "F"),
+                        percent(difference.relative),
+                        verdict(&difference),
+                    ]),
                     None => cells.extend([absent(), absent(), "not comparable".to_owned()]),
                 }
             }
             cells
         })
         .collect();
-    let force = |own: &elastocap_results::comparison::StepValue| own.force_n;
+    let force = |value: &elastocap_results::comparison::StepValue| value.force_n;
     let has_forces =
-        comparison.steps.iter().any(|step| step.values.iter().flatten().any(|own| force(own).is_some()));
+        comparison.steps.iter().any(|step| step.values.iter().flatten().any(|value| force(value).is_some()));
     let forces: Vec<Vec<String>> = (comparison.steps.iter())
         .map(|step| {
-            let value = |own: &Option<elastocap_results::comparison::StepValue>| {
-                own.as_ref().and_then(force).map_or_else(absent, |f| prefixed(f, 5, "N"))
+            let value = |value: &Option<elastocap_results::comparison::StepValue>| {
+                value.as_ref().and_then(force).map_or_else(absent, |f| prefixed(f, 5, "N"))
             };
             std::iter::once(step.label.clone()).chain(step.values.iter().map(value)).collect()
         })
         .collect();
     let times = vec![
-        row("run", &|own| seconds(own.seconds)),
-        row("threads", &|own| own.threads.to_string()),
-        row("unknowns, largest step", &|own| {
-            own.unknowns.map_or_else(absent, |n| grouped(usize::try_from(n).unwrap_or(usize::MAX)))
+        row("run", &|result| seconds(result.seconds)),
+        row("threads", &|result| result.threads.to_string()),
+        row("unknowns, largest step", &|result| {
+            result.unknowns.map_or_else(absent, |n| grouped(usize::try_from(n).unwrap_or(usize::MAX)))
         }),
-        row("elastocap", &|own| own.version.clone()),
+        row("elastocap", &|result| result.version.clone()),
     ];
-    let mut all = vec![("Results".to_owned(), vec![("What is compared".to_owned(), of_results, results)])];
+    let mut parts = vec![("Results".to_owned(), vec![("What is compared".to_owned(), of_results, results)])];
     if !keys.is_empty() {
-        all.push((
+        parts.push((
             "Case".to_owned(),
             vec![("Keys of the case files that differ".to_owned(), head("key"), keys)],
         ));
@@ -182,16 +186,22 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
     if has_forces {
         of_steps.push(("Force at each load".to_owned(), head("load"), forces));
     }
-    all.push(("Capacitance and force".to_owned(), of_steps));
-    all.push(("Time".to_owned(), vec![("What the runs took".to_owned(), head(""), times)]));
-    all
+    parts.push(("Capacitance and force".to_owned(), of_steps));
+    parts.push(("Time".to_owned(), vec![("What the runs took".to_owned(), head(""), times)]));
+    parts
 }
 
 fn text(comparison: &Comparison, parts: &[(String, Vec<WordTable>)]) -> String {
     let mut out = String::new();
-    for (k, own) in comparison.results.iter().enumerate() {
-        let status = if own.status == "complete" { String::new() } else { format!(" ({})", own.status) };
-        out.push_str(&format!("{}  {}: {}{status}\n", comparison.letter(k), own.path.display(), own.title));
+    for (k, result) in comparison.results.iter().enumerate() {
+        let status =
+            if result.status == "complete" { String::new() } else { format!(" ({})", result.status) };
+        out.push_str(&format!(
+            "{}  {}: {}{status}\n",
+            comparison.letter(k),
+            result.path.display(),
+            result.title
+        ));
     }
     out.push('\n');
     // The first part is the list above.

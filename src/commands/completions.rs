@@ -1,4 +1,5 @@
-//! `elastocap completions`: scripts that complete the command line in a shell, from the same definitions that parse it.
+//! `elastocap completions`: prints scripts that complete the command line in a shell, generated from the
+//! definition of its arguments.
 
 use clap::{Args, CommandFactory as _};
 use clap_complete::Shell;

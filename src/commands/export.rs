@@ -76,7 +76,7 @@ enum Format {
 }
 
 impl Format {
-    /// The extension of the name of its file.
+    /// The extension of its file name.
     fn extension(self) -> &'static str {
         match self {
             Self::Spice => "lib",
@@ -101,8 +101,9 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         }
     };
     let name = format!("{}.{}", model.identifier, arguments.format.extension());
-    let own = PathBuf::from(result_name(Path::new(&name))).with_extension(arguments.format.extension());
-    let file = arguments.output.as_deref().unwrap_or(&own);
+    let default_file =
+        PathBuf::from(result_name(Path::new(&name))).with_extension(arguments.format.extension());
+    let file = arguments.output.as_deref().unwrap_or(&default_file);
     let is_standard_output = file == Path::new("-");
     if is_standard_output && arguments.format == Format::Fmu {
         output::error("an FMU is an archive and does not go to the standard output; name a file with -o");

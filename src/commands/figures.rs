@@ -1,4 +1,4 @@
-//! `elastocap figures`: the figures and tables of the paper.
+//! `elastocap figures`: draws the figures and tables of the paper.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -80,7 +80,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     }
 }
 
-/// Why an item is not drawn.
+/// The reason why an item is not drawn.
 #[derive(Debug, Error)]
 enum NotDrawn {
     #[error("{item}: {error}")]
@@ -119,7 +119,7 @@ fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    // Hides itself where stderr is not a terminal.
+    // The bar is hidden if stderr is not a terminal.
     let bar = ProgressBar::with_draw_target(Some(items as u64), ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {elapsed} elapsed") {
         bar.set_style(style);
@@ -128,10 +128,10 @@ fn progress_bar(items: usize, quiet: bool) -> ProgressBar {
     bar
 }
 
-/// Puts the files in place and reports what they show.
+/// Puts the files in place and prints the findings.
 fn conclude(
     drawn: &[(Item, Drawn)],
-    asked: usize,
+    requested: usize,
     folder: &OutputFolder,
     common: &Common,
     begin: Instant,
@@ -152,9 +152,9 @@ fn conclude(
             exit = Exit::Incomplete;
         }
     }
-    if drawn.len() < asked {
+    if drawn.len() < requested {
         output::warning(&format!(
-            "stopped after {} of {asked} figures and tables; those are kept",
+            "stopped after {} of {requested} figures and tables; those are kept",
             drawn.len()
         ));
         exit = Exit::Incomplete;

@@ -1,4 +1,4 @@
-//! `elastocap fit`: parameters of a case from its measured points.
+//! `elastocap fit`: fits parameters of a case to its measured points.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -111,7 +111,10 @@ fn run(arguments: &Arguments, common: &Common, started: Instant) -> Result<Exit,
         output::result(&text)?;
     }
     let missed = found.stopped || !found.converged || found.measured_points.beyond_curve > 0;
-    let undetermined = found.parameters.iter().any(|own| own.interval_95.is_none() && own.at_limit.is_none());
+    let undetermined = found
+        .parameters
+        .iter()
+        .any(|parameter| parameter.interval_95.is_none() && parameter.at_limit.is_none());
     Ok(if missed || undetermined { Exit::Incomplete } else { Exit::Done })
 }
 
@@ -176,23 +179,25 @@ fn json(case: &Case, found: &Fit, started: Instant) -> Result<String, Exit> {
 fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> String {
     let mut lines =
         vec![["", "value", "95 % interval", "curve's error", "start"].map(str::to_owned).to_vec()];
-    for (own, fitted) in parameters.iter().zip(&found.parameters) {
-        // As many digits as the interval tells.
+    for (parameter, fitted) in parameters.iter().zip(&found.parameters) {
+        // As many digits as the interval determines.
         let digits = fitted.standard_error.map_or(5, |error| digits(fitted.value, error));
         let interval = match (fitted.interval_95, fitted.at_limit) {
-            (Some([low, high]), _) => format!("{} to {}", own.show(low, digits), own.show(high, digits)),
+            (Some([low, high]), _) => {
+                format!("{} to {}", parameter.show(low, digits), parameter.show(high, digits))
+            }
             (None, Some(side)) => format!("at its {side} limit"),
             (None, None) => "not known".to_owned(),
         };
         let shift = fitted
             .shift_by_curve
-            .map_or_else(|| "-".to_owned(), |shift| format!("+- {}", own.show(shift, 2)));
+            .map_or_else(|| "-".to_owned(), |shift| format!("+- {}", parameter.show(shift, 2)));
         lines.push(vec![
-            own.name.clone(),
-            own.show(fitted.value, digits),
+            parameter.name.clone(),
+            parameter.show(fitted.value, digits),
             interval,
             shift,
-            own.show(own.start, 5),
+            parameter.show(parameter.start, 5),
         ]);
     }
     let mut out = format!(
@@ -239,7 +244,7 @@ fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> Str
     out
 }
 
-/// Digits of a value of which the error has two.
+/// The number of digits of a value whose error has two.
 fn digits(value: f64, error: f64) -> usize {
     let ratio = (value.abs() / error).log10().ceil();
     if ratio.is_finite() { (ratio.max(0.0) as usize + 2).clamp(2, 8) } else { 5 }

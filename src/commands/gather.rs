@@ -1,4 +1,4 @@
-//! `elastocap gather`: the shards of a sweep joined.
+//! `elastocap gather`: joins the shards of a sweep.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Several cases in one command: which they are, and the folder of each.
+//! The cases of a command: their files, and the folder of each.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,33 +9,33 @@ use elastocap_files::result_name;
 use super::STDIN;
 use crate::{Exit, output};
 
-/// A case that is to be solved.
+/// A case to be solved.
 #[derive(Debug)]
 pub(super) struct Input {
-    /// The file as the user named it.
+    /// The file, as the user named it.
     pub(super) path: PathBuf,
-    /// Where its results go.
+    /// The folder for its results.
     pub(super) folder: PathBuf,
     pub(super) case: Case,
     /// The text that the case was read from.
     pub(super) text: String,
 }
 
-/// Why a list of cases cannot be used.
+/// The reason why a list of cases cannot be used.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum InputError {
-    /// Two would be written to one folder.
+    /// Two cases would be written to one folder.
     #[error(
         "`{}` and `{}` would both be written to `{}`: rename one, or run them one by one with -o",
         first.display(), second.display(), folder.display()
     )]
     SameFolder { first: PathBuf, second: PathBuf, folder: PathBuf },
-    /// The standard input can be read once.
+    /// The standard input, which can be read only once, is given twice.
     #[error("`-`, the standard input, can be given once only")]
     StdinTwice,
 }
 
-/// The name of the folder for the results of a case: made from that of its file, or `stdin`.
+/// The name of the folder for the results of a case, from the name of its file, or `stdin`.
 pub(super) fn folder_name(case: &Path) -> String {
     match case.as_os_str() == STDIN {
         true => "stdin".to_owned(),
@@ -43,18 +43,19 @@ pub(super) fn folder_name(case: &Path) -> String {
     }
 }
 
-/// Where the results of each case go: a single one to `asked`, several to folders of their own in it, or in `results/`.
-pub(super) fn folders(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<PathBuf>, InputError> {
+/// The folder for the results of each case: that of a single case is `requested`, those of several are in it,
+/// or in `results/`.
+pub(super) fn folders(cases: &[PathBuf], requested: Option<&Path>) -> Result<Vec<PathBuf>, InputError> {
     if let [case] = cases {
-        return Ok(vec![super::output_folder(asked, case)]);
+        return Ok(vec![super::output_folder(requested, case)]);
     }
     is_stdin_once(cases)?;
-    let parent = asked.unwrap_or(Path::new("results"));
+    let parent = requested.unwrap_or(Path::new("results"));
     let mut taken: HashMap<PathBuf, &PathBuf> = HashMap::new();
-    let mut all = Vec::with_capacity(cases.len());
+    let mut folders = Vec::with_capacity(cases.len());
     for case in cases {
         let folder = parent.join(folder_name(case));
-        // Names that differ in capitals alone are one on many file systems.
+        // Names that differ in case alone are equal on some file systems.
         let same = if cfg!(any(windows, target_os = "macos")) {
             PathBuf::from(folder.to_string_lossy().to_lowercase())
         } else {
@@ -63,12 +64,12 @@ pub(super) fn folders(cases: &[PathBuf], asked: Option<&Path>) -> Result<Vec<Pat
         if let Some(first) = taken.insert(same, case) {
             return Err(InputError::SameFolder { first: first.clone(), second: case.clone(), folder });
         }
-        all.push(folder);
+        folders.push(folder);
     }
-    Ok(all)
+    Ok(folders)
 }
 
-/// The standard input can be read once only.
+/// Checks that the standard input is given only once.
 pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
     match cases.iter().filter(|case| case.as_os_str() == STDIN).count() {
         0 | 1 => Ok(()),
@@ -76,16 +77,16 @@ pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
     }
 }
 
-/// Loads all cases. What is wrong with any of them is told before this returns. A case that cannot be read for a defect of the program
-/// is none of them; `Exit` says whether there is one.
-pub(super) fn load_all(cases: &[PathBuf], asked: Option<&Path>) -> Result<(Vec<Input>, Exit), Exit> {
-    let folders = folders(cases, asked).map_err(|error| {
+/// Loads all cases, and reports all errors in them before it returns. A case that cannot be read because of a
+/// defect of the program is left out, and `Exit` tells whether there is one.
+pub(super) fn load_all(cases: &[PathBuf], requested: Option<&Path>) -> Result<(Vec<Input>, Exit), Exit> {
+    let folders = folders(cases, requested).map_err(|error| {
         output::error(&error.to_string());
         Exit::BadInput
     })?;
-    // All are loaded before the first problem ends the command.
+    // Every case is loaded before the first error ends the command.
     let loaded: Vec<_> =
-        cases.iter().map(|path| super::on_its_own(path, || super::load_with_text(path))).collect();
+        cases.iter().map(|path| super::catching_defects(path, || super::load_with_text(path))).collect();
     let (mut inputs, mut worst) = (Vec::with_capacity(cases.len()), Exit::Done);
     for ((path, folder), loaded) in cases.iter().zip(folders).zip(loaded) {
         match loaded {
@@ -119,9 +120,12 @@ mod tests {
 
     #[test]
     fn two_cases_never_share_a_folder() {
-        let told = folders(&paths(&["a/x.toml", "b/x.toml"]), None).map_err(|error| error.to_string());
-        let told = told.err().unwrap_or_default();
-        assert!(told.contains("`a/x.toml` and `b/x.toml` would both be written to `results/x`"), "{told}");
+        let message = folders(&paths(&["a/x.toml", "b/x.toml"]), None).map_err(|error| error.to_string());
+        let message = message.err().unwrap_or_default();
+        assert!(
+            message.contains("`a/x.toml` and `b/x.toml` would both be written to `results/x`"),
+            "{message}"
+        );
         assert!(folders(&paths(&["x.toml", "x.toml"]), Some(Path::new("out"))).is_err());
         assert!(folders(&paths(&["...toml", "..toml"]), None).is_err());
         assert!(folders(&paths(&["stdin.toml", "-"]), None).is_err());

@@ -33,7 +33,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
         Err(error) => return failed(&format!("cannot make the manual pages: {error}")),
     };
     let Some(folder) = &arguments.folder else {
-        // The last one is the page of the whole.
+        // The last page is that of elastocap itself.
         let text = pages.last().map_or("", |page| page.text.as_str());
         return output::result(text).err().unwrap_or(Exit::Done);
     };
@@ -63,7 +63,7 @@ struct Page {
     text: String,
 }
 
-/// The pages of the subcommands, then that of the whole.
+/// The pages of the subcommands, then that of elastocap itself.
 fn pages() -> io::Result<Vec<Page>> {
     let mut whole = crate::Arguments::command().disable_help_subcommand(true);
     whole.build();
@@ -77,7 +77,8 @@ fn pages() -> io::Result<Vec<Page>> {
 
 fn page(command: Command) -> io::Result<Page> {
     let closing = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-    // The generator would run the lines of the examples into one paragraph: their section is made here.
+    // The generator would join the lines of the examples into one paragraph, so their section is written
+    // here.
     let man = Man::new(command.after_help(Resettable::Reset)).manual("elastocap");
     let mut text = Vec::new();
     man.render(&mut text)?;
@@ -111,7 +112,7 @@ fn sections(closing: &str) -> String {
     out
 }
 
-/// Lines of text as roff: nothing in them is a command, and hyphens can be copied as such.
+/// Lines of text as roff: nothing in them is a command, and hyphens remain hyphens when copied.
 fn escaped(text: &str) -> String {
     let line = |line: &str| {
         let line = line.replace('\\', "\\e").replace('-', "\\-");

@@ -1,4 +1,4 @@
-//! `elastocap mesh`: the bodies and a grid of them, for viewers.
+//! `elastocap mesh`: writes the bodies and a grid of them, for viewers.
 
 use std::path::{Path, PathBuf};
 
@@ -73,7 +73,7 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     }
 }
 
-/// Not the folder of a run: its fields and its scene have the same names.
+/// Opens the output folder, but not that of a run, whose fields and scene have the same names.
 fn open(arguments: &Arguments) -> Result<OutputFolder, OutputError> {
     let mut folder = super::output_folder(arguments.output.as_deref(), &arguments.case).into_os_string();
     if arguments.output.is_none() {

@@ -1,4 +1,4 @@
-//! One file for each subcommand.
+//! The subcommands, one file for each.
 
 pub(crate) mod accuracy;
 mod accuracy_report;
@@ -40,16 +40,16 @@ use crate::{Exit, output};
 /// The name that stands for the standard input where a case file is named.
 const STDIN: &str = "-";
 
-/// The standard input in messages, and as the file that a case from there came from.
+/// The standard input in messages, and as the file name of a case read from it.
 const STDIN_NAME: &str = "<stdin>";
 
-/// Loads the case, from the standard input if `path` is `-`; prints what is wrong with the file on stderr.
+/// Loads the case, from the standard input if `path` is `-`; prints the errors in it on stderr.
 fn load(path: &Path) -> Result<Case, Exit> {
     load_with_text(path).map(|(_, case)| case)
 }
 
-/// Loads the case as [`load`] does, and gives the text that was read with it: the standard input cannot be read again, and a file may change
-/// meanwhile.
+/// Loads the case as [`load`] does, and returns its text too: the standard input cannot be read again, and a
+/// file may change meanwhile.
 fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
     let loaded = match path.as_os_str() == STDIN {
         true => {
@@ -68,9 +68,11 @@ fn load_with_text(path: &Path) -> Result<(String, Case), Exit> {
     })
 }
 
-/// Does what one case of several asks for. A defect of the program in it, a panic, is reported and keeps no other case from being done.
-fn on_its_own<T>(case: &Path, work: impl FnOnce() -> T) -> Result<T, Exit> {
-    // What the work leaves half done is its own: results are put in place at its end.
+/// Does the work for one case of several. A defect of the program in it, a panic, is reported and does not
+/// stop the other cases.
+fn catching_defects<T>(case: &Path, work: impl FnOnce() -> T) -> Result<T, Exit> {
+    // Unwind-safe: results are put in place at the end, so that a panic leaves no half-done work that others
+    // would see.
     catch_unwind(AssertUnwindSafe(work)).map_err(|defect| {
         output::error(&format!(
             "`{}` met a defect of elastocap, please report it with the case file: {}",
@@ -81,7 +83,7 @@ fn on_its_own<T>(case: &Path, work: impl FnOnce() -> T) -> Result<T, Exit> {
     })
 }
 
-/// A stream that keeps a copy of what is read from it.
+/// A stream that keeps a copy of the bytes read from it.
 struct Kept<R> {
     stream: R,
     bytes: Vec<u8>,
@@ -95,7 +97,8 @@ impl<R: Read> Read for Kept<R> {
     }
 }
 
-/// The text of a case that is written to another folder than that of its file: the path of its measured points still leads to them.
+/// The text of a case for another folder than that of its file: the path of its measured points still leads
+/// to them.
 fn moved_to(text: &str, from: &Path, to: &Path) -> Result<String, OverrideError> {
     let folder = |path: &Path| {
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -111,9 +114,9 @@ fn moved_to(text: &str, from: &Path, to: &Path) -> Result<String, OverrideError>
 /// The key that names the file of measured points.
 const MEASURED_FILE: &str = "measurement.file";
 
-/// The folder for results: as asked for, or `results/` and the name of the case.
-fn output_folder(asked: Option<&Path>, case: &Path) -> PathBuf {
-    match asked {
+/// The folder for results: the requested one, or `results/` and the name of the case.
+fn output_folder(requested: Option<&Path>, case: &Path) -> PathBuf {
+    match requested {
         Some(folder) => folder.to_owned(),
         None => Path::new("results").join(inputs::folder_name(case)),
     }
@@ -128,7 +131,7 @@ mod tests {
     fn a_panic_in_one_case_of_several_is_a_failure_of_that_case_alone() {
         let paths = ["a.toml", "b.toml", "c.toml"].map(Path::new);
         let done = paths.map(|path| {
-            on_its_own(path, || match path.starts_with("b.toml") {
+            catching_defects(path, || match path.starts_with("b.toml") {
                 true => panic!("a defect"),
                 false => Exit::Done,
             })

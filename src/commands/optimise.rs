@@ -1,4 +1,4 @@
-//! `elastocap optimise`: keys of a case varied until a quantity is largest or smallest.
+//! `elastocap optimise`: varies keys of a case until a quantity is largest or smallest.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -112,9 +112,9 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
     let parameters = varied(&arguments.vary, &source).map_err(refused)?;
     let cancel = Arc::new(AtomicBool::new(false));
     stop_without_files(&cancel);
-    let report = |own: &Evaluation, number: usize| {
+    let report = |evaluation: &Evaluation, number: usize| {
         if !common.quiet && !arguments.json {
-            output::message(&format!("{number:>3}  {}", in_words(own, &parameters, &search)));
+            output::message(&format!("{number:>3}  {}", in_words(evaluation, &parameters, &search)));
         }
     };
     let work = || optimise(&source, &arguments.case, &parameters, &search, &cancel, &report);
@@ -171,40 +171,50 @@ fn shown(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
-fn in_words(own: &Evaluation, parameters: &[Parameter], search: &Search) -> String {
-    let values = parameters.iter().zip(&own.values).map(|(parameter, value)| parameter.show(*value, 4));
+fn in_words(evaluation: &Evaluation, parameters: &[Parameter], search: &Search) -> String {
+    let values =
+        parameters.iter().zip(&evaluation.values).map(|(parameter, value)| parameter.show(*value, 4));
     let mut parts: Vec<String> = values.collect();
-    match own.objective {
+    match evaluation.objective {
         Some(value) => parts.push(shown(value, search.quantity.unit(), 5)),
-        None => parts.extend(own.failure.as_ref().map(ToString::to_string)),
+        None => parts.extend(evaluation.failure.as_ref().map(ToString::to_string)),
     }
-    let limited = search.constraints.iter().zip(&own.limited);
+    let limited = search.constraints.iter().zip(&evaluation.limited);
     parts.extend(limited.map(|(limit, value)| shown(*value, limit.quantity.unit(), 4)));
-    parts.push(if own.is_allowed { "ok".to_owned() } else { "not allowed".to_owned() });
+    parts.push(if evaluation.is_allowed { "ok".to_owned() } else { "not allowed".to_owned() });
     parts.join("   ")
 }
 
 fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f64) -> String {
     let mut head = vec![String::new()];
-    head.extend(parameters.iter().map(|own| own.name.rsplit('.').next().unwrap_or(&own.name).to_owned()));
+    head.extend(
+        parameters
+            .iter()
+            .map(|parameter| parameter.name.rsplit('.').next().unwrap_or(&parameter.name).to_owned()),
+    );
     head.push(search.quantity.to_string());
-    head.extend(search.constraints.iter().map(|own| own.quantity.to_string()));
+    head.extend(search.constraints.iter().map(|constraint| constraint.quantity.to_string()));
     head.push("limits".to_owned());
     let mut lines = vec![head];
-    for (k, own) in found.evaluations.iter().enumerate() {
+    for (k, evaluation) in found.evaluations.iter().enumerate() {
         let mut line = vec![format!("{}{}", if found.best == Some(k) { "best " } else { "" }, k + 1)];
-        line.extend(parameters.iter().zip(&own.values).map(|(parameter, value)| parameter.show(*value, 5)));
+        line.extend(
+            parameters.iter().zip(&evaluation.values).map(|(parameter, value)| parameter.show(*value, 5)),
+        );
         line.push(
-            own.objective.map_or_else(|| "-".to_owned(), |value| shown(value, search.quantity.unit(), 5)),
+            evaluation
+                .objective
+                .map_or_else(|| "-".to_owned(), |value| shown(value, search.quantity.unit(), 5)),
         );
         for (index, limit) in search.constraints.iter().enumerate() {
             line.push(
-                own.limited
+                evaluation
+                    .limited
                     .get(index)
                     .map_or_else(|| "-".to_owned(), |value| shown(*value, limit.quantity.unit(), 4)),
             );
         }
-        line.push(match (&own.failure, own.is_allowed) {
+        line.push(match (&evaluation.failure, evaluation.is_allowed) {
             (Some(reason), _) => reason.to_string(),
             (None, true) => "kept".to_owned(),
             (None, false) => "not kept".to_owned(),
@@ -222,8 +232,8 @@ fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f6
             search.quantity,
             best.objective.map_or_else(|| "-".to_owned(), |value| shown(value, search.quantity.unit(), 5))
         ));
-        for (own, value) in parameters.iter().zip(&best.values) {
-            out.push_str(&format!("    {} = {}\n", own.name, own.show(*value, 5)));
+        for (parameter, value) in parameters.iter().zip(&best.values) {
+            out.push_str(&format!("    {} = {}\n", parameter.name, parameter.show(*value, 5)));
         }
         for limit in &search.constraints {
             out.push_str(&format!("  subject to {limit}\n"));
@@ -241,10 +251,10 @@ fn json(
     found: &Optimum,
     taken: f64,
 ) -> String {
-    let values = |own: &Evaluation| -> serde_json::Map<String, serde_json::Value> {
+    let values = |evaluation: &Evaluation| -> serde_json::Map<String, serde_json::Value> {
         parameters
             .iter()
-            .zip(&own.values)
+            .zip(&evaluation.values)
             .map(|(parameter, value)| (parameter.name.clone(), (*value).into()))
             .collect()
     };

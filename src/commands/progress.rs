@@ -1,4 +1,4 @@
-//! How far a run is, on a terminal and without one.
+//! The progress of a run, on a terminal and without one.
 
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -16,10 +16,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use crate::output;
 use crate::units::seconds;
 
-/// Time between two lines where there is no terminal.
+/// The time between two lines without a terminal.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
-/// Shows how many steps are done and how long the rest will take: a bar on a terminal, elsewhere a line every ten seconds.
+/// Shows the number of finished steps and the remaining time: as a bar on a terminal, elsewhere as a line
+/// every ten seconds.
 pub(super) struct Progress {
     done: Arc<Mutex<Done>>,
     bar: ProgressBar,
@@ -27,16 +28,16 @@ pub(super) struct Progress {
     lines: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// The progress of a run that is under way.
+/// The progress of a run so far.
 #[derive(Debug)]
 struct Done {
     begun: Instant,
-    /// When the first step began after what the steps need was done, and how many were done by then.
+    /// The time when the first step began after the preparations, and the number of steps finished by then.
     steps_begun: Option<(Instant, usize)>,
     steps: usize,
     of: usize,
     doing: String,
-    /// Seconds that the layer and the fields were expected to take.
+    /// The forecast times of the layer and of the fields, s.
     forecast: [f64; 2],
 }
 
@@ -105,7 +106,7 @@ fn lock(done: &Mutex<Done>) -> MutexGuard<'_, Done> {
     done.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The text beside a bar, and in each line where there is none.
+/// The text beside a bar, and of each line without one.
 type Text = Arc<dyn Fn() -> String + Send + Sync>;
 
 fn bar(text: &Text, length: usize) -> ProgressBar {
@@ -129,12 +130,12 @@ fn lines(text: &Text) -> Option<(Sender<()>, JoinHandle<()>)> {
             output::message(&text());
         }
     };
-    // Without a thread there are no lines, and the run goes on.
+    // If no thread can be started, there are no lines, and the run goes on.
     let thread = std::thread::Builder::new().name("progress".to_owned()).spawn(say).ok()?;
     Some((sender, thread))
 }
 
-/// How many cases of a sweep are done and how long the rest will take, shown as [`Progress`] shows steps.
+/// Shows the number of finished cases of a sweep and the remaining time, as [`Progress`] does for steps.
 pub(super) struct CaseProgress {
     done: Arc<AtomicUsize>,
     bar: ProgressBar,
@@ -143,7 +144,8 @@ pub(super) struct CaseProgress {
 }
 
 impl CaseProgress {
-    /// Shows the progress of `all` cases, of which `before` are finished already; nothing is shown if `quiet`.
+    /// Shows the progress of `all` cases, of which `before` are already finished; nothing is shown if
+    /// `quiet`.
     pub(super) fn new(all: usize, before: usize, quiet: bool) -> Self {
         let begun = Instant::now();
         let done = Arc::new(AtomicUsize::new(0));
@@ -162,7 +164,7 @@ impl CaseProgress {
         self.bar.finish_and_clear();
     }
 
-    /// Another case is done.
+    /// Counts another finished case.
     pub(super) fn case_done(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);
         self.bar.inc(1);
@@ -179,7 +181,7 @@ impl Drop for CaseProgress {
     }
 }
 
-/// `done` cases took `elapsed`, after `before` were finished already.
+/// The text after `done` cases in `elapsed`, with `before` cases finished earlier.
 fn cases_text(all: usize, before: usize, done: usize, elapsed: Duration) -> String {
     let mut text = format!("{}/{all} cases, {} elapsed", before + done, whole(elapsed));
     if done > 0 {
@@ -201,8 +203,9 @@ impl Done {
         text
     }
 
-    /// Seconds that the rest will take: by the steps that are done, before the first of them by the forecast. `None` when more than the
-    /// forecast has passed without a step, where there is none, and when all steps are done but something else is being worked on.
+    /// The remaining seconds: from the finished steps, before the first of them from the forecast. `None` if
+    /// the forecast has passed without a finished step, if there is no forecast, and if all steps are done
+    /// but other work goes on.
     fn left(&self, now: Instant) -> Option<f64> {
         let [layer, fields] = self.forecast;
         if self.steps >= self.of && !self.doing.is_empty() {
@@ -211,7 +214,8 @@ impl Done {
         match self.steps_begun {
             Some((begun, before)) if self.steps > before => {
                 let each = (now - begun).as_secs_f64() / (self.steps - before) as f64;
-                // A step that has begun counts as one that has not: the time of the last one never falls to nothing.
+                // The running step counts as not begun, so that the remaining time of the last step does not
+                // fall to zero.
                 Some(each * self.of.saturating_sub(self.steps) as f64)
             }
             Some((begun, _)) => positive(fields - (now - begun).as_secs_f64()),
@@ -224,7 +228,7 @@ fn positive(value: f64) -> Option<f64> {
     (value > 0.0).then_some(value)
 }
 
-/// A time without the fractions of a second.
+/// A duration in whole seconds.
 fn whole(time: Duration) -> String {
     match time.as_secs() {
         few @ 0..60 => format!("{few} s"),
@@ -274,6 +278,6 @@ mod tests {
         assert_eq!(done.left(at(160)), Some(0.0));
         done.forecast = [0.0, 0.0];
         (done.steps, done.steps_begun) = (0, None);
-        assert_eq!(done.left(at(1)), None, "without a forecast nothing is told");
+        assert_eq!(done.left(at(1)), None, "without a forecast there is no remaining time");
     }
 }

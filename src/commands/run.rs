@@ -1,4 +1,4 @@
-//! `elastocap run`: solve a case and write its results.
+//! `elastocap run`: solves a case and writes its results.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use super::inputs::Input;
 use super::progress::Progress;
 use super::stop::{Stop, end_in_time, stop_after};
 use super::summary::summary;
-use super::{inputs, on_its_own, shortfalls, watch};
+use super::{catching_defects, inputs, shortfalls, watch};
 use crate::guard::Guard;
 use crate::{Common, Exit, output};
 
@@ -102,7 +102,7 @@ fn file_group(word: &str) -> Result<FileGroup, UnknownFileGroup> {
 }
 
 impl Arguments {
-    /// The files that are asked for.
+    /// The requested files.
     fn wanted(&self) -> Wanted {
         let mut wanted = if self.only.is_empty() { Wanted::default() } else { Wanted::only(&self.only) };
         if self.no_fields {
@@ -122,7 +122,7 @@ fn command() -> String {
     std::iter::once("elastocap".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// A word for a shell: in quotes where it holds more than letters, digits and the usual marks of paths.
+/// A word for a shell, in quotes where it holds more than letters, digits and the usual characters of paths.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -157,7 +157,7 @@ fn refused(why: &str) -> Exit {
     Exit::BadInput
 }
 
-/// Solves all cases, if all can be read, and gives the worst status.
+/// Solves all cases, if all can be read, and returns the worst status.
 fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop: &Stop) -> Exit {
     let mut started = Instant::now();
     let load = || inputs::load_all(&arguments.cases, arguments.output.as_deref());
@@ -167,20 +167,20 @@ fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop
     };
     let count = inputs.len();
     for (index, input) in inputs.iter().enumerate() {
-        // A signal during one case, or between two, keeps the others from being begun.
+        // A signal during or after a case prevents the start of the others.
         if index > 0 && stop.is_asked() {
             return not_begun(worst, count - index, count);
         }
         if count > 1 && !common.quiet {
             output::message(&format!("case {} of {count}: {}", index + 1, input.path.display()));
         }
-        // Where the case cannot be stopped in time, the process ends with it.
+        // If the case cannot be stopped in time, the process ends with it.
         let last = |exit: Exit| match count - index - 1 {
             0 => worst.or_worse(exit),
             left => not_begun(worst.or_worse(exit), left, count),
         };
         let command = Command { arguments, common, guard, stop, started, last: &last };
-        let solved = on_its_own(&input.path, || command.solve_one(input));
+        let solved = catching_defects(&input.path, || command.solve_one(input));
         worst = worst.or_worse(solved.unwrap_or_else(|defect| {
             stop.release();
             guard.let_end();
@@ -191,30 +191,30 @@ fn one_after_another(arguments: &Arguments, common: &Common, guard: &Guard, stop
     worst
 }
 
-/// Says that some cases were not begun.
+/// Reports that some cases were not begun.
 fn not_begun(worst: Exit, left: usize, count: usize) -> Exit {
     output::warning(&format!("stopped: {left} of {count} cases were not begun"));
     worst.or_worse(Exit::Incomplete)
 }
 
-/// Says that a run was stopped before there was anything to keep: the case was not `done` yet.
+/// Reports that a run was stopped before there was anything to keep: the case was not `done` yet.
 fn stopped_before(done: &str) -> Exit {
     output::warning(&format!("stopped before the case {done}: nothing was solved, and nothing is written"));
     Exit::Incomplete
 }
 
-/// The arguments and shared parts that one case is solved with.
+/// The arguments and shared state for solving one case.
 struct Command<'a> {
     arguments: &'a Arguments,
     common: &'a Common,
     guard: &'a Guard,
     stop: &'a Stop,
     started: Instant,
-    /// The status of the process if this case is its last one, and ends so.
+    /// The status of the process if it ends with this status of the case.
     last: &'a dyn Fn(Exit) -> Exit,
 }
 
-/// Why a run has no results.
+/// The reason why a run has no results.
 #[derive(Debug, thiserror::Error)]
 enum RunError {
     #[error(transparent)]
@@ -231,10 +231,10 @@ impl Command<'_> {
         self.conclude(&input.case, solved)
     }
 
-    /// Prints what was found.
+    /// Prints the results.
     fn conclude(&self, case: &Case, solved: Result<(Outcome, Saved), RunError>) -> Exit {
         self.stop.release();
-        // A process that is being ended has said why, and has taken the place away that the files went to.
+        // A process that is being ended has printed the reason, and has removed the folder of the files.
         self.guard.let_end();
         match solved {
             Ok((outcome, saved)) => report(case, &outcome, &saved, self.arguments, self.common),
@@ -254,7 +254,8 @@ impl Command<'_> {
             scene: wanted.has(FileGroup::Scene),
             model_error: true,
         };
-        // Opened before anything is solved: a run must not be lost to a folder that cannot be written to.
+        // The folder is opened before anything is solved: a run must not be lost because its folder is not
+        // writable.
         let folder =
             OutputFolder::open_announced(&input.folder, |unfinished| guard.remove_on_failure(unfinished))?;
         folder.holds_nothing_foreign()?;

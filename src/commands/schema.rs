@@ -1,4 +1,4 @@
-//! `elastocap schema`: the JSON Schema of case files.
+//! `elastocap schema`: prints the JSON Schema of case files.
 
 use clap::Args;
 use elastocap_case::json_schema;

@@ -1,4 +1,4 @@
-//! `elastocap stability`: whether stiff and extreme cases are answered right.
+//! `elastocap stability`: checks the answers to stiff and extreme cases.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -52,11 +52,11 @@ pub(crate) struct Arguments {
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let chosen = |entry: &Entry| {
-        let said = |pattern: &String| {
+        let matches = |pattern: &String| {
             let pattern = pattern.to_lowercase();
             [entry.subject, &entry.name].iter().any(|text| text.to_lowercase().contains(&pattern))
         };
-        (entry.quick || !arguments.quick) && arguments.only.as_ref().is_none_or(said)
+        (entry.quick || !arguments.quick) && arguments.only.as_ref().is_none_or(matches)
     };
     let entries: Vec<_> = catalogue().into_iter().filter(chosen).collect();
     if entries.is_empty() {
@@ -121,7 +121,7 @@ fn line(cells: [&str; 6]) -> String {
     format!("  {name:<46} {result:>15} {stated:>8} {error:>9}  {verdict:<11} {seconds:>7}\n")
 }
 
-/// The lines of one report, under its subject where the subject is new.
+/// The lines of one report, below its subject if the subject is new.
 fn lines(report: &Report, new_subject: bool, first: bool) -> String {
     let mut out = String::new();
     if first {

@@ -11,18 +11,19 @@ use elastocap_results::{OutputFolder, Unfinished};
 
 use crate::{Exit, output};
 
-/// The longest that work may go on after it is asked to stop. With what is left of it written after that, a command ends within two
-/// seconds.
+/// The longest time that work may go on after a request to stop. With the time for writing what is left of
+/// it, a command ends within two seconds.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// How often the request to stop is looked at.
+/// The interval at which the request to stop is checked.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// The stack of a thread that works, as large as that of a main thread, bytes.
+/// The stack size of a working thread, bytes, equal to that of a main thread.
 pub(super) const STACK: usize = 8 << 20;
 
-/// Does `work` on a thread of its own and gives what it finds. Where `cancel` is set and the work does not end within [`GRACE`], since
-/// a part of it is long and cannot be interrupted, the process ends with the status that `leave` gives, which saves what there is.
+/// Does `work` on another thread and returns its result. If `cancel` is set and the work does not end within
+/// [`GRACE`], because a part of it is long and cannot be interrupted, the process ends with the status that
+/// `leave` returns, after `leave` has saved what there is.
 pub(super) fn end_in_time<T: Send>(
     cancel: &AtomicBool,
     work: impl FnOnce() -> T + Send,
@@ -32,7 +33,7 @@ pub(super) fn end_in_time<T: Send>(
         let (done, ends) = mpsc::channel();
         let working = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || {
             let found = work();
-            // Nobody waits for it any more where the process is being ended.
+            // The receiver is gone if the process is ending.
             let _ = done.send(());
             found
         });
@@ -40,13 +41,13 @@ pub(super) fn end_in_time<T: Send>(
             output::error(&format!("cannot start a thread: {error}"));
             Exit::Failure
         })?;
-        let mut asked: Option<Instant> = None;
+        let mut stop_requested: Option<Instant> = None;
         while ends.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-            if asked.is_none() && cancel.load(Ordering::Relaxed) {
-                asked = Some(Instant::now());
+            if stop_requested.is_none() && cancel.load(Ordering::Relaxed) {
+                stop_requested = Some(Instant::now());
             }
-            if asked.is_some_and(|asked| asked.elapsed() >= GRACE) {
-                // The thread that still works ends with the process.
+            if stop_requested.is_some_and(|stop_requested| stop_requested.elapsed() >= GRACE) {
+                // The working thread ends with the process.
                 std::process::exit(leave().status().into());
             }
         }
@@ -54,7 +55,7 @@ pub(super) fn end_in_time<T: Send>(
     })
 }
 
-/// Says that a solve was left in its middle, and with it all that the command would have found.
+/// Reports that a solve was abandoned, and with it the results of the command.
 pub(super) fn left_a_solve() -> Exit {
     output::warning("stopped in the middle of a solve that cannot be interrupted: nothing is written");
     Exit::Incomplete
@@ -72,8 +73,8 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     );
 }
 
-/// The effect of signals, as [`stop_on_signal`] has it, on a command that fills one folder after another: the handler is installed once, and
-/// knows the folder that is being filled.
+/// The effect of signals, as in [`stop_on_signal`], on a command that fills one folder after another: the
+/// handler is installed once, and knows the current folder.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stop {
     cancel: Arc<AtomicBool>,
@@ -103,7 +104,7 @@ impl Stop {
         *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// Installs the handler, unless it is there already.
+    /// Installs the handler, unless it is already installed.
     pub(super) fn install(&self) {
         self.installed.get_or_init(|| {
             let (busy, unfinished) = (Arc::clone(&self.unfinished), Arc::clone(&self.unfinished));
@@ -136,16 +137,17 @@ pub(super) fn stop_after(time: Duration, start: Instant, cancel: &Arc<AtomicBool
     }
 }
 
-/// `is_busy` says whether there is work whose results are kept: otherwise the first signal has nothing to tell.
+/// `is_busy` tells whether there is work whose results are kept: otherwise the first signal has nothing to
+/// report.
 fn on_signal(
     cancel: &Arc<AtomicBool>,
     is_busy: impl Fn() -> bool + Send + 'static,
     at_the_end: impl Fn() + Send + 'static,
 ) {
     let cancel = Arc::clone(cancel);
-    let asked = AtomicBool::new(false);
+    let already_requested = AtomicBool::new(false);
     let installed = install(move || {
-        if asked.swap(true, Ordering::Relaxed) {
+        if already_requested.swap(true, Ordering::Relaxed) {
             at_the_end();
             std::process::exit(130);
         }
@@ -164,11 +166,11 @@ fn on_signal(
 #[cfg(unix)]
 fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-    let mut asked = vec![SIGINT, SIGTERM];
+    let mut signals_to_handle = vec![SIGINT, SIGTERM];
     if !hang_up_is_ignored() {
-        asked.push(SIGHUP);
+        signals_to_handle.push(SIGHUP);
     }
-    let mut signals = signal_hook::iterator::Signals::new(asked)?;
+    let mut signals = signal_hook::iterator::Signals::new(signals_to_handle)?;
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || signals.forever().for_each(|_| act()))?;
@@ -180,7 +182,7 @@ fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
     ctrlc::set_handler(act).map_err(io::Error::other)
 }
 
-/// Whether whoever started this process wants it to outlive its terminal, as `nohup` does. Known on Linux only.
+/// Whether this process is to outlive its terminal, as under `nohup`. Known on Linux only.
 #[cfg(unix)]
 fn hang_up_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The summary that a run prints: one line for each step, and where the files are.
+//! The summary that a run prints: one line for each step, and the folder of the files.
 
 use elastocap_case::{Case, Measurement, Pose};
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
@@ -10,22 +10,22 @@ use elastocap_results::pairs::{first_and_most_loaded, largest_certain, pair_chan
 
 use crate::units::{grouped, prefixed, seconds};
 
-/// More lines than this do not help on a screen.
+/// The largest number of lines: more do not help on a screen.
 const MAX_LINES: usize = 60;
 
 pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     let lines = match outcome.plan.kind {
         Kind::Capacitance => capacitances(outcome),
         Kind::Curve | Kind::Mechanics => {
-            let change = case.electrostatics.is_some_and(|asked| asked.change_tolerance.is_some());
+            let change = case.electrostatics.is_some_and(|settings| settings.change_tolerance.is_some());
             curve(outcome, change)
         }
     };
     let mut out = format!("{}\n\n{}", case.title, table(lines));
-    // That of a pair is what everybody expects.
+    // The measured capacitance is stated unless it is that of the pair, which everybody expects.
     if outcome.plan.kind == Kind::Curve && !case.electrodes_are_measured() {
-        let told = outcome.plan.solved.iter().filter(|planned| planned.part == MEASURED);
-        told.for_each(|planned| out.push_str(&format!("\n  measures: {}\n", planned.what)));
+        let measured = outcome.plan.solved.iter().filter(|planned| planned.part == MEASURED);
+        measured.for_each(|planned| out.push_str(&format!("\n  measures: {}\n", planned.what)));
     }
     if outcome.plan.kind == Kind::Curve {
         out.push_str(&pairs(case, outcome));
@@ -57,7 +57,8 @@ pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     out
 }
 
-/// The entry of a matrix with the largest change that is certain; empty where no matrix is measured, and without two loads.
+/// The entry of a matrix with the largest certain change; empty without a measured matrix, and without two
+/// loads.
 fn pairs(case: &Case, outcome: &Outcome) -> String {
     let ends = first_and_most_loaded(outcome).filter(|[first, last]| first.index != last.index);
     let changes = ends.map_or_else(Vec::new, |ends| pair_changes(case, outcome, ends));
@@ -67,9 +68,12 @@ fn pairs(case: &Case, outcome: &Outcome) -> String {
     let Some(pair) = largest_certain(&changes) else {
         return "\n  of no capacitance is it known whether it falls or rises\n".to_owned();
     };
-    let (what, of) = in_words(pair.measurement(), &outcome.conductors);
+    let (what, terminals) = in_words(pair.measurement(), &outcome.conductors);
     let [lower, upper] = pair.limits.map(|limit| prefixed(limit, 4, "F"));
-    format!("\n  largest certain change: {what} of {}, by {lower} to {upper}\n", of.unwrap_or_default())
+    format!(
+        "\n  largest certain change: {what} of {}, by {lower} to {upper}\n",
+        terminals.unwrap_or_default()
+    )
 }
 
 /// The measured points beside the curve, in words.
@@ -122,7 +126,8 @@ fn quantity(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| "-".to_owned(), |value| prefixed(value, digits, unit))
 }
 
-/// The error of a change over the change. `None` where its limits hold zero, which no share of the change says.
+/// The error of a change over the change. `None` if its limits include zero, which no relative error
+/// describes.
 fn change_error(first: &Row, row: &Row) -> Option<f64> {
     let [lower, upper] = row.change_limits(first)?;
     let change = row.change_f?;
@@ -145,19 +150,19 @@ fn remark(step: &StepResult) -> String {
     }
 }
 
-/// How what is attached is moved at a step besides what the load does.
+/// The displacement of the attached bodies at a step, besides that by the load.
 fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
 
-/// A column of shifts or tilts: its name, the quantity, and the text for it.
+/// A column of shifts or tilts: its name, the quantity, and the text of a cell.
 struct MoveColumn {
     name: &'static str,
     of: fn(&Pose) -> f64,
     text: fn(&Pose) -> String,
 }
 
-/// The columns of the shifts and the tilts of the steps, of those alone that some step has.
+/// The columns of shifts and tilts that are not zero at all steps.
 fn moves(outcome: &Outcome) -> Vec<MoveColumn> {
     let column = |name, of, text| MoveColumn { name, of, text };
     let mut all = vec![
@@ -175,7 +180,7 @@ fn degrees(angle: f64) -> String {
     format!("{} deg", (1e4 * angle.to_degrees()).round() / 1e4)
 }
 
-/// One line for each load step; `change` adds what it changes against the first one.
+/// One line for each load step; `change` adds the change against the first one.
 fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     let electric = outcome.plan.kind == Kind::Curve;
     let plates = outcome.steps.iter().any(|s| s.row.parallel_plate_f.is_some());
@@ -271,11 +276,11 @@ fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
             _ => "two-terminal".to_owned(),
         };
         lines.push(vec![name, prefixed(value, 6, "F"), error(row.total_error())]);
-        if let (Some(own), Measurement::Mutual(_)) = (&step.two_terminal, measurement) {
+        if let (Some(two_terminal), Measurement::Mutual(_)) = (&step.two_terminal, measurement) {
             lines.push(vec![
                 "two-terminal".to_owned(),
-                prefixed(own.value, 6, "F"),
-                with_estimates(own.relative_error()),
+                prefixed(two_terminal.value, 6, "F"),
+                with_estimates(two_terminal.relative_error()),
             ]);
         }
     }

@@ -1,4 +1,4 @@
-//! `elastocap sweep`: many cases from one file, with values changed.
+//! `elastocap sweep`: solves many cases from one file, with values changed.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -88,10 +88,10 @@ pub(crate) struct Arguments {
 /// The largest list of cases that is read, bytes.
 const LARGEST_LIST: u64 = 256 << 20;
 
-/// Records that cannot be used are told one by one up to this number.
-const MAX_TOLD: usize = 5;
+/// The largest number of unusable records that are reported one by one.
+const MAX_REPORTED: usize = 5;
 
-/// Why a sweep has no results.
+/// The reason why a sweep has no results.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error(transparent)]
@@ -107,12 +107,12 @@ enum Failure {
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
-    sweep(arguments, common).unwrap_or_else(Failure::told)
+    sweep(arguments, common).unwrap_or_else(Failure::report)
 }
 
 impl Failure {
-    /// Says why there are no results.
-    fn told(self) -> Exit {
+    /// Reports why there are no results.
+    fn report(self) -> Exit {
         match &self {
             Self::Sweep(SweepError::Case(error)) => {
                 output::message(&error.render(output::stderr_has_colour()));
@@ -127,7 +127,7 @@ impl Failure {
     }
 }
 
-/// The sweep under way.
+/// The state of a running sweep.
 struct Work<'a> {
     folder: &'a SweepFolder,
     records: Mutex<Vec<Option<CaseRecord>>>,
@@ -170,25 +170,28 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     stop_without_files(&cancel);
 
     let found = folder.finished();
-    for (case, why) in found.damaged.iter().take(MAX_TOLD) {
+    for (case, why) in found.damaged.iter().take(MAX_REPORTED) {
         output::warning(&format!("case {case} is solved again: {why}"));
     }
-    if found.damaged.len() > MAX_TOLD {
-        let more = found.damaged.len() - MAX_TOLD;
+    if found.damaged.len() > MAX_REPORTED {
+        let more = found.damaged.len() - MAX_REPORTED;
         output::warning(&format!("{more} more cases are solved again, for such reasons"));
     }
     let mut records = found.records;
     if arguments.retry_failed {
         records.iter_mut().for_each(|record| _ = record.take_if(|record| record.has_failed()));
     }
-    let wanted: Vec<usize> =
-        folder.manifest().own_cases().filter(|case| records.get(*case).is_none_or(Option::is_none)).collect();
-    let all = folder.manifest().own_cases().count();
-    let before = all - wanted.len();
+    let wanted: Vec<usize> = folder
+        .manifest()
+        .cases_of_shard()
+        .filter(|case| records.get(*case).is_none_or(Option::is_none))
+        .collect();
+    let count = folder.manifest().cases_of_shard().count();
+    let before = count - wanted.len();
     let work = Work {
         folder: &folder,
         records: Mutex::new(records),
-        progress: CaseProgress::new(all, before, common.quiet),
+        progress: CaseProgress::new(count, before, common.quiet),
     };
     let threads = rayon::current_num_threads();
     let conclude = || -> Result<Exit, Failure> {
@@ -208,7 +211,7 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
         ))
     };
     let solve = || run(&sweep, &wanted, threads, &cancel, &work);
-    match end_in_time(&cancel, solve, || conclude().unwrap_or_else(Failure::told)) {
+    match end_in_time(&cancel, solve, || conclude().unwrap_or_else(Failure::report)) {
         Ok(solved) => solved?,
         Err(exit) => return Ok(exit),
     }
@@ -229,7 +232,7 @@ fn design(arguments: &Arguments) -> Result<Design, Failure> {
     })
 }
 
-/// As asked for, or `results/` with the name of the case and the shard.
+/// The requested folder, or `results/` with the name of the case and the shard.
 fn folder_of(arguments: &Arguments, shard: Shard) -> PathBuf {
     if let Some(folder) = &arguments.output {
         return folder.clone();

@@ -1,4 +1,4 @@
-//! The output of `elastocap sweep` and `gather`.
+//! Prints the results of `elastocap sweep` and `gather`.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -8,10 +8,10 @@ use elastocap_sweeps::{CaseRecord, Influence, StepStatistics, Summary, SweepFold
 use crate::units::{grouped, prefixed, seconds};
 use crate::{Exit, output};
 
-/// Failed cases that are told one by one.
-const MAX_TOLD: usize = 5;
+/// The largest number of failed cases that are reported one by one.
+const MAX_REPORTED: usize = 5;
 
-/// Prints what became of a sweep; `before` cases were finished when it began.
+/// Prints the outcome of a sweep; `before` cases were finished when it began.
 pub(super) fn report(
     folder: &SweepFolder,
     summary: &Summary,
@@ -22,13 +22,13 @@ pub(super) fn report(
     json: bool,
     quiet: bool,
 ) -> Exit {
-    for case in summary.failed.iter().take(MAX_TOLD) {
+    for case in summary.failed.iter().take(MAX_REPORTED) {
         let record = records.get(*case).and_then(Option::as_ref);
         let why = record.and_then(why_failed).unwrap_or_default();
         output::warning(&format!("case {case} failed: {why}"));
     }
-    if summary.failed.len() > MAX_TOLD {
-        let more = summary.failed.len() - MAX_TOLD;
+    if summary.failed.len() > MAX_REPORTED {
+        let more = summary.failed.len() - MAX_REPORTED;
         output::warning(&format!("{more} more cases failed; sweep.csv says why"));
     }
     if !summary.missed.is_empty() {
@@ -60,7 +60,7 @@ pub(super) fn report(
     finish(summary, &head, &folder.path().display().to_string(), json, quiet)
 }
 
-/// Prints the rest, and gives the exit status.
+/// Prints the summary, and returns the exit status.
 pub(super) fn finish(summary: &Summary, head: &str, folder: &str, json: bool, quiet: bool) -> Exit {
     let printed = if json {
         match serde_json::to_string_pretty(summary) {
@@ -103,16 +103,16 @@ const PRINTED: [(&str, &str, &str); 4] = [
     ("force_n", "force", "N"),
 ];
 
-/// The keys that matter most, and what the rest of the variance belongs to.
+/// The keys that matter most, and the origins of the rest of the variance.
 fn depends_on(influence: &Influence) -> String {
-    let told = influence.shares.iter().take(3).filter(|share| share.share >= 0.005);
-    let mut told: Vec<(String, f64)> = told.map(|share| (share.key.clone(), share.share)).collect();
+    let shares = influence.shares.iter().take(3).filter(|share| share.share >= 0.005);
+    let mut shares: Vec<(String, f64)> = shares.map(|share| (share.key.clone(), share.share)).collect();
     let of_all: f64 = influence.shares.iter().map(|share| share.share).sum();
-    let others = of_all - told.iter().map(|(_, share)| share).sum::<f64>();
-    told.push(("other keys".to_owned(), others));
-    told.push(("several keys together or no rising or falling curve".to_owned(), 1.0 - of_all));
-    let told = told.iter().filter(|(_, share)| *share >= 0.005);
-    told.map(|(key, share)| format!("{key} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
+    let others = of_all - shares.iter().map(|(_, share)| share).sum::<f64>();
+    shares.push(("other keys".to_owned(), others));
+    shares.push(("several keys together or no rising or falling curve".to_owned(), 1.0 - of_all));
+    let shares = shares.iter().filter(|(_, share)| *share >= 0.005);
+    shares.map(|(key, share)| format!("{key} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
 }
 
 /// Mean, deviation, percentiles and the key that matters most, for each step.

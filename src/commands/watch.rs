@@ -1,7 +1,7 @@
-//! `--watch`: the work is done again each time a case file, or a file that it names, has changed.
+//! `--watch`: repeats the work each time a case file, or a file that it names, has changed.
 //!
-//! The files are looked at a few times a second. That takes no thread and no service of the system, and finds changes on network
-//! drives and of files that an editor replaces by new ones.
+//! The files are checked a few times a second. That takes no thread and no service of the system, and also
+//! detects changes on network drives and files that an editor replaces.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use super::STDIN;
 use super::stop::Stop;
 use crate::{Exit, output};
 
-/// Time between two looks at the files.
+/// The time between two checks of the files.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// The state of a file as seen from outside: when it was written, and its length. `None` where it cannot be found out.
+/// The modification time and the length of a file. `None` if they are unknown.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// Files, and what was seen of each.
+/// Files, with the state of each when it was last checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Seen(Vec<(PathBuf, Stamp)>);
 
@@ -35,7 +35,7 @@ impl Seen {
     }
 }
 
-/// Does `work`, and does it again after each change, until a signal comes.
+/// Does `work`, and repeats it after each change, until a signal comes.
 pub(super) fn watch(case: &Path, quiet: bool, stop: &Stop, mut work: impl FnMut() -> Exit) -> Exit {
     if case.as_os_str() == STDIN {
         output::error("--watch needs a case file: the standard input does not change");
@@ -44,7 +44,7 @@ pub(super) fn watch(case: &Path, quiet: bool, stop: &Stop, mut work: impl FnMut(
     stop.install();
     let mut named = Vec::new();
     loop {
-        // Looked at before the work reads them: what changes meanwhile is not missed.
+        // The state is taken before the work reads the files, so that changes meanwhile are not missed.
         named = files(case, named);
         let seen = Seen::of(named.clone());
         let exit = work();
@@ -60,7 +60,7 @@ pub(super) fn watch(case: &Path, quiet: bool, stop: &Stop, mut work: impl FnMut(
     }
 }
 
-/// The case file and those that it names: where it cannot be read as TOML, those that it `named` before.
+/// The case file and the files that it names: if it is not valid TOML, those that it `named` before.
 fn files(case: &Path, named: Vec<PathBuf>) -> Vec<PathBuf> {
     let imported = elastocap_case::read_source(case).map(|text| elastocap_case::imported_files(&text, case));
     match imported {
@@ -70,7 +70,8 @@ fn files(case: &Path, named: Vec<PathBuf>) -> Vec<PathBuf> {
     }
 }
 
-/// Whether a file has changed, and then kept still for one look, so that it is not read half-written; `false` after a signal.
+/// Waits until a file has changed and then stays unchanged for one check, so that it is not read
+/// half-written; `false` after a signal.
 fn wait_for_change(before: Seen, stop: &Stop) -> bool {
     let mut last = before.clone();
     loop {
@@ -86,7 +87,7 @@ fn wait_for_change(before: Seen, stop: &Stop) -> bool {
     }
 }
 
-/// The names of the files, all of them where they are few.
+/// The names of the files, shortened if they are many.
 fn listed(files: &[PathBuf]) -> String {
     const SHOWN: usize = 3;
     let names: Vec<_> = files.iter().take(SHOWN).map(|file| format!("`{}`", file.display())).collect();
@@ -108,10 +109,10 @@ mod tests {
         let case = folder.path().join("case.toml");
         assert_eq!(files(&case, Vec::new()), vec![case.clone()], "it need not be there");
         fs::write(&case, "[mesh]\nfile = \"dome.msh\"").unwrap();
-        let both = [case.clone(), folder.path().join("dome.msh")];
-        assert_eq!(files(&case, Vec::new()), both);
+        let files_of_case = [case.clone(), folder.path().join("dome.msh")];
+        assert_eq!(files(&case, Vec::new()), files_of_case);
         fs::write(&case, "[mesh\nfile = \"dome.msh\"").unwrap();
-        assert_eq!(files(&case, both.to_vec()), both);
+        assert_eq!(files(&case, files_of_case.to_vec()), files_of_case);
     }
 
     #[test]
@@ -120,12 +121,12 @@ mod tests {
         let file = folder.path().join("a");
         let missing = Seen::of(vec![file.clone()]);
         fs::write(&file, "1").unwrap();
-        let there = missing.again();
-        assert_ne!(missing, there);
-        assert_eq!(there, there.again());
+        let present = missing.again();
+        assert_ne!(missing, present);
+        assert_eq!(present, present.again());
         fs::write(&file, "12").unwrap();
-        assert_ne!(there, there.again());
+        assert_ne!(present, present.again());
         fs::remove_file(&file).unwrap();
-        assert_eq!(there.again(), missing);
+        assert_eq!(present.again(), missing);
     }
 }

@@ -1,4 +1,4 @@
-//! Files that a command writes where its user says: whole, or not at all.
+//! Writes files at places that the user names: as a whole, or not at all.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -8,13 +8,13 @@ use elastocap_files::{Staged, remove_abandoned};
 
 use crate::{Exit, output};
 
-/// Refuses files that are there already, unless they may be replaced.
+/// Refuses files that already exist, unless they may be replaced.
 pub(super) fn check_free(files: &[&Path], overwrite: bool) -> Result<(), Exit> {
-    let there = files.iter().find(|file| !overwrite && file.symlink_metadata().is_ok());
-    there.map_or(Ok(()), |file| Err(refused(file)))
+    let existing = files.iter().find(|file| !overwrite && file.symlink_metadata().is_ok());
+    existing.map_or(Ok(()), |file| Err(refused(file)))
 }
 
-/// Writes all files beside their places first, and then moves them there. Where one cannot be written, none is.
+/// Writes all files beside their places first, and then moves them there. If one cannot be written, none is.
 pub(super) fn write_all<B: AsRef<[u8]>>(files: &[(&Path, B)], overwrite: bool) -> Result<(), Exit> {
     let mut staged = Vec::new();
     for (file, bytes) in files {
@@ -27,7 +27,7 @@ pub(super) fn write_all<B: AsRef<[u8]>>(files: &[(&Path, B)], overwrite: bool) -
     let mut placed: Vec<&Path> = Vec::new();
     for (whole, file) in staged {
         if let Err(error) = if overwrite { whole.replace_file() } else { whole.place() } {
-            // New files, which nobody has seen yet.
+            // Files that are new, and that nobody has seen yet.
             placed.iter().filter(|_| !overwrite).for_each(|file| drop(fs::remove_file(file)));
             return Err(failed(file, &error));
         }

@@ -1,4 +1,4 @@
-//! The acceptance files give what expected.json says, within what they claim.
+//! Checks that the acceptance files give the values of expected.json, within their stated errors.
 
 use crate::support::{Sandbox, acceptance};
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
@@ -30,10 +30,11 @@ fn assert_close(found: f64, wanted: f64, tolerance: f64, what: &str) {
     assert!((found - wanted).abs() <= tolerance * scale, "{what}: {found:e} instead of {wanted:e}");
 }
 
-/// The value is as exact as claimed, and its bounds hold the truth up to the truth's own error.
+/// Checks that the value has its stated accuracy, and that its bounds hold the truth up to the error of the
+/// truth.
 #[track_caller]
-fn assert_bounded(of: [f64; 3], error: f64, wanted: f64, slack: f64, tolerance: f64, what: &str) {
-    let [value, lower, upper] = of;
+fn assert_bounded(found: [f64; 3], error: f64, wanted: f64, slack: f64, tolerance: f64, what: &str) {
+    let [value, lower, upper] = found;
     assert_close(value, wanted, error + slack, &format!("{what}: the error claimed is too small"));
     assert!(upper - lower <= tolerance * value.abs(), "{what}: the spread is {:e}", (upper - lower) / value);
     let slack = slack * wanted.abs();
@@ -68,9 +69,9 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
     let errors = table.numbers("relative_error_estimate");
     for step in 0..6 {
         let wanted = number(&capacitance["value"][step]);
-        let of = columns.each_ref().map(|column| column[step]);
+        let found = columns.each_ref().map(|column| column[step]);
         let slack = number(&capacitance["tolerance"]);
-        assert_bounded(of, errors[step], wanted, slack, 1e-3, &format!("step {step}"));
+        assert_bounded(found, errors[step], wanted, slack, 1e-3, &format!("step {step}"));
     }
     let mut files: Vec<String> = [
         "capacitance.csv",
@@ -91,7 +92,7 @@ fn the_in_plane_pair_gives_the_expected_curve_and_every_file() {
     assert_eq!(json["status"], "complete");
     for (step, value) in columns[0].iter().enumerate() {
         assert_eq!(number(&json["steps"][step]["two_terminal_capacitance_f"]), *value);
-        // No flux leaves the pair, so that the two are one number; the rounding that both count is not the same.
+        // No flux leaves the pair, so that the two are equal but for rounding.
         let mutual = -number(&json["steps"][step]["maxwell_matrix_f"][0][1]);
         assert!((mutual / value - 1.0).abs() < 1e-11, "{mutual:e} {value:e}");
     }
@@ -123,25 +124,26 @@ fn purely_electrostatic_scenes_give_the_expected_maxwell_matrices() {
         sandbox.run(&acceptance(name), &[]).exits_with(0);
         let json = sandbox.json("out/result.json");
         let at = |key: &str| number(&json[key][0][0]);
-        let of = [at("maxwell_matrix_f"), at("maxwell_matrix_lower_f"), at("maxwell_matrix_upper_f")];
+        let found = [at("maxwell_matrix_f"), at("maxwell_matrix_lower_f"), at("maxwell_matrix_upper_f")];
         let slack = number(&expected["tolerance"]);
         let error = number(&json["relative_error_estimate"]);
-        assert_bounded(of, error, number(&expected["value"][0][0]), slack, tolerance, name);
+        assert_bounded(found, error, number(&expected["value"][0][0]), slack, tolerance, name);
         assert_eq!(json["two_terminal_capacitance_f"], json["maxwell_matrix_f"][0][0], "against ground");
         assert_eq!(sandbox.names("out"), FILES_WITHOUT_LOAD);
         let table = sandbox.table("out/capacitance.csv");
         assert_eq!(table.texts("quantity"), ["maxwell", "two_terminal"]);
-        assert_eq!(table.numbers("value_f")[0], of[0]);
+        assert_eq!(table.numbers("value_f")[0], found[0]);
         assert_eq!(table.texts("column")[1], "ground");
     }
 }
 
-/// The share of the capacitance that the warning about flat faces names.
+/// The share of the capacitance that the warning about faceting states.
 fn flat_faces(json: &Value) -> f64 {
     let warnings = json["steps"][0]["warnings"].as_array().expect("warnings");
-    let said =
+    let share =
         warnings.iter().filter_map(Value::as_str).find_map(|w| w.split_once("a relative error of about "));
-    said.map_or(0.0, |(_, rest)| rest.split_whitespace().next().expect("a number").parse().expect("a number"))
+    share
+        .map_or(0.0, |(_, rest)| rest.split_whitespace().next().expect("a number").parse().expect("a number"))
 }
 
 #[test]
@@ -157,7 +159,7 @@ fn scenes_of_round_and_imported_bodies_give_the_expected_maxwell_matrices() {
         let wanted = &expected()[name]["maxwell_matrix_f"];
         let text = std::fs::read_to_string(acceptance(name)).expect("the acceptance files");
         let tolerance: f64 = loosened.parse().expect("a number");
-        // Less exact than the file asks for, which takes longer than a test should.
+        // The tolerance of the file would take longer than a test should.
         let text: String = text
             .lines()
             .map(|line| {
@@ -219,7 +221,7 @@ fn two_equal_combs_of_ten_fingers_each_have_a_matrix_that_is_the_same_seen_from_
     };
     let (one, other, mutual) = (bounds(0, 0), bounds(1, 1), bounds(0, 1));
     assert!(one[0] <= other[1] && other[0] <= one[1], "{one:?} {other:?}");
-    // Found once to 2 %: 374.9 and -341.8 fF.
+    // An earlier computation, to 2 %, gave 374.9 and -341.8 fF.
     assert!(one[0] < 374.9e-15 && 374.9e-15 < one[1], "{one:?}");
     assert!(mutual[0] < -341.8e-15 && -341.8e-15 < mutual[1] && mutual[1] < 0.0, "{mutual:?}");
 }
@@ -234,8 +236,8 @@ fn boxes_as_tetrahedra_agree_with_the_solver_for_boxes() {
             let lines = text.lines().filter(|l| !l.starts_with("relative_tolerance"));
             let text: String = lines.map(|l| format!("{l}\n")).collect();
             assert!(text.contains("[electrostatics]"));
-            let asked = format!("[electrostatics]\nrelative_tolerance = 2e-2\nsolver = \"{solver}\"");
-            let text = text.replace("[electrostatics]", &asked);
+            let settings = format!("[electrostatics]\nrelative_tolerance = 2e-2\nsolver = \"{solver}\"");
+            let text = text.replace("[electrostatics]", &settings);
             sandbox.run(&sandbox.case("case.toml", &text), &[]).exits_with(0);
             let json = sandbox.json("out/result.json");
             ["maxwell_matrix_lower_f", "maxwell_matrix_upper_f"].map(|key| number(&json[key][0][0]))
@@ -258,7 +260,7 @@ fn two_plates_give_the_expected_two_terminal_capacitance() {
     assert_eq!(number(&json["two_terminal_capacitance_f"]), value);
     let (wanted, slack) = (number(&expected["value"]), number(&expected["tolerance"]));
     assert_bounded([value, lower, upper], error, wanted, slack, 1e-3, "two-terminal");
-    // What is measured in open space is the mutual capacitance.
+    // In open space the mutual capacitance is measured.
     let mutual = number(&json["capacitance_f"]);
     assert!(0.0 < mutual && mutual < lower && mutual == -number(&json["maxwell_matrix_f"][0][1]));
     assert_eq!(
@@ -271,7 +273,7 @@ fn two_plates_give_the_expected_two_terminal_capacitance() {
 fn the_stacked_pair_closes_its_gap_and_gains_capacitance() {
     let sandbox = Sandbox::new();
     let text = std::fs::read_to_string(acceptance("stacked-pair.toml")).expect("the acceptance files");
-    // Two of its steps, and not as exact, because open space takes its time.
+    // Two of its steps, at a larger tolerance, because open space takes its time.
     let text = text.replace("{ from = 0.0, to = 0.4, points = 9 }", "[0.0, 0.4]").replace("1e-3", "2e-2");
     sandbox.run(&sandbox.case("stacked.toml", &text), &[]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
@@ -300,12 +302,12 @@ fn a_mesh_from_gmsh_is_read_beside_its_case_file_and_solved_as_it_is() {
 
     std::fs::copy(cases.join("dome-from-gmsh.msh"), sandbox.path("there/dome-from-gmsh.msh"))
         .expect("a copy");
-    let said = sandbox.run(&case, &[]).exits_with(0);
-    assert!(said.stderr.contains("stand for a curved surface"), "{}", said.stderr);
+    let output = sandbox.run(&case, &[]).exits_with(0);
+    assert!(output.stderr.contains("stand for a curved surface"), "{}", output.stderr);
     let json = sandbox.json("out/result.json");
     assert_eq!(json["conductors"], serde_json::json!(["dome", "electrode"]));
     let keys = ["two_terminal_capacitance_f", "capacitance_lower_f", "capacitance_upper_f"];
-    // Of this mesh, at a tolerance of 1e-2.
+    // A reference value for this mesh, at a tolerance of 1e-2.
     assert_bounded(keys.map(|key| number(&json[key])), 2.5e-2, 2.0365e-13, 3.3e-3, 5e-2, "two-terminal");
     assert_eq!(sandbox.names("out"), FILES_WITHOUT_LOAD);
 }
@@ -321,8 +323,8 @@ fn the_case_files_for_users_are_valid_and_the_first_is_that_of_the_paper() {
         let path = entry.path();
         if path.extension().is_some_and(|end| end == "toml") {
             count += 1;
-            let said = sandbox.elastocap(&["check", path.to_str().expect("UTF-8")]).exits_with(0);
-            assert!(said.stdout.contains("electrostatics"), "{}", said.stdout);
+            let output = sandbox.elastocap(&["check", path.to_str().expect("UTF-8")]).exits_with(0);
+            assert!(output.stdout.contains("electrostatics"), "{}", output.stdout);
         }
     }
     assert!(count >= 6);

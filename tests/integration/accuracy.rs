@@ -1,4 +1,4 @@
-//! `elastocap accuracy`: what it writes, and what it refuses.
+//! Tests of the files and refusals of `elastocap accuracy`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -33,7 +33,7 @@ fn number(row: &Row, column: &str) -> f64 {
 #[test]
 fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_choice() {
     let sandbox = Sandbox::new();
-    // Files of a run stay where they are.
+    // The files of a run stay.
     std::fs::create_dir(sandbox.path("out")).expect("a folder");
     std::fs::write(sandbox.path("out/curve.csv"), "of a run").expect("a file");
     std::fs::write(
@@ -41,9 +41,9 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
         r#"{"versions": {"elastocap": "0"}, "files": ["curve.csv", "result.json"]}"#,
     )
     .expect("a file");
-    let said = sandbox.elastocap(&["accuracy", &pair(), "--quick", "-o", "out"]).exits_with(0);
-    assert!(said.stdout.contains("which all overlap"), "{}", said.stdout);
-    assert!(said.stdout.contains("own choice within 1.5 times"), "{}", said.stdout);
+    let output = sandbox.elastocap(&["accuracy", &pair(), "--quick", "-o", "out"]).exits_with(0);
+    assert!(output.stdout.contains("which all overlap"), "{}", output.stdout);
+    assert!(output.stdout.contains("own choice within 1.5 times"), "{}", output.stdout);
     assert_eq!(sandbox.names("out"), ["accuracy.csv", "accuracy.svg", "curve.csv", "result.json"]);
     assert_eq!(sandbox.read("out/curve.csv"), "of a run");
 
@@ -59,7 +59,7 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
     let lower = bounds.iter().map(|row| number(row, "lower_f")).fold(0.0, f64::max);
     let upper = bounds.iter().map(|row| number(row, "upper_f")).fold(f64::INFINITY, f64::min);
     assert!(lower <= upper, "{lower:e} above {upper:e}");
-    // The pair as it is without load: see the acceptance cases.
+    // The pair without load: see the acceptance cases.
     assert!((lower..=upper).contains(&43.965_9e-15), "{lower:e} to {upper:e}");
     for row in &bounds {
         let allowed = number(row, "certified_error") + 2.0 * number(row, "reference_half_width");
@@ -68,13 +68,14 @@ fn a_quick_study_of_the_pair_writes_intervals_that_overlap_and_compares_its_own_
     let orders: BTreeSet<_> = bounds.iter().map(|row| &row["order"]).collect();
     let levels: BTreeSet<_> = bounds.iter().map(|row| &row["levels"]).collect();
     assert!(orders.len() > 1 && levels.len() > 1, "{orders:?} {levels:?}");
-    for own in &solved("own").filter(|row| number(row, "tolerance") >= 1e-3).collect::<Vec<_>>() {
-        assert!(number(own, "spread_or_estimate") <= number(own, "tolerance"), "{own:?}");
+    for choice in &solved("own").filter(|row| number(row, "tolerance") >= 1e-3).collect::<Vec<_>>() {
+        assert!(number(choice, "spread_or_estimate") <= number(choice, "tolerance"), "{choice:?}");
         let table = rows("bounds", "table");
-        let meets = table.iter().filter(|row| number(row, "spread_or_estimate") <= number(own, "tolerance"));
+        let meets =
+            table.iter().filter(|row| number(row, "spread_or_estimate") <= number(choice, "tolerance"));
         let best = meets.map(|row| number(row, "seconds")).fold(f64::INFINITY, f64::min);
-        let ratio = number(own, "seconds") / best;
-        assert!((number(own, "time_over_best") / ratio - 1.0).abs() < 1e-9, "{own:?}");
+        let ratio = number(choice, "seconds") / best;
+        assert!((number(choice, "time_over_best") / ratio - 1.0).abs() < 1e-9, "{choice:?}");
     }
     let plates = rows("parallel_plates", "");
     assert!((number(&plates[0], "true_error") - 0.887).abs() < 0.001, "{plates:?}");
@@ -85,16 +86,16 @@ fn a_case_without_conductors_is_refused() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("layer.toml", MECHANICS);
     let case = case.to_str().expect("UTF-8");
-    let said = sandbox.elastocap(&["accuracy", case, "-o", "out"]).exits_with(2);
-    assert!(said.stderr.contains("no electrodes and no conductors"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["accuracy", case, "-o", "out"]).exits_with(2);
+    assert!(output.stderr.contains("no electrodes and no conductors"), "{}", output.stderr);
     assert!(!sandbox.path("out").exists());
 }
 
 #[test]
 fn a_step_that_the_case_does_not_have_is_refused() {
     let sandbox = Sandbox::new();
-    let said = sandbox.elastocap(&["accuracy", &pair(), "--step", "6", "-o", "out"]).exits_with(2);
-    assert!(said.stderr.contains("no step 6: the steps of this case are 0 to 5"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["accuracy", &pair(), "--step", "6", "-o", "out"]).exits_with(2);
+    assert!(output.stderr.contains("no step 6: the steps of this case are 0 to 5"), "{}", output.stderr);
     assert!(!sandbox.path("out").exists());
 }
 
@@ -103,13 +104,13 @@ fn electrodes_that_the_load_bends_are_refused_and_not_studied_as_boxes() {
     let sandbox = Sandbox::new();
     let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/punched-pair.toml");
     let case = case.to_string_lossy();
-    let said = sandbox.elastocap(&["accuracy", &case, "--step", "1", "--quick", "-o", "out"]).exits_with(2);
+    let output = sandbox.elastocap(&["accuracy", &case, "--step", "1", "--quick", "-o", "out"]).exits_with(2);
     for words in [
         "the study is of the box solver",
         "step 1",
         "the extruded solver, with the outlines of the bent electrodes",
     ] {
-        assert!(said.stderr.contains(words), "`{words}` is not in: {}", said.stderr);
+        assert!(output.stderr.contains(words), "`{words}` is not in: {}", output.stderr);
     }
     assert_eq!(sandbox.names("out"), Vec::<String>::new());
 }

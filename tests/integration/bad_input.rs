@@ -1,4 +1,4 @@
-//! Whatever is wrong with what a user gives is said in one message, and nothing is solved or written.
+//! Checks that each mistake in the input gives one message, and that nothing is solved or written.
 
 use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 
@@ -14,13 +14,13 @@ fn every_bad_case_file_is_refused_before_anything_is_written() {
             if command != "check" {
                 arguments.extend(["-o", "out"]);
             }
-            let said = sandbox.elastocap(&arguments).exits_with(2);
-            assert_eq!(said.stdout, "", "{arguments:?}");
-            assert!(said.stderr.starts_with("error"), "{}", said.stderr);
-            assert_eq!(said.stderr.matches("error").count(), 1, "{}", said.stderr);
+            let output = sandbox.elastocap(&arguments).exits_with(2);
+            assert_eq!(output.stdout, "", "{arguments:?}");
+            assert!(output.stderr.starts_with("error"), "{}", output.stderr);
+            assert_eq!(output.stderr.matches("error").count(), 1, "{}", output.stderr);
             let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            assert!(said.stderr.contains(&name), "{name}: {}", said.stderr);
-            assert!(said.stderr.contains("help"), "{name}: {}", said.stderr);
+            assert!(output.stderr.contains(&name), "{name}: {}", output.stderr);
+            assert!(output.stderr.contains("help"), "{name}: {}", output.stderr);
         }
         assert_eq!(sandbox.names("."), Vec::<String>::new(), "{entry:?}");
     }
@@ -60,9 +60,9 @@ fn a_folder_that_cannot_be_written_to_is_reported_before_anything_is_solved() {
         let mut command = std::process::Command::new("sh");
         command.args(["-c", "ulimit -t 10; exec \"$@\"", "sh", crate::support::BINARY, "run", case]);
         command.args(["-o", folder]).current_dir(sandbox.path("."));
-        let said = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
-        assert!(said.stderr.contains("cannot write to the output folder"), "{}", said.stderr);
-        assert_eq!(said.stdout, "");
+        let output = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
+        assert!(output.stderr.contains("cannot write to the output folder"), "{}", output.stderr);
+        assert_eq!(output.stdout, "");
         sandbox.elastocap(&["mesh", case, "-o", folder]).exits_with(1);
     }
     assert_eq!(sandbox.names("."), ["file", "long.toml"]);
@@ -73,8 +73,8 @@ fn a_folder_in_the_place_of_a_result_is_an_error_that_changes_nothing() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1]"));
     std::fs::create_dir_all(sandbox.path("out/curve.csv")).expect("a folder");
-    let said = sandbox.run(&case, &[]).exits_with(1);
-    assert!(said.stderr.contains("curve.csv"), "{}", said.stderr);
+    let output = sandbox.run(&case, &[]).exits_with(1);
+    assert!(output.stderr.contains("curve.csv"), "{}", output.stderr);
     assert_eq!(sandbox.names("out"), ["curve.csv"]);
 }
 
@@ -83,15 +83,16 @@ fn a_folder_in_the_place_of_a_result_is_an_error_that_changes_nothing() {
 fn a_full_disk_leaves_no_file_half_written() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1]"));
-    // A limit on the size of files stands in for the end of the disk: writing fails half way in the same manner.
+    // A limit on the size of files stands in for a full disk: writing fails part of the way in the same
+    // manner.
     let script = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
     let case = case.to_str().expect("UTF-8");
     for more in [&[][..], &["--no-fields"]] {
         let mut command = std::process::Command::new("sh");
         command.args(["-c", script, "sh", crate::support::BINARY, "run", case, "-o", "out"]).args(more);
         command.current_dir(sandbox.path("."));
-        let said = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
-        assert!(said.stderr.contains("cannot write `out"), "{}", said.stderr);
+        let output = crate::support::Finished::from(command.output().expect("sh")).exits_with(1);
+        assert!(output.stderr.contains("cannot write `out"), "{}", output.stderr);
         assert_eq!(sandbox.names("."), ["pair.toml"], "the folder that was made is gone again");
     }
 }

@@ -1,4 +1,4 @@
-//! What the subcommands print, write and exit with.
+//! Tests of the output, the files and the exit status of the subcommands.
 
 use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 
@@ -6,28 +6,28 @@ use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 fn json_is_all_that_stands_on_stdout_when_asked_for() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.0]"));
-    let said = sandbox.run(&case, &["--json"]).exits_with(0);
-    let json: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
+    let output = sandbox.run(&case, &["--json"]).exits_with(0);
+    let json: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON and nothing else");
     assert_eq!(json, sandbox.json("out/result.json"));
-    assert_eq!(said.stderr, "");
+    assert_eq!(output.stderr, "");
     assert_eq!(json["steps"].as_array().map(Vec::len), Some(2));
 }
 
 #[test]
 fn quiet_says_nothing_when_all_is_well() {
     let sandbox = Sandbox::new();
-    // Nothing presses, so that no model of the layer is off by anything.
+    // Nothing presses, so that no model error arises.
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0]"));
-    let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
-    assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
+    let output = sandbox.run(&case, &["--quiet"]).exits_with(0);
+    assert_eq!((output.stdout.as_str(), output.stderr.as_str()), ("", ""));
 }
 
 #[test]
 fn a_closed_form_that_is_far_from_a_punch_says_by_how_much() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.3]"));
-    let said = sandbox.run(&case, &["--quiet"]).exits_with(0);
-    assert!(said.stderr.contains("differs by -45 % to -5 %"), "{}", said.stderr);
+    let output = sandbox.run(&case, &["--quiet"]).exits_with(0);
+    assert!(output.stderr.contains("differs by -45 % to -5 %"), "{}", output.stderr);
     let checked = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
     assert!((checked.stdout + &checked.stderr).contains("differs by -45 % to -5 %"));
     // F / (mu H w) = 2.8936 and 9.0138 by finite elements (docs/mechanics.md), mu H w = 20.0763 mN.
@@ -36,9 +36,9 @@ fn a_closed_form_that_is_far_from_a_punch_says_by_how_much() {
         let check = &json["steps"][step]["closed_form_check"];
         let force = check["punch_force_n"].as_f64().expect("a number");
         assert!((force / expected - 1.0).abs() < 0.01, "{check}");
-        let own = json["steps"][step]["force_n"].as_f64().expect("a number");
+        let closed_form = json["steps"][step]["force_n"].as_f64().expect("a number");
         let difference = check["relative_difference"].as_f64().expect("a number");
-        assert!((difference - (own / force - 1.0)).abs() < 1e-12, "{check}");
+        assert!((difference - (closed_form / force - 1.0)).abs() < 1e-12, "{check}");
     }
 }
 
@@ -61,14 +61,14 @@ fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
         .replace("\"10 um\"", "\"100 um\"")
         .replace("1e-3", "0.1");
     let case = sandbox.case("closing.toml", &text);
-    let said = sandbox.run(&case, &[]).exits_with(3);
-    assert!(said.stderr.contains("step 1 failed"), "{}", said.stderr);
+    let output = sandbox.run(&case, &[]).exits_with(3);
+    assert!(output.stderr.contains("step 1 failed"), "{}", output.stderr);
     let table = sandbox.table("out/curve.csv");
     let status = table.texts("status");
     assert!(status[0] == "ok" && status[2].starts_with("ok"), "{status:?}");
     assert!(status[1].starts_with("failed: "), "{}", status[1]);
     assert!(status[1].contains("closes") || status[1].contains("leave"), "{}", status[1]);
-    // What is known of the step all the same.
+    // The known values of the failed step.
     let forces = table.numbers("force_n");
     for (force, expected) in forces.iter().zip([0.0, 268.119_162_317_577, 5.198_357_086_752_7]) {
         assert!((force - expected).abs() <= 1e-12 * expected, "{forces:?}");
@@ -77,8 +77,8 @@ fn a_step_that_fails_is_marked_with_its_reason_and_the_others_are_kept() {
     let json = sandbox.json("out/result.json");
     assert_eq!(json["status"], "incomplete");
     assert_eq!(sandbox.names("out").iter().filter(|name| name.ends_with(".vtu")).count(), 2);
-    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(3);
-    assert!(said.stdout.contains("step 1 will fail"), "{}", said.stdout);
+    let output = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(3);
+    assert!(output.stdout.contains("step 1 will fail"), "{}", output.stdout);
 }
 
 #[test]
@@ -97,13 +97,13 @@ fn a_force_that_the_layer_cannot_carry_fails_its_step_alone() {
 fn a_compression_beyond_the_largest_force_gets_a_capacitance_and_no_force() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.1, 0.97]"));
-    let said = sandbox.run(&case, &[]).exits_with(3);
-    assert!(said.stderr.contains("step 1 got no force"), "{}", said.stderr);
+    let output = sandbox.run(&case, &[]).exits_with(3);
+    assert!(output.stderr.contains("step 1 got no force"), "{}", output.stderr);
     let table = sandbox.table("out/curve.csv");
     let status = table.texts("status");
     assert_eq!(status, ["ok: but for the model of the layer", "no force: beyond the limit of eq. (50)"]);
     assert_eq!(table.texts("force_n")[1], "");
-    // Found once to 2.3e-4.
+    // An earlier computation, to 2.3e-4, gave this value.
     let [lower, upper] =
         ["capacitance_lower_f", "capacitance_upper_f"].map(|column| table.numbers(column)[1]);
     let found = 3.869_7e-15;
@@ -157,8 +157,8 @@ fn a_layer_without_conductors_gives_force_against_compression() {
     assert_eq!(force[0], 0.0);
     assert!((force[1] / 0.083_099_489_87 - 1.0).abs() < 1e-9, "{force:?}");
     assert_eq!(table.texts("two_terminal_capacitance_f"), ["", ""]);
-    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
-    assert!(said.stdout.contains("electrostatics: there are no electrodes"), "{}", said.stdout);
+    let output = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0);
+    assert!(output.stdout.contains("electrostatics: there are no electrodes"), "{}", output.stdout);
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn a_grounded_finger_takes_capacitance_from_the_pair() {
     let json = sandbox.json("out/result.json");
     assert_eq!(json["conductors"][2], "finger");
     let step = &json["steps"][0];
-    // Without a ground the pair has one capacitance; beside the finger its mutual one is measured.
+    // Without a ground the pair has one capacitance; beside the grounded finger its mutual one is measured.
     let measured = step["capacitance_f"].as_f64().expect("a number");
     let mutual = -step["maxwell_matrix_f"][0][1].as_f64().expect("a number");
     assert!(measured == mutual && mutual < alone, "{measured:e} {mutual:e} {alone:e}");
@@ -213,7 +213,7 @@ fn fields_and_scene_are_left_out_when_not_wanted_and_old_ones_are_removed() {
     let sandbox = Sandbox::new();
     let three = sandbox.case("pair.toml", &quick_pair(STEPS, "compression = [0.0, 0.1, 0.2]"));
     sandbox.run(&three, &[]).exits_with(0);
-    sandbox.case("out/notes.txt", "the user's own");
+    sandbox.case("out/notes.txt", "a note of the user");
     assert_eq!(sandbox.names("out").len(), 13);
     sandbox.run(&three, &["--no-fields", "--no-scene"]).exits_with(0);
     assert_eq!(
@@ -239,7 +239,7 @@ fn check_prints_the_plan_and_writes_nothing() {
     let sandbox = Sandbox::new();
     let case = acceptance("in-plane-pair.toml");
     let case = case.to_str().expect("UTF-8");
-    let said = sandbox.elastocap(&["check", case]).exits_with(0);
+    let output = sandbox.elastocap(&["check", case]).exits_with(0);
     for words in [
         "6 load steps",
         "quarter",
@@ -249,10 +249,10 @@ fn check_prints_the_plan_and_writes_nothing() {
         "mirror images along x1 and x3",
         "Symmetry cuts the unknowns from ",
     ] {
-        assert!(said.stdout.contains(words), "`{words}` is not in: {}", said.stdout);
+        assert!(output.stdout.contains(words), "`{words}` is not in: {}", output.stdout);
     }
-    let said = sandbox.elastocap(&["check", case, "--json"]).exits_with(0);
-    let plan: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
+    let output = sandbox.elastocap(&["check", case, "--json"]).exits_with(0);
+    let plan: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON and nothing else");
     assert_eq!(plan["mirrored"], serde_json::json!([true, false, true]));
     assert!(plan["left_out"][0]["saved_unknowns"].as_u64().is_some_and(|n| n > 0));
     assert_eq!(sandbox.names("."), Vec::<String>::new());
@@ -281,8 +281,8 @@ fn check_tells_once_for_all_steps_why_a_run_will_fail() {
 #[test]
 fn the_schema_is_printed_and_a_reader_that_goes_away_is_no_failure() {
     let sandbox = Sandbox::new();
-    let said = sandbox.elastocap(&["schema"]).exits_with(0);
-    let schema: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    let output = sandbox.elastocap(&["schema"]).exits_with(0);
+    let schema: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
     assert!(schema["properties"]["layer"].is_object());
     let mut child = sandbox
         .command(&["schema"])

@@ -1,11 +1,12 @@
-//! Ways in: completions, manual pages, a case from the standard input, several cases at once, and cases watched for changes.
+//! Tests of completions, manual pages, a case on the standard input, several cases at once, and watched
+//! cases.
 
 use std::io::Write as _;
 use std::process::Stdio;
 
 use crate::support::{Finished, Sandbox, quick_pair};
 
-/// A case that is solved in a moment.
+/// A case that is solved quickly.
 const CUBE: &str = r#"
 format = 1
 title  = "A cube in a cube"
@@ -22,7 +23,7 @@ walls    = { min = ["-1 m", "-1 m", "-1 m"], max = ["1 m", "1 m", "1 m"] }
 relative_tolerance = 1e-2
 "#;
 
-/// The same with a misspelled key.
+/// The same case with a misspelled key.
 fn misspelled() -> String {
     CUBE.replace("boundary", "boundery")
 }
@@ -58,7 +59,7 @@ fn completions_know_every_command_and_its_options() {
     assert!(refused.stderr.contains("fish"), "{}", refused.stderr);
 }
 
-/// What bash offers after `elastocap run --m` is what the script makes of it.
+/// Checks that the completions of `elastocap run --m` in bash come from the script.
 #[cfg(target_os = "linux")]
 #[test]
 fn bash_completes_an_option() {
@@ -67,12 +68,12 @@ fn bash_completes_an_option() {
         .expect("written");
     let ask = "source ./script; COMP_WORDS=(elastocap run --m); COMP_CWORD=2; \
                _elastocap elastocap --m run; echo \"${COMPREPLY[@]}\"";
-    let Ok(said) =
+    let Ok(output) =
         std::process::Command::new("bash").args(["-c", ask]).current_dir(sandbox.path("")).output()
     else {
         return; // no bash here
     };
-    assert_eq!(String::from_utf8_lossy(&said.stdout).trim(), "--max-time");
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "--max-time");
 }
 
 #[test]
@@ -142,17 +143,17 @@ fn several_cases_are_solved_each_in_a_folder_of_its_own() {
     let sandbox = Sandbox::new();
     sandbox.case("cube.toml", CUBE);
     sandbox.case("pair.toml", &quick_pair("", ""));
-    let said = sandbox.elastocap(&["run", "cube.toml", "pair.toml", "-o", "all"]).exits_with(0);
+    let output = sandbox.elastocap(&["run", "cube.toml", "pair.toml", "-o", "all"]).exits_with(0);
     assert_eq!(sandbox.names("all"), ["cube", "pair"]);
     for line in ["case 1 of 2: cube.toml", "case 2 of 2: pair.toml"] {
-        assert!(said.stderr.lines().any(|said| said == line), "{}", said.stderr);
+        assert!(output.stderr.lines().any(|output| output == line), "{}", output.stderr);
     }
     let alone = sandbox.elastocap(&["run", "pair.toml", "-o", "alone"]).exits_with(0);
     assert!(!alone.stderr.contains("case 1"), "{}", alone.stderr);
     assert_eq!(sandbox.read("all/pair/curve.csv"), sandbox.read("alone/curve.csv"));
     // One document after the other.
-    let said = sandbox.elastocap(&["run", "cube.toml", "pair.toml", "--json", "-o", "json"]).exits_with(0);
-    let documents = serde_json::Deserializer::from_str(&said.stdout).into_iter::<serde_json::Value>();
+    let output = sandbox.elastocap(&["run", "cube.toml", "pair.toml", "--json", "-o", "json"]).exits_with(0);
+    let documents = serde_json::Deserializer::from_str(&output.stdout).into_iter::<serde_json::Value>();
     let titles: Vec<_> = documents.map(|document| document.expect("JSON")["title"].clone()).collect();
     assert_eq!(titles[0], "A cube in a cube");
     assert_eq!(titles.len(), 2);
@@ -163,21 +164,21 @@ fn all_that_is_wrong_in_several_cases_is_told_before_anything_is_solved() {
     let sandbox = Sandbox::new();
     sandbox.case("good.toml", CUBE);
     sandbox.case("bad.toml", &misspelled());
-    let said = sandbox.elastocap(&["run", "good.toml", "bad.toml", "missing.toml"]).exits_with(2);
+    let output = sandbox.elastocap(&["run", "good.toml", "bad.toml", "missing.toml"]).exits_with(2);
     assert!(
-        said.stderr.contains("bad.toml:10:1") && said.stderr.contains("`missing.toml`"),
+        output.stderr.contains("bad.toml:10:1") && output.stderr.contains("`missing.toml`"),
         "{}",
-        said.stderr
+        output.stderr
     );
     assert_eq!(sandbox.names("."), ["bad.toml", "good.toml"]);
-    let said = sandbox.elastocap(&["check", "good.toml", "bad.toml", "good.toml"]).exits_with(2);
-    assert_eq!(said.stdout.matches("A cube in a cube").count(), 2, "{}", said.stdout);
+    let output = sandbox.elastocap(&["check", "good.toml", "bad.toml", "good.toml"]).exits_with(2);
+    assert_eq!(output.stdout.matches("A cube in a cube").count(), 2, "{}", output.stdout);
     std::fs::create_dir(sandbox.path("sub")).expect("made");
     sandbox.case("sub/good.toml", CUBE);
-    let said = sandbox.elastocap(&["run", "good.toml", "sub/good.toml"]).exits_with(2);
-    assert!(said.stderr.contains("both be written to `results/good`"), "{}", said.stderr);
-    let said = sandbox.elastocap(&["run", "good.toml", "bad.toml", "--watch"]).exits_with(2);
-    assert!(said.stderr.contains("one case"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["run", "good.toml", "sub/good.toml"]).exits_with(2);
+    assert!(output.stderr.contains("both be written to `results/good`"), "{}", output.stderr);
+    let output = sandbox.elastocap(&["run", "good.toml", "bad.toml", "--watch"]).exits_with(2);
+    assert!(output.stderr.contains("one case"), "{}", output.stderr);
 }
 
 #[test]
@@ -188,7 +189,8 @@ fn the_status_of_several_cases_is_the_worst() {
     sandbox.case("sharp.toml", &CUBE.replace("1e-2", "1e-13"));
     let incomplete = sandbox.elastocap(&["run", "cube.toml", "--max-time", "1s", "sharp.toml"]);
     assert_eq!(incomplete.exits_with(3).status, Some(3));
-    // A file stands where the folder of the first is to be: a failure, and the second is solved all the same.
+    // A file stands in place of the first case's folder, which is a failure; the second case is solved all
+    // the same.
     std::fs::create_dir(sandbox.path("out")).expect("made");
     std::fs::write(sandbox.path("out/cube"), "").expect("written");
     sandbox.case("other.toml", CUBE);
@@ -204,7 +206,7 @@ mod watched {
 
     use super::*;
 
-    /// A command that watches a case and writes what it says to `log`; it is ended with the test.
+    /// A command that watches a case and writes its messages to `log`; it ends with the test.
     struct Watch<'a> {
         sandbox: &'a Sandbox,
         child: Child,
@@ -218,7 +220,7 @@ mod watched {
             Self { sandbox, child }
         }
 
-        /// Waits until the command has said `text` so many times.
+        /// Waits until the command has printed `text` so many times.
         fn has_said(&self, text: &str, times: usize) {
             let begun = Instant::now();
             while self.sandbox.read("log").matches(text).count() < times {
@@ -227,7 +229,7 @@ mod watched {
             }
         }
 
-        /// The value of the first capacitance in the folder.
+        /// The value of the first capacitance in the results.
         fn capacitance(&self) -> f64 {
             self.sandbox.table("out/capacitance.csv").numbers("value_f")[0]
         }
@@ -259,12 +261,12 @@ mod watched {
         let mut watch = Watch::start(&sandbox);
         watch.has_said("waiting for a change of `case.toml`, `cube.obj`", 1);
         let first = watch.capacitance();
-        // A smaller cube has less.
+        // A smaller cube has a smaller capacitance.
         std::fs::write(sandbox.path("cube.obj"), cube("0.4")).expect("written");
         watch.has_said("waiting for a change", 2);
         let second = watch.capacitance();
         assert!(second < 0.8 * first, "{first} {second}");
-        // A broken case says so, and its results stay.
+        // A broken case is reported, and its earlier results stay.
         sandbox.case("case.toml", &text.replace("boundary", "boundery"));
         watch.has_said("waiting for a change", 3);
         assert!(sandbox.read("log").contains("boundery"));

@@ -1,12 +1,16 @@
-//! The figures of the paper, from the command line.
+//! Tests of `elastocap figures`.
 
 use crate::support::Sandbox;
 
 #[test]
 fn tables_and_a_figure_are_drawn_where_asked() {
     let sandbox = Sandbox::new();
-    let said = sandbox.elastocap(&["figures", "--only", "table-1,6", "-o", "out"]).exits_with(0);
-    assert!(said.stdout.contains("7 files in out") && said.stdout.contains("figure-6c"), "{}", said.stdout);
+    let output = sandbox.elastocap(&["figures", "--only", "table-1,6", "-o", "out"]).exits_with(0);
+    assert!(
+        output.stdout.contains("7 files in out") && output.stdout.contains("figure-6c"),
+        "{}",
+        output.stdout
+    );
     let table = sandbox.table("out/table-1.csv");
     let theta = table.numbers("theta_rad");
     assert_eq!(theta.len(), 7);
@@ -21,8 +25,8 @@ fn quiet_is_quiet_and_others_files_stay() {
     let sandbox = Sandbox::new();
     std::fs::create_dir(sandbox.path("out")).expect("a folder");
     std::fs::write(sandbox.path("out/mine.txt"), "mine").expect("a file");
-    let said = sandbox.elastocap(&["figures", "--quiet", "--only", "table-2", "-o", "out"]).exits_with(0);
-    assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
+    let output = sandbox.elastocap(&["figures", "--quiet", "--only", "table-2", "-o", "out"]).exits_with(0);
+    assert_eq!((output.stdout.as_str(), output.stderr.as_str()), ("", ""));
     assert_eq!(sandbox.names("out"), ["mine.txt", "table-2.csv"]);
 }
 

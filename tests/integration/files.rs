@@ -1,4 +1,4 @@
-//! What is read from folders that may come from elsewhere, and what is written into folders that may be open to others.
+//! Tests of files read from folders of others, and of files written into folders that are open to others.
 
 #![cfg(unix)]
 
@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 
 use crate::support::{BINARY, Finished, STEPS, Sandbox, acceptance, quick_pair};
 
-/// A pair that is solved in no time.
+/// A sandbox with a pair that is solved quickly.
 fn with_case() -> Sandbox {
     let sandbox = Sandbox::new();
     sandbox.case("pair.toml", &quick_pair(STEPS, "force = [\"0 N\", \"0.05 N\", \"0.1 N\"]"));
     sandbox
 }
 
-/// The same, solved into `out`.
+/// The same sandbox, with the pair solved into `out`.
 fn solved() -> Sandbox {
     let sandbox = with_case();
     sandbox.elastocap(&RUN).exits_with(0);
@@ -25,7 +25,7 @@ fn solved() -> Sandbox {
 
 const RUN: [&str; 7] = ["run", "pair.toml", "-o", "out", "--no-fields", "--no-scene", "--quiet"];
 
-/// The command, which must end by itself, on a busy machine too, within two minutes.
+/// Runs the command, which must end by itself within two minutes, also on a busy machine.
 fn ends(sandbox: &Sandbox, arguments: &[&str]) -> Finished {
     let mut child = sandbox
         .command(arguments)
@@ -53,7 +53,7 @@ fn in_shell(sandbox: &Sandbox, script: &str) -> Finished {
 
 type Made = fn(&Path);
 
-/// Ways to make a file that has no end, or none that is reached.
+/// Ways to make a file without an end, or whose end is never reached.
 fn endless() -> [(&'static str, Made); 3] {
     [
         ("a pipe", |file| {
@@ -66,10 +66,10 @@ fn endless() -> [(&'static str, Made); 3] {
     ]
 }
 
-fn is_refused(said: &Finished, what: &str) {
+fn is_refused(output: &Finished, what: &str) {
     assert!(
-        said.stderr.contains("not a regular file") || said.stderr.contains("larger than"),
-        "{what}: {said:?}"
+        output.stderr.contains("not a regular file") || output.stderr.contains("larger than"),
+        "{what}: {output:?}"
     );
 }
 
@@ -88,8 +88,8 @@ fn a_result_that_does_not_end_is_refused_by_all_that_read_it() {
             (&["export", "table", "out/result.json"], 2),
             (&["mesh", "pair.toml", "-o", "out"], 1),
         ] {
-            let said = ends(&sandbox, arguments).exits_with(status);
-            is_refused(&said, &format!("{what}, {arguments:?}"));
+            let output = ends(&sandbox, arguments).exits_with(status);
+            is_refused(&output, &format!("{what}, {arguments:?}"));
         }
         assert_eq!(sandbox.names("out"), ["result.json"], "{what}");
         std::fs::remove_dir_all(sandbox.path("out")).expect("removed");
@@ -140,18 +140,21 @@ fn a_sweep_reads_files_alone_and_writes_through_no_link() {
         }
         std::fs::remove_dir_all(sandbox.path("swept")).expect("removed");
         make(&sandbox.path("list"));
-        let said = ends(&sandbox, &["sweep", "pair.toml", "--list", "list", "-o", "swept"]).exits_with(2);
-        is_refused(&said, what);
+        let output = ends(&sandbox, &["sweep", "pair.toml", "--list", "list", "-o", "swept"]).exits_with(2);
+        is_refused(&output, what);
         std::fs::remove_file(sandbox.path("list")).expect("removed");
     }
-    // A record that is no file is solved again, and replaced.
+    // A record that is not a regular file is solved again, and replaced.
     sandbox.elastocap(&SWEEP).exits_with(0);
     let table = sandbox.read("swept/sweep.csv");
     for (what, make) in endless() {
         std::fs::remove_file(sandbox.path("swept/cases/000001.jsonl")).expect("removed");
         make(&sandbox.path("swept/cases/000001.jsonl"));
-        let said = ends(&sandbox, &SWEEP).exits_with(0);
-        assert!(said.stderr.contains("case 1 is solved again: its file cannot be read"), "{what}: {said:?}");
+        let output = ends(&sandbox, &SWEEP).exits_with(0);
+        assert!(
+            output.stderr.contains("case 1 is solved again: its file cannot be read"),
+            "{what}: {output:?}"
+        );
         assert_eq!(sandbox.read("swept/sweep.csv"), table, "{what}");
         assert!(sandbox.path("swept/cases/000001.jsonl").symlink_metadata().expect("a record").is_file());
     }
@@ -173,13 +176,13 @@ fn links_that_lie_in_wait_in_a_folder_are_not_followed() {
 
     std::fs::create_dir(sandbox.path("swept")).expect("a folder");
     symlink(sandbox.path("mine"), sandbox.path("swept/cases")).expect("a link");
-    let said = sandbox.elastocap(&SWEEP).exits_with(2);
-    assert!(said.stderr.contains("`swept/cases` is not a folder itself but a link"), "{said:?}");
+    let output = sandbox.elastocap(&SWEEP).exits_with(2);
+    assert!(output.stderr.contains("`swept/cases` is not a folder itself but a link"), "{output:?}");
     assert!(sandbox.names("mine").is_empty());
     std::fs::remove_file(sandbox.path("swept/cases")).expect("removed");
     symlink(sandbox.path("new.txt"), sandbox.path("swept/.lock")).expect("a link");
-    let said = sandbox.elastocap(&SWEEP).exits_with(1);
-    assert!(said.stderr.contains(".lock"), "{said:?}");
+    let output = sandbox.elastocap(&SWEEP).exits_with(1);
+    assert!(output.stderr.contains(".lock"), "{output:?}");
     assert!(!sandbox.path("new.txt").exists());
 }
 
@@ -192,7 +195,7 @@ fn tables_of_an_earlier_sweep_stay_until_new_ones_stand_and_then_go() {
     assert_eq!(sandbox.names("swept/cases").len(), 3);
     let mut again = SWEEP.to_vec();
     again.push("--overwrite");
-    // Killed when it has begun: what was there before is there, and nothing half.
+    // The sweep is killed after it has begun: earlier files are complete, and no file is half-written.
     let table = sandbox.read("swept/sweep.csv");
     let mut child =
         sandbox.command(&again).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
@@ -200,7 +203,7 @@ fn tables_of_an_earlier_sweep_stay_until_new_ones_stand_and_then_go() {
     {
     }
     child.kill().expect("ended");
-    // It may have been faster.
+    // The sweep may have ended before.
     if !child.wait().expect("it is over").success() {
         assert!(!sandbox.read("swept/sweep.csv").is_empty());
         assert!(sandbox.names("swept/cases").len() >= 3);
@@ -226,8 +229,9 @@ fn results_of_a_case_with_an_odd_name_stay_in_the_output_folder() {
         sandbox.case(&format!("inner/{name}"), &text);
         let inner = sandbox.path("inner");
         let run = |arguments: &[&str]| {
-            let said = Command::new(BINARY).args(arguments).current_dir(&inner).output().expect("it starts");
-            Finished::from(said).exits_with(0)
+            let output =
+                Command::new(BINARY).args(arguments).current_dir(&inner).output().expect("it starts");
+            Finished::from(output).exits_with(0)
         };
         run(&["run", name, "--no-fields", "--no-scene", "--quiet"]);
         assert!(sandbox.path(&format!("inner/results/{folder}/result.json")).exists(), "{name:?}");
@@ -242,12 +246,12 @@ fn results_of_a_case_with_an_odd_name_stay_in_the_output_folder() {
         std::fs::remove_dir_all(sandbox.path("inner/results")).expect("removed");
         std::fs::remove_file(sandbox.path(&format!("inner/{name}"))).expect("removed");
     }
-    // Several cases, of which two have no name of their own.
+    // Two of several cases have no name left after cleaning.
     for name in ["...toml", "..toml"] {
         sandbox.case(name, &text);
     }
-    let said = sandbox.elastocap(&["run", "...toml", "..toml", "-o", "both"]).exits_with(2);
-    assert!(said.stderr.contains("would both be written to `both/case`"), "{said:?}");
+    let output = sandbox.elastocap(&["run", "...toml", "..toml", "-o", "both"]).exits_with(2);
+    assert!(output.stderr.contains("would both be written to `both/case`"), "{output:?}");
 }
 
 #[test]
@@ -266,8 +270,8 @@ fn what_a_killed_command_left_is_removed_and_a_link_is_replaced_itself() {
     ];
     for arguments in commands {
         sandbox.case(left, "half");
-        let said = sandbox.elastocap(arguments);
-        assert!(matches!(said.status, Some(0 | 3)), "{said:?}");
+        let output = sandbox.elastocap(arguments);
+        assert!(matches!(output.status, Some(0 | 3)), "{output:?}");
         assert!(!sandbox.path(left).exists(), "{arguments:?}");
     }
     assert!(sandbox.names(".").iter().all(|name| !name.starts_with('.')), "{:?}", sandbox.names("."));
@@ -297,13 +301,16 @@ fn a_limit_on_the_size_of_files_is_an_error_and_leaves_nothing() {
         "sweep pair.toml --set electrodes.in_plane_pair.gap=50um -o swept",
     ] {
         let before = sandbox.names(".");
-        let said = in_shell(&sandbox, &format!("ulimit -f 0; \"$ELASTOCAP\" {command}")).exits_with(1);
-        assert!(said.stderr.contains("cannot write") && said.stderr.contains("File too large"), "{said:?}");
+        let output = in_shell(&sandbox, &format!("ulimit -f 0; \"$ELASTOCAP\" {command}")).exits_with(1);
+        assert!(
+            output.stderr.contains("cannot write") && output.stderr.contains("File too large"),
+            "{output:?}"
+        );
         if !command.starts_with("sweep") {
             assert_eq!(sandbox.names("."), before, "{command}");
         }
     }
-    // What could not be written stands in nobody's way.
+    // Files that could not be written leave nothing behind.
     sandbox.elastocap(&["new", "pair", "new.toml"]).exits_with(0);
 }
 
@@ -314,8 +321,8 @@ fn an_export_of_an_absurd_bound_is_refused() {
     result["steps"][1]["capacitance_upper_f"] = serde_json::json!(1e308);
     sandbox.case("out/result.json", &result.to_string());
     for format in ["spice", "verilog-a", "table", "fmu"] {
-        let said = sandbox.elastocap(&["export", format, "out", "--no-binary"]).exits_with(2);
-        assert!(said.stderr.contains("step 1 of the result has an impossible"), "{said:?}");
+        let output = sandbox.elastocap(&["export", format, "out", "--no-binary"]).exits_with(2);
+        assert!(output.stderr.contains("step 1 of the result has an impossible"), "{output:?}");
     }
 }
 
@@ -337,8 +344,8 @@ fn a_file_named_by_mistake_is_not_shown() {
             &["gather", "swept", "-o", "whole"],
             &SWEEP,
         ] {
-            let said = ends(&sandbox, arguments).exits_with(2);
-            assert!(!said.stderr.contains("hunter2"), "{arguments:?}: {said:?}");
+            let output = ends(&sandbox, arguments).exits_with(2);
+            assert!(!output.stderr.contains("hunter2"), "{arguments:?}: {output:?}");
         }
     }
 }

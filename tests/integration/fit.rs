@@ -1,8 +1,9 @@
-//! Measured points over a curve, `elastocap fit` and `elastocap optimise`, as their users meet them.
+//! Tests of measured points over a curve, of `elastocap fit` and of `elastocap optimise`.
 
 use crate::support::Sandbox;
 
-/// The case of the documentation, quick, with points of its own curve: 70 kPa, and 3 fF too much.
+/// The case of the documentation at a large tolerance, with points of its curve for 70 kPa and a parasitic
+/// capacitance of 3 fF.
 fn with_points(sandbox: &Sandbox) -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/fits/pair.toml");
     let text = std::fs::read_to_string(path).expect("the case");
@@ -15,9 +16,9 @@ fn with_points(sandbox: &Sandbox) -> String {
     let mut points = "force_mn,capacitance_ff\n".to_owned();
     // Without the last step: a fitted curve that ends a little earlier still reaches all points.
     let steps = table.numbers("force_n").len() - 1;
-    let both = table.numbers("force_n").into_iter().zip(table.numbers("capacitance_f"));
-    for (k, (force, c)) in both.take(steps).enumerate() {
-        // An error that the fit has to average over.
+    let pairs = table.numbers("force_n").into_iter().zip(table.numbers("capacitance_f"));
+    for (k, (force, c)) in pairs.take(steps).enumerate() {
+        // Noise that the fit has to average over.
         let noise = if k % 2 == 0 { 0.02 } else { -0.02 };
         points.push_str(&format!("{},{}\n", 1e3 * force, 1e15 * c + 3.0 + noise));
     }
@@ -31,7 +32,7 @@ fn with_points(sandbox: &Sandbox) -> String {
 fn a_fit_finds_what_made_the_points_and_a_run_of_the_fitted_case_explains_them() {
     let sandbox = Sandbox::new();
     with_points(&sandbox);
-    // Before the fit, the points lie beside the curve.
+    // Before the fit the curve misses the points.
     let run =
         sandbox.elastocap(&["run", "pair.toml", "-o", "before", "--no-fields", "--no-scene"]).exits_with(0);
     assert!(run.stdout.contains("measured: ") && run.stdout.contains("within the error"), "{}", run.stdout);
@@ -51,8 +52,12 @@ fn a_fit_finds_what_made_the_points_and_a_run_of_the_fitted_case_explains_them()
         "-o",
         "fitted.toml",
     ];
-    let said = sandbox.elastocap(&fit).exits_with(0);
-    assert!(said.stdout.contains("95 % interval") && said.stdout.contains("correlations"), "{}", said.stdout);
+    let output = sandbox.elastocap(&fit).exits_with(0);
+    assert!(
+        output.stdout.contains("95 % interval") && output.stdout.contains("correlations"),
+        "{}",
+        output.stdout
+    );
     let refused = sandbox.elastocap(&fit).exits_with(2);
     assert!(refused.stderr.contains("is there already"), "{}", refused.stderr);
     let json = sandbox.elastocap(&[&fit[..6], &["--json"]].concat()).exits_with(0);
@@ -97,13 +102,13 @@ fn what_cannot_be_fitted_is_refused_before_anything_is_solved() {
         ("layer.half_length", "no number at"),
         ("nothing", "no number at"),
     ] {
-        let said = sandbox.elastocap(&["fit", "pair.toml", "--free", free]).exits_with(2);
-        assert!(said.stderr.contains(words), "{free}: {}", said.stderr);
+        let output = sandbox.elastocap(&["fit", "pair.toml", "--free", free]).exits_with(2);
+        assert!(output.stderr.contains(words), "{free}: {}", output.stderr);
     }
     let unmeasured = text.split("[measurement]").next().expect("a case");
     sandbox.case("bare.toml", unmeasured);
-    let said = sandbox.elastocap(&["fit", "bare.toml", "--free", "parasitic"]).exits_with(2);
-    assert!(said.stderr.contains("[measurement]"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["fit", "bare.toml", "--free", "parasitic"]).exits_with(2);
+    assert!(output.stderr.contains("[measurement]"), "{}", output.stderr);
 }
 
 #[test]
@@ -112,7 +117,7 @@ fn an_optimum_keeps_its_limits_and_is_written_as_a_case() {
     let text = with_points(&sandbox);
     let unmeasured = text.split("[measurement]").next().expect("a case").to_owned();
     sandbox.case("pair.toml", &unmeasured);
-    // C0 falls with the gap: the largest gap that keeps the limit is the answer.
+    // C0 falls with the gap, so that the largest gap within the limit is the optimum.
     let search = [
         "optimise",
         "pair.toml",
@@ -124,8 +129,8 @@ fn an_optimum_keeps_its_limits_and_is_written_as_a_case() {
         "C0 > 40fF",
         "--json",
     ];
-    let said = sandbox.elastocap(&[&search[..], &["-o", "best.toml"]].concat()).exits_with(0);
-    let found: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    let output = sandbox.elastocap(&[&search[..], &["-o", "best.toml"]].concat()).exits_with(0);
+    let found: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
     let c0 = found["best_limited"][0].as_f64().expect("C0");
     assert!((40e-15..40.8e-15).contains(&c0), "{c0}");
     assert!(sandbox.read("best.toml").contains("gap           = \""), "{}", sandbox.read("best.toml"));

@@ -1,8 +1,9 @@
-//! `elastocap force` against capacitances that were computed directly at random forces.
+//! Compares `elastocap force` with capacitances computed directly at random forces.
 
 use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 
-/// Three sensors: their case files, and the largest force in N, which is below that of the last step of their curves.
+/// Three sensors: their case files, and the largest drawn force in N, which is below that of the last step of
+/// their curves.
 const SENSORS: [(&str, f64); 3] =
     [("in-plane-pair.toml", 0.25), ("stacked-pair.toml", 40.0), ("pair-in-soft-layer", 0.033)];
 
@@ -16,7 +17,8 @@ fn unloaded(name: &str) -> String {
     if name != "pair-in-soft-layer" {
         return text;
     }
-    // Another elastomer and permittivity, electrodes that are nearer to each other, longer and lower, and walls that are grounded.
+    // Another elastomer and permittivity, electrodes that are closer together, longer and lower, and grounded
+    // walls.
     let mut text = text;
     for (from, to) in [
         ("c10 = \"682.15 Pa\"", "c10 = \"5 kPa\""),
@@ -42,11 +44,12 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// `FORCE_VALUES=100` draws as many forces of each sensor; the table of docs/answers.md is what it prints.
+/// The environment variable FORCE_VALUES is the number of forces for each sensor; docs/answers.md has the
+/// table of 100.
 #[test]
 fn the_true_force_lies_in_the_interval_of_a_measured_capacitance() {
-    let asked = std::env::var("FORCE_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
-    let values = asked.unwrap_or(6).max(1);
+    let from_environment = std::env::var("FORCE_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
+    let values = from_environment.unwrap_or(6).max(1);
     let mut random = random();
     println!("| sensor | values | true force in the interval | in the enclosure | median width over force |");
     println!("|---|---|---|---|---|");
@@ -67,14 +70,14 @@ fn the_true_force_lies_in_the_interval_of_a_measured_capacitance() {
         let (mut inside, mut enclosed, mut widths) = (0, 0, Vec::new());
         for (k, force) in forces.iter().enumerate() {
             let true_value = 0.5 * (lower[k] + upper[k]);
-            // The direct value has bounds too. A third of the measurements is exact but for them.
+            // The direct value has bounds, too. A third of the measurements has no further error.
             let noise = [0.0, 1e-3, 1e-2][k % 3] * true_value;
             let measured = true_value + noise * (2.0 * random() - 1.0);
             let error = noise + 0.5 * (upper[k] - lower[k]);
             let argument = format!("{measured:e} F +- {error:e} F");
-            let said =
+            let output =
                 sandbox.elastocap(&["force", "curve", "--capacitance", &argument, "--json"]).exits_with(0);
-            let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+            let answer: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
             let number = |value: &serde_json::Value| value.as_f64().expect("a number");
             let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| number(&answer[key]));
             let [least, most] = [0, 1].map(|end| number(&answer["enclosure_n"][end]));
@@ -95,14 +98,14 @@ fn a_force_is_printed_with_its_limits_and_what_they_come_from() {
     let ask = |result: &str, capacitance: &str, status| {
         sandbox.elastocap(&["force", result, "--capacitance", capacitance]).exits_with(status)
     };
-    let said = ask("out", "41.2fF+-0.05fF", 0);
+    let output = ask("out", "41.2fF+-0.05fF", 0);
     for words in
         ["41.200 fF +- 50 aF", "with all errors", "of the measurement", "of the curve", "interpolation"]
     {
-        assert!(said.stdout.contains(words), "{words}: {}", said.stdout);
+        assert!(output.stdout.contains(words), "{words}: {}", output.stdout);
     }
-    assert!(said.stderr.contains("those of the model of the layer"), "{}", said.stderr);
-    assert_eq!(ask("out/result.json", "41.2 fF \u{b1} 0.05 fF", 0).stdout, said.stdout);
+    assert!(output.stderr.contains("those of the model of the layer"), "{}", output.stderr);
+    assert_eq!(ask("out/result.json", "41.2 fF \u{b1} 0.05 fF", 0).stdout, output.stdout);
     for (result, capacitance, words) in [
         ("out", "90fF+-0.05fF", "no force on the curve gives 90.000 fF"),
         ("out", "32.6fF+-1fF", "add a step with a larger load"),
@@ -111,9 +114,9 @@ fn a_force_is_printed_with_its_limits_and_what_they_come_from() {
         ("out/curve.csv", "41.2fF", "is not the result.json of a run"),
         ("nowhere", "41.2fF", "name the output folder of a run"),
     ] {
-        let said = ask(result, capacitance, 2);
-        assert!(said.stderr.contains(words), "{words}: {}", said.stderr);
-        assert_eq!(said.stdout, "");
+        let output = ask(result, capacitance, 2);
+        assert!(output.stderr.contains(words), "{words}: {}", output.stderr);
+        assert_eq!(output.stdout, "");
     }
 }
 
@@ -122,8 +125,8 @@ fn results_without_one_monotonic_curve_are_refused() {
     let sandbox = Sandbox::new();
     let cube = acceptance("cube-in-cube.toml");
     sandbox.run(&cube, &["--no-fields"]).exits_with(0);
-    let said = sandbox.elastocap(&["force", "out", "--capacitance", "169pF"]).exits_with(2);
-    assert!(said.stderr.contains("has no forces"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["force", "out", "--capacitance", "169pF"]).exits_with(2);
+    assert!(output.stderr.contains("has no forces"), "{}", output.stderr);
     let step = |index: usize, force: f64, c: f64| {
         serde_json::json!({ "index": index, "force_n": force, "capacitance_f": c,
                             "capacitance_lower_f": c - 1e-17, "capacitance_upper_f": c + 1e-17 })
@@ -139,7 +142,7 @@ fn results_without_one_monotonic_curve_are_refused() {
         sandbox.elastocap(&["force", file, "--capacitance", "1.2fF"]).exits_with(2).stderr
     };
     assert!(ask().contains("grows up to step 1 (1 N) and then falls"), "{}", ask());
-    // Steps that a shift tells apart are no curve of the force.
+    // Steps that differ in a shift are no curve of the force.
     result["plan"] = serde_json::json!({ "steps": [{}, { "pose": { "shift_m": [1e-4, 0.0] } }, {}] });
     sandbox.case("turning.json", &result.to_string());
     assert!(ask().contains("also shift or tilt what is attached"), "{}", ask());
@@ -167,9 +170,9 @@ fn stated_errors_of_force_and_mechanics_widen_the_interval() {
             "measurement": { "kind": "mutual", "terminals": ["a", "b"] },
         });
         sandbox.case("result.json", &result.to_string());
-        let said =
+        let output =
             sandbox.elastocap(&["force", "result.json", "--capacitance", "1.25fF", "--json"]).exits_with(0);
-        let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+        let answer: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
         ["force_lower_n", "force_upper_n"].map(|key| answer[key].as_f64().expect("a number"))
     };
     let near = |found: [f64; 2], expected: [f64; 2]| {
@@ -194,11 +197,11 @@ fn quadrants(steps: &[String]) -> String {
         .replace("relative_tolerance = 1e-2", "relative_tolerance = 5e-2")
 }
 
-/// `LOAD_VALUES=100` draws as many loads; the numbers of docs/answers.md are what it prints.
+/// The environment variable LOAD_VALUES is the number of loads; docs/answers.md has the numbers of 100.
 #[test]
 fn four_quadrants_tell_force_and_shift_within_their_stated_deviations() {
-    let asked = std::env::var("LOAD_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
-    let count = asked.unwrap_or(6).max(1);
+    let from_environment = std::env::var("LOAD_VALUES").ok().and_then(|text| text.parse::<usize>().ok());
+    let count = from_environment.unwrap_or(6).max(1);
     let sandbox = Sandbox::new();
     let step = |compression: f64, [x1, x3]: [f64; 2]| {
         format!("{{ compression = {compression}, shift = [\"{x1} um\", \"{x3} um\"] }}")
@@ -212,7 +215,7 @@ fn four_quadrants_tell_force_and_shift_within_their_stated_deviations() {
     let options = ["--no-fields", "--no-scene", "--quiet"];
     sandbox.run(&sandbox.case("table.toml", &quadrants(&steps)), &options).exits_with(0);
     std::fs::rename(sandbox.path("out"), sandbox.path("table")).expect("the table is kept");
-    // The true ones.
+    // The true loads.
     let mut random = random();
     let mut within = |low: f64, high: f64| low + (high - low) * random();
     let loads: Vec<(f64, [f64; 2])> =
@@ -228,19 +231,20 @@ fn four_quadrants_tell_force_and_shift_within_their_stated_deviations() {
         let noise = [0.0, 1e-3][k % 2];
         let mut arguments: Vec<String> = ["force", "table", "--json"].map(str::to_owned).to_vec();
         for (i, pad) in pads.iter().enumerate() {
-            let of = |key: &str| number(&found[key][i][i]);
-            let value = of("maxwell_matrix_f");
+            let diagonal = |key: &str| number(&found[key][i][i]);
+            let value = diagonal("maxwell_matrix_f");
             let measured = value * (1.0 + noise * within(-1.0, 1.0));
-            let error = noise * value + 0.5 * (of("maxwell_matrix_upper_f") - of("maxwell_matrix_lower_f"));
+            let error = noise * value
+                + 0.5 * (diagonal("maxwell_matrix_upper_f") - diagonal("maxwell_matrix_lower_f"));
             arguments.extend(["-c".to_owned(), format!("{pad}={measured:e} F +- {error:e} F")]);
         }
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let said = sandbox.elastocap(&arguments).exits_with(0);
-        let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+        let output = sandbox.elastocap(&arguments).exits_with(0);
+        let answer: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
         let truth = [number(&found["force_n"]), 1e-6 * shift[0], 1e-6 * shift[1]];
         for (k, truth) in truth.into_iter().enumerate() {
-            let own = &answer["load"][k];
-            let off = (number(&own["value"]) - truth) / number(&own["standard_deviation"]);
+            let quantity = &answer["load"][k];
+            let off = (number(&quantity["value"]) - truth) / number(&quantity["standard_deviation"]);
             squares[k] += off * off / count as f64;
             beyond += usize::from(off.abs() > 3.0);
         }
@@ -273,11 +277,11 @@ fn several_capacitances_without_names_or_with_unknown_ones_are_refused() {
     let file = sandbox.case("result.json", &result.to_string());
     let file = file.to_str().expect("UTF-8");
     let ask = |capacitances: &[&str], status| {
-        let named = capacitances.iter().flat_map(|own| ["--capacitance", own]);
+        let named = capacitances.iter().flat_map(|capacitance| ["--capacitance", capacitance]);
         sandbox.elastocap(&["force", file].into_iter().chain(named).collect::<Vec<_>>()).exits_with(status)
     };
-    let said = ask(&["a=2.012pF+-1fF", "b/c=1.988pF+-1fF"], 0);
-    assert!(said.stdout.contains("force  1.200 N +- "), "{}", said.stdout);
+    let output = ask(&["a=2.012pF+-1fF", "b/c=1.988pF+-1fF"], 0);
+    assert!(output.stdout.contains("force  1.200 N +- "), "{}", output.stdout);
     assert!(ask(&["a=2.012pF+-1fF", "a/b/c=100fF+-1fF"], 0).stdout.contains("force  1.200 N"));
     for (capacitances, words) in [
         (&["2.012pF", "1.988pF"][..], "each needs the name of its terminal, such as a="),
@@ -287,8 +291,8 @@ fn several_capacitances_without_names_or_with_unknown_ones_are_refused() {
         (&["a=2.012pF+-1fF", "b/c=2.012pF+-1fF"], "no load of the result has these capacitances together"),
         (&["a=2.012"], "has no unit"),
     ] {
-        let said = ask(capacitances, 2);
-        assert!(said.stderr.contains(words), "{words}: {}", said.stderr);
-        assert_eq!(said.stdout, "");
+        let output = ask(capacitances, 2);
+        assert!(output.stderr.contains(words), "{words}: {}", output.stderr);
+        assert_eq!(output.stdout, "");
     }
 }

@@ -1,14 +1,15 @@
-//! Whatever a case file holds, `check` and `run` answer: in time, within their limits of memory, with a documented exit status.
+//! Checks that `check` and `run` answer any case file in time, within their limits of memory, with a
+//! documented exit status.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::support::{BINARY, Finished, STEPS, Sandbox, acceptance, quick_pair};
 
-/// What `check` must have answered within; generous, since tests share the machine with others.
+/// The time within which `check` must answer; generous, since tests share the machine with others.
 const BUDGET: Duration = Duration::from_secs(20);
 
-/// Runs in 4 GB of address space, which is refused or enough.
+/// Runs the command in a limited address space, which must be refused or suffice.
 fn limited(sandbox: &Sandbox, kibibytes: u64, arguments: &[&str]) -> Finished {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit -v {kibibytes}; exec \"$@\""), "sh", BINARY]).args(arguments);
@@ -26,12 +27,12 @@ fn the_files_that_once_aborted_or_never_ended_are_refused_with_a_reason() {
         let sandbox = Sandbox::new();
         let path = acceptance("found").join(name);
         let begin = Instant::now();
-        let said = limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(2);
+        let output = limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(2);
         assert!(begin.elapsed() < BUDGET, "{name}");
-        assert!((said.stdout + &said.stderr).contains(reason), "{name}");
-        let said = limited(&sandbox, 4_000_000, &["run", path.to_str().expect("UTF-8"), "-o", "out"]);
-        assert!(matches!(said.status, Some(2 | 3)), "{name}: {said:?}");
-        assert!(said.stderr.contains(reason), "{name}: {}", said.stderr);
+        assert!((output.stdout + &output.stderr).contains(reason), "{name}");
+        let output = limited(&sandbox, 4_000_000, &["run", path.to_str().expect("UTF-8"), "-o", "out"]);
+        assert!(matches!(output.status, Some(2 | 3)), "{name}: {output:?}");
+        assert!(output.stderr.contains(reason), "{name}: {}", output.stderr);
     }
 }
 
@@ -44,12 +45,12 @@ fn punches_at_the_end_of_a_layer_are_pressed_or_refused_with_a_reason() {
         let path = acceptance("found3").join(name);
         let path = path.to_str().expect("UTF-8");
         limited(&sandbox, 4_000_000, &["check", path]).exits_with(0);
-        let said = limited(&sandbox, 4_000_000, &["run", path, "-o", "out"]).exits_with(status);
+        let output = limited(&sandbox, 4_000_000, &["run", path, "-o", "out"]).exits_with(status);
         let reason = "the meshes are too coarse for this load";
         assert!(
-            status == 0 || said.stdout.contains(reason) || said.stderr.contains(reason),
+            status == 0 || output.stdout.contains(reason) || output.stderr.contains(reason),
             "{}",
-            said.stdout
+            output.stdout
         );
     }
 }
@@ -78,8 +79,8 @@ fn a_pipe_is_refused_as_case_file_surface_and_mesh() {
     sandbox.case("mesh.toml", mesh);
     for name in ["pipe.toml", "surface.toml", "mesh.toml", "/dev/zero"] {
         for command in ["check", "run"] {
-            let said = sandbox.elastocap(&[command, name]).exits_with(2);
-            assert!(said.stderr.contains("not a regular file"), "{name}: {}", said.stderr);
+            let output = sandbox.elastocap(&[command, name]).exits_with(2);
+            assert!(output.stderr.contains("not a regular file"), "{name}: {}", output.stderr);
         }
     }
 }
@@ -113,7 +114,7 @@ fn slabs(count: usize) -> String {
     text
 }
 
-/// A disc by its outline.
+/// The outline of a disc.
 fn disc(corners: usize) -> String {
     let corner = |k: usize| {
         let (y, x) = (std::f64::consts::TAU * k as f64 / corners as f64).sin_cos();
@@ -139,19 +140,19 @@ fn many_bodies_and_corners_are_answered_in_time_and_memory() {
         let sandbox = Sandbox::new();
         sandbox.case("many.toml", &text);
         let begin = Instant::now();
-        let said = limited(&sandbox, 4_000_000, &["check", "many.toml"]);
+        let output = limited(&sandbox, 4_000_000, &["check", "many.toml"]);
         assert!(begin.elapsed() < BUDGET, "{name}: {:?}", begin.elapsed());
-        assert!(matches!(said.status, Some(0 | 2)), "{name}: {said:?}");
-        assert!(!said.stderr.contains("panicked"), "{name}: {said:?}");
-        assert!(said.status == Some(2) || said.stdout.contains("warning: "), "{name}: {said:?}");
+        assert!(matches!(output.status, Some(0 | 2)), "{name}: {output:?}");
+        assert!(!output.stderr.contains("panicked"), "{name}: {output:?}");
+        assert!(output.status == Some(2) || output.stdout.contains("warning: "), "{name}: {output:?}");
     }
     let sandbox = Sandbox::new();
     sandbox.case("many.toml", &boxes(1001));
-    let said = sandbox.elastocap(&["check", "many.toml"]).exits_with(2);
+    let output = sandbox.elastocap(&["check", "many.toml"]).exits_with(2);
     assert!(
-        said.stderr.contains("1001 conductors are more than elastocap takes, which is 1000"),
+        output.stderr.contains("1001 conductors are more than elastocap takes, which is 1000"),
         "{}",
-        said.stderr
+        output.stderr
     );
 }
 
@@ -164,20 +165,20 @@ fn little_address_space_ends_a_run_with_a_message_and_without_leftovers() {
         let sandbox = Sandbox::new();
         sandbox.case("pair.toml", &text);
         for command in [&["run", "pair.toml", "-o", "out"][..], &["check", "pair.toml"]] {
-            let said = limited(&sandbox, 1000 * megabytes, command);
+            let output = limited(&sandbox, 1000 * megabytes, command);
             // A step that does not fit into the memory makes the run incomplete, and a check foresees it.
-            assert!(matches!(said.status, Some(0..=3)), "{megabytes} MB, {command:?}: {said:?}");
-            assert!(!said.stderr.contains("panicked"), "{megabytes} MB: {said:?}");
-            if said.status == Some(1) {
+            assert!(matches!(output.status, Some(0..=3)), "{megabytes} MB, {command:?}: {output:?}");
+            assert!(!output.stderr.contains("panicked"), "{megabytes} MB: {output:?}");
+            if output.status == Some(1) {
                 failed += 1;
-                assert!(said.stderr.contains("error: "), "{megabytes} MB: {said:?}");
-                // What was put in place whole, before the memory of its last words was missing, stays.
+                assert!(output.stderr.contains("error: "), "{megabytes} MB: {output:?}");
+                // Results that were completely in place before memory ran out stay.
                 if !sandbox.names("out").contains(&"result.json".to_owned()) {
                     assert_eq!(sandbox.names("."), ["pair.toml"], "{megabytes} MB");
                 }
             }
             if megabytes == 2000 {
-                assert_eq!(said.status, Some(0), "{said:?}");
+                assert_eq!(output.status, Some(0), "{output:?}");
             }
         }
     }
@@ -191,10 +192,10 @@ fn a_check_counts_roughly_where_a_finer_count_takes_long_and_its_answer_is_the_s
         let path = acceptance(&format!("found3/{name}.toml"));
         let check = || limited(&sandbox, 4_000_000, &["check", path.to_str().expect("UTF-8")]).exits_with(0);
         let begin = Instant::now();
-        let said = check();
+        let output = check();
         assert!(begin.elapsed() < BUDGET, "{name}: {:?}", begin.elapsed());
-        assert!(said.stdout.contains("rough counts"), "{name}: {}", said.stdout);
-        assert!(said.stdout.contains("in the largest problem"), "{name}: {}", said.stdout);
+        assert!(output.stdout.contains("rough counts"), "{name}: {}", output.stdout);
+        assert!(output.stdout.contains("in the largest problem"), "{name}: {}", output.stdout);
     }
 }
 
@@ -206,7 +207,7 @@ fn a_file_that_is_no_case_is_not_quoted() {
          surface = { file = \"passwords\", unit = \"mm\" }\n";
     sandbox.case("surface.toml", surface);
     for name in ["passwords", "surface.toml"] {
-        let said = sandbox.elastocap(&["check", name]).exits_with(2);
-        assert!(!said.stderr.contains("secret") && !said.stderr.contains("root"), "{}", said.stderr);
+        let output = sandbox.elastocap(&["check", name]).exits_with(2);
+        assert!(!output.stderr.contains("secret") && !output.stderr.contains("root"), "{}", output.stderr);
     }
 }

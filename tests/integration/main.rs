@@ -1,4 +1,4 @@
-//! The `elastocap` command, as its users meet it.
+//! Tests of the `elastocap` command as users run it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 

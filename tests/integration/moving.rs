@@ -1,4 +1,4 @@
-//! Bodies that ride on the layer, from the case file to the tables.
+//! Tests of bodies that ride on the layer, from the case file to the tables.
 
 use crate::support::{Sandbox, Table};
 
@@ -22,14 +22,14 @@ fn plate(keys: &str, low: &str, high: &str) -> String {
 
 const RIDING: &str = "charge = \"0 C\"\nattached = \"layer-top\"\n";
 
-/// Value and bounds of an entry of the Maxwell matrix at a step.
+/// The value and bounds of an entry of the Maxwell matrix at a step.
 fn entry(table: &Table, step: usize, row: &str, column: &str) -> [f64; 3] {
     let [steps, quantities, rows, columns] =
         ["step", "quantity", "row", "column"].map(|name| table.texts(name));
     let step = step.to_string();
-    let of =
+    let is_wanted =
         |k: usize| steps[k] == step && quantities[k] == "maxwell" && rows[k] == row && columns[k] == column;
-    let k = (0..steps.len()).find(|k| of(*k)).unwrap_or_else(|| panic!("{step} {row} {column}"));
+    let k = (0..steps.len()).find(|k| is_wanted(*k)).unwrap_or_else(|| panic!("{step} {row} {column}"));
     ["value_f", "lower_f", "upper_f"].map(|name| table.numbers(name)[k])
 }
 
@@ -43,32 +43,32 @@ fn four_quadrants_tell_normal_force_shear_and_tilt_apart() {
     let text = quadrants("2.8", &plate(RIDING, "400 um", "450 um"), steps, "5e-2");
     sandbox.run(&sandbox.case("quadrants.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
     let table = sandbox.table("out/capacitance.csv");
-    let own = |step: usize, pad: &str| entry(&table, step, pad, pad)[0];
+    let diagonal = |step: usize, pad: &str| entry(&table, step, pad, pad)[0];
     let pads = ["pad-1-1", "pad-1-2", "pad-2-1", "pad-2-2"];
     for step in [0, 1] {
         for pad in pads {
-            assert!((own(step, pad) / own(step, "pad-1-1") - 1.0).abs() < 1e-9, "{step} {pad}");
+            assert!((diagonal(step, pad) / diagonal(step, "pad-1-1") - 1.0).abs() < 1e-9, "{step} {pad}");
         }
     }
-    assert!(own(1, "pad-1-1") > 1.05 * own(0, "pad-1-1"), "pressed");
-    // Towards +x1 the plate covers more of the pads there; raised there it is farther from them.
+    assert!(diagonal(1, "pad-1-1") > 1.05 * diagonal(0, "pad-1-1"), "pressed");
+    // Shifted towards +x1 the plate covers more of the pads there; tilted up there it is farther from them.
     for (step, more, less) in [
         (2, ["pad-2-1", "pad-2-2"], ["pad-1-1", "pad-1-2"]),
         (3, ["pad-1-1", "pad-1-2"], ["pad-2-1", "pad-2-2"]),
     ] {
         for (more, less) in more.iter().zip(less) {
             assert!(
-                own(step, more) > 1.005 * own(step, less),
+                diagonal(step, more) > 1.005 * diagonal(step, less),
                 "{step}: {} {}",
-                own(step, more),
-                own(step, less)
+                diagonal(step, more),
+                diagonal(step, less)
             );
         }
-        assert!((own(step, more[0]) / own(step, more[1]) - 1.0).abs() < 1e-9, "{step}");
+        assert!((diagonal(step, more[0]) / diagonal(step, more[1]) - 1.0).abs() < 1e-9, "{step}");
     }
     // About x1 the side towards +x3 is lowered.
-    assert!(own(4, "pad-1-2") > 1.005 * own(4, "pad-1-1"));
-    // The array is as wide as it is deep: turned by a quarter, the one tilt is the other.
+    assert!(diagonal(4, "pad-1-2") > 1.005 * diagonal(4, "pad-1-1"));
+    // The array is as wide as it is deep: rotated by 90 degrees, one tilt is the other.
     let [along1, along3] = [entry(&table, 3, "pad-1-1", "pad-1-1"), entry(&table, 4, "pad-1-2", "pad-1-2")];
     assert!(along1[1] < along3[2] && along3[1] < along1[2], "{along1:?} {along3:?}");
     for step in 0..5 {
@@ -90,17 +90,17 @@ fn a_plate_that_was_moved_is_the_same_as_one_that_is_written_there() {
     let text = quadrants("1.0", &plate(RIDING, "400 um", "450 um"), steps, "1e-1");
     sandbox.run(&sandbox.case("moved.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
     let moved = sandbox.table("out/capacitance.csv");
-    // A layer of air may be any thickness: only the plate is somewhere else.
-    let there = "[[conductor]]\nname = \"plate\"\ncharge = \"0 C\"\n\
+    // A layer of air may have any thickness: only the position of the plate differs.
+    let moved_plate = "[[conductor]]\nname = \"plate\"\ncharge = \"0 C\"\n\
                  box = { min = [\"-2.8 mm\", \"300 um\", \"-3.1 mm\"], max = [\"3.2 mm\", \"350 um\", \"2.9 mm\"] }\n";
     let text =
-        quadrants("1.0", there, "", "1e-1").replace("thickness = \"400 um\"", "thickness = \"300 um\"");
+        quadrants("1.0", moved_plate, "", "1e-1").replace("thickness = \"400 um\"", "thickness = \"300 um\"");
     sandbox.run(&sandbox.case("there.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
-    let there = sandbox.table("out/capacitance.csv");
+    let placed = sandbox.table("out/capacitance.csv");
     for (a, b) in [("pad-1-1", "pad-1-1"), ("pad-1-1", "pad-2-2"), ("pad-1-2", "pad-2-1")] {
-        let [one, other] = [&moved, &there].map(|table| entry(table, 0, a, b));
+        let [one, other] = [&moved, &placed].map(|table| entry(table, 0, a, b));
         assert!(
-            (one[0] - other[0]).abs() <= 1e-6 * entry(&there, 0, "pad-1-1", "pad-1-1")[0],
+            (one[0] - other[0]).abs() <= 1e-6 * entry(&placed, 0, "pad-1-1", "pad-1-1")[0],
             "{one:?} {other:?}"
         );
     }
@@ -169,8 +169,8 @@ fn a_shift_has_the_horizontal_force_of_simple_shear_and_a_tilt_has_none() {
         assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
     }
     assert_eq!(along3[2], "0");
-    let said: Vec<&str> = run.stderr.lines().filter(|line| line.contains("horizontal force")).collect();
-    let [line] = said.as_slice() else { panic!("one warning expected: {}", run.stderr) };
+    let warnings: Vec<&str> = run.stderr.lines().filter(|line| line.contains("horizontal force")).collect();
+    let [line] = warnings.as_slice() else { panic!("one warning expected: {}", run.stderr) };
     assert!(line.contains("simple shear, up to U/H = 0.2000"), "{line}");
     let json = sandbox.json("out/result.json");
     assert_eq!(json["steps"][1]["force_x1_n"].as_f64().map(|f| f.to_string()), Some(along1[1].to_owned()));

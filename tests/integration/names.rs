@@ -1,11 +1,13 @@
-//! Names from a case in every file that is written: whatever they hold, they stay names.
+//! Checks that names from a case remain names in every written file, whatever they hold.
 
 use crate::support::Sandbox;
 
-/// What ends a text, a comment, a tag, a line or a field in some format, and what begins a directive in some other.
+/// A name with the ends of texts, comments, tags, lines and fields in several formats, and with the
+/// beginnings of directives in others.
 const HOSTILE: &str = r#"a"b'</script><!--&]]>--> .include x `include \ */ {x} $(x) %n ,;=1 ??/ é"#;
 
-/// Every tag is closed, every attribute and every text can be read, and no comment holds two hyphens.
+/// Checks that every tag is closed, that every attribute and every text can be read, and that no comment
+/// holds two hyphens.
 fn is_well_formed(name: &str, text: &str) {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(text);
@@ -31,7 +33,8 @@ fn is_well_formed(name: &str, text: &str) {
     assert_eq!(depth, 0, "{name}: a tag is not closed");
 }
 
-/// A page whose scripts are those that it was made with, and in which nothing of the name is a tag or a comment.
+/// Checks that a page has only the scripts of the program, and that no part of the name is a tag or a
+/// comment.
 fn is_a_sound_page(name: &str, text: &str) {
     let lower = text.to_lowercase();
     assert_eq!(lower.matches("<script").count(), lower.matches("</script>").count(), "{name}");
@@ -39,17 +42,17 @@ fn is_a_sound_page(name: &str, text: &str) {
     assert!(text.contains("a&quot;b&#39;&lt;/script&gt;"), "{name}");
 }
 
-/// Lines that are no comments hold nothing of the name.
+/// Checks that only comments contain parts of the name.
 fn only_comments_have_the_name(name: &str, text: &str, comment: &str) {
-    let mut told = 0;
+    let mut named = 0;
     for line in text.lines() {
         let is_comment = line.trim_start().starts_with(comment);
         let of_name = line.contains("include x") || line.contains("$(x)") || line.contains("script>");
         assert!(is_comment || !of_name, "{name}: {line}");
-        told += u32::from(is_comment && of_name);
+        named += u32::from(is_comment && of_name);
         assert!(!of_name || !(line.ends_with('\\') || line.contains("*/")), "{name}: {line}");
     }
-    assert!(told > 0, "{name} does not name the terminals");
+    assert!(named > 0, "{name} does not name the terminals");
 }
 
 #[test]
@@ -99,8 +102,8 @@ relative_tolerance = 1e-1
     // The name of the file is in most of them as well.
     let case = "h'<b>&{x}é.toml";
     sandbox.case(case, &text);
-    let said = sandbox.elastocap(&["run", case, "-o", "out"]).exits_with(0);
-    assert!(said.stdout.contains(HOSTILE), "{said:?}");
+    let output = sandbox.elastocap(&["run", case, "-o", "out"]).exits_with(0);
+    assert!(output.stdout.contains(HOSTILE), "{output:?}");
     for name in sandbox.names("out") {
         let path = format!("out/{name}");
         match name.rsplit('.').next() {

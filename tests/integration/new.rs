@@ -1,4 +1,4 @@
-//! `elastocap new`: every case file that it writes runs, and shows what its sensor is for.
+//! `elastocap new`: every case file that it writes runs, and shows the purpose of its sensor.
 
 use crate::support::{Finished, Sandbox, Table};
 
@@ -6,23 +6,23 @@ const NAMES: [&str; 6] = ["comb", "array", "pair", "stack", "quadrants", "finger
 
 /// Writes the case file, checks it and runs it into `out`.
 fn run(sandbox: &Sandbox, name: &str) -> Table {
-    let said = sandbox.elastocap(&["new", name, "case.toml"]).exits_with(0);
-    assert_eq!(said.stdout, "case.toml\n");
+    let output = sandbox.elastocap(&["new", name, "case.toml"]).exits_with(0);
+    assert_eq!(output.stdout, "case.toml\n");
     sandbox.elastocap(&["check", "case.toml"]).exits_with(0);
     sandbox.elastocap(&["run", "case.toml", "-o", "out"]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
-    // Not `ok: but for the model of the layer`: the numbers that a new user reads first are right with all that makes them uncertain.
+    // Not `ok: but for the model of the layer`: the first numbers of a new user include all of their errors.
     assert!(table.texts("status").iter().all(|status| *status == "ok"), "{table:?}");
     table
 }
 
-/// The sign of the change from each step to the next, by proved bounds; zero where they do not tell.
+/// The sign of the change from each step to the next; zero where the proved bounds do not determine it.
 fn directions(table: &Table) -> Vec<i8> {
     let [lower, upper] = ["capacitance_lower_f", "capacitance_upper_f"].map(|name| table.numbers(name));
     (1..lower.len()).map(|k| i8::from(lower[k] > upper[k - 1]) - i8::from(upper[k] < lower[k - 1])).collect()
 }
 
-/// Forces that grow, and compressions with them.
+/// Checks that forces grow, and compressions with them.
 fn is_pressed_more_and_more(table: &Table) {
     for name in ["force_n", "compression"] {
         let values = table.numbers(name);
@@ -68,7 +68,8 @@ fn the_combs_of_a_new_case_lose_field_to_the_shield_that_comes_nearer() {
     is_pressed_more_and_more(&table);
     let values = table.numbers("capacitance_f");
     assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
-    // The two combs, and the shield is grounded; what the shield takes is in their own capacitances, which rise.
+    // The terminals are the two combs; the flux to the grounded shield is in their diagonal entries, which
+    // rise.
     let matrices = sandbox.table("out/capacitance.csv");
     for comb in ["comb-1", "comb-2"] {
         let [first, last] = [0, 2].map(|step| entry(&matrices, step, comb, comb));
@@ -82,7 +83,8 @@ fn the_pads_of_a_new_case_rise_as_the_common_plate_comes_nearer() {
     let table = run(&sandbox, "array");
     is_pressed_more_and_more(&table);
     let (mutual, compressions) = (table.numbers("capacitance_f"), table.numbers("compression"));
-    // Plates alone would rise by 1 / (1 - U/H); the fringe, and the pads' being level with the board, make it less.
+    // Plates alone would rise by 1 / (1 - U/H); the fringing field, and pads flush with the board, reduce
+    // this.
     for step in [1, 2] {
         let (rise, plates) = (mutual[step] / mutual[0] - 1.0, 1.0 / (1.0 - compressions[step]) - 1.0);
         assert!(rise > 0.5 * plates && rise < plates, "step {step}: {rise} {plates}");
@@ -101,14 +103,17 @@ fn the_four_quadrants_of_a_new_case_tell_shift_and_tilt() {
     let expected = [0.0, 10.0, 10.0, 10.0];
     assert!(forces.iter().zip(expected).all(|(f, e)| (f - e).abs() <= 1e-6 * e), "{forces:?}");
     let matrices = sandbox.table("out/capacitance.csv");
-    let own = |step: usize, pad: &str| entry(&matrices, step, pad, pad)[0];
+    let diagonal = |step: usize, pad: &str| entry(&matrices, step, pad, pad)[0];
     let pads = ["pad-1-1", "pad-1-2", "pad-2-1", "pad-2-2"];
     for step in [0, 1] {
-        assert!(pads.iter().all(|pad| (own(step, pad) / own(step, "pad-1-1") - 1.0).abs() < 1e-9), "{step}");
+        assert!(
+            pads.iter().all(|pad| (diagonal(step, pad) / diagonal(step, "pad-1-1") - 1.0).abs() < 1e-9),
+            "{step}"
+        );
     }
-    assert!(own(1, "pad-1-1") > 1.01 * own(0, "pad-1-1"), "pressed");
-    assert!(own(2, "pad-2-1") > 1.005 * own(2, "pad-1-1"), "shifted towards +x1");
-    assert!(own(3, "pad-1-1") > 1.005 * own(3, "pad-2-1"), "lifted at +x1");
+    assert!(diagonal(1, "pad-1-1") > 1.01 * diagonal(0, "pad-1-1"), "pressed");
+    assert!(diagonal(2, "pad-2-1") > 1.005 * diagonal(2, "pad-1-1"), "shifted towards +x1");
+    assert!(diagonal(3, "pad-1-1") > 1.005 * diagonal(3, "pad-2-1"), "lifted at +x1");
 }
 
 #[test]
@@ -118,8 +123,8 @@ fn the_finger_of_a_new_case_takes_the_field_between_the_pads() {
     let (distances, forces) = (table.numbers("distance_m"), table.numbers("force_n"));
     assert_eq!((&distances[..4], &forces[..4]), (&[0.01, 0.002, 5e-4, 0.0][..], &[0.0; 4][..]));
     assert_eq!(distances[4..], [0.0; 2]);
-    for (force, asked) in forces[4..].iter().zip([5.0, 10.0]) {
-        assert!((force / asked - 1.0).abs() < 1e-6, "{forces:?}");
+    for (force, expected) in forces[4..].iter().zip([5.0, 10.0]) {
+        assert!((force / expected - 1.0).abs() < 1e-6, "{forces:?}");
     }
     let values = table.numbers("capacitance_f");
     assert!(values.windows(2).all(|pair| pair[1] < pair[0]), "{values:?}");
@@ -135,7 +140,7 @@ fn a_new_case_goes_to_the_standard_output_unless_a_file_is_named() {
         let text = sandbox.elastocap(&["new", name]).exits_with(0).stdout;
         sandbox.elastocap(&["new", name, &format!("{name}.toml"), "--quiet"]).exits_with(0);
         assert_eq!(text, sandbox.read(&format!("{name}.toml")));
-        // The entries of the steps are explained by the key that holds them.
+        // The entries of the steps are explained at their common key.
         let keys = text.lines().filter(|line| line.contains(" = ") && !line.starts_with(['#', ' ']));
         let bare: Vec<_> = keys.filter(|line| !line.contains('#')).collect();
         assert!(bare.is_empty(), "{name}: {bare:?}");
@@ -146,20 +151,20 @@ fn a_new_case_goes_to_the_standard_output_unless_a_file_is_named() {
 #[test]
 fn a_new_case_does_not_replace_a_file_unless_it_is_told_to() {
     let sandbox = Sandbox::new();
-    sandbox.case("own.toml", "mine");
-    let Finished { stderr, .. } = sandbox.elastocap(&["new", "pair", "own.toml"]).exits_with(2);
-    assert!(stderr.contains("`own.toml` is there already") && stderr.contains("--overwrite"), "{stderr}");
-    assert_eq!(sandbox.read("own.toml"), "mine");
-    sandbox.elastocap(&["new", "pair", "own.toml", "--overwrite"]).exits_with(0);
-    assert!(sandbox.read("own.toml").contains("[electrodes.in_plane_pair]"));
-    let said = sandbox.elastocap(&["new", "pair", "nowhere/own.toml"]).exits_with(1);
-    assert!(said.stderr.contains("cannot write `nowhere/own.toml`"), "{}", said.stderr);
+    sandbox.case("mine.toml", "mine");
+    let Finished { stderr, .. } = sandbox.elastocap(&["new", "pair", "mine.toml"]).exits_with(2);
+    assert!(stderr.contains("`mine.toml` is there already") && stderr.contains("--overwrite"), "{stderr}");
+    assert_eq!(sandbox.read("mine.toml"), "mine");
+    sandbox.elastocap(&["new", "pair", "mine.toml", "--overwrite"]).exits_with(0);
+    assert!(sandbox.read("mine.toml").contains("[electrodes.in_plane_pair]"));
+    let output = sandbox.elastocap(&["new", "pair", "nowhere/mine.toml"]).exits_with(1);
+    assert!(output.stderr.contains("cannot write `nowhere/mine.toml`"), "{}", output.stderr);
 }
 
 #[test]
 fn a_sensor_that_does_not_exist_is_answered_with_those_that_do() {
     let sandbox = Sandbox::new();
-    let said = sandbox.elastocap(&["new", "trackpad", "case.toml"]).exits_with(2);
-    assert!(NAMES.iter().all(|name| said.stderr.contains(name)), "{}", said.stderr);
+    let output = sandbox.elastocap(&["new", "trackpad", "case.toml"]).exits_with(2);
+    assert!(NAMES.iter().all(|name| output.stderr.contains(name)), "{}", output.stderr);
     assert!(sandbox.names("").is_empty());
 }

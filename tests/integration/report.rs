@@ -1,8 +1,8 @@
-//! `report.html`, the choice of files by `--only`, and `compare`.
+//! Tests of `report.html`, of the choice of files by `--only`, and of `compare`.
 
 use crate::support::{STEPS, Sandbox, quick_pair};
 
-/// The names of elements that are open, checked from tag to tag; panics where one is closed that is not the last opened.
+/// Checks that every element is closed in order.
 fn assert_balanced(page: &str) {
     const EMPTY: [&str; 8] = ["meta", "br", "img", "input", "hr", "link", "!doctype", "wbr"];
     let mut open: Vec<String> = Vec::new();
@@ -118,11 +118,11 @@ fn only_writes_the_files_that_are_asked_for_and_their_list() {
             );
         }
     }
-    // The report has its pictures though their files are not wanted.
+    // The report has its pictures even if their files are not wanted.
     sandbox.run(&case, &["--only", "report"]).exits_with(0);
     assert_eq!(sandbox.read("out/report.html").matches("<figure class=\"section\">").count(), 2);
-    let said = sandbox.run(&case, &["--only", "curve,pictures"]).exits_with(2);
-    assert!(said.stderr.contains("`pictures` names no files of a run: curve, "), "{}", said.stderr);
+    let output = sandbox.run(&case, &["--only", "curve,pictures"]).exits_with(2);
+    assert!(output.stderr.contains("`pictures` names no files of a run: curve, "), "{}", output.stderr);
 }
 
 #[test]
@@ -137,21 +137,26 @@ fn results_side_by_side_tell_what_differs_in_case_and_capacitance() {
     sandbox
         .elastocap(&["run", wider.to_str().expect("UTF-8"), "-o", "wider", "--only", "curve"])
         .exits_with(0);
-    let said = sandbox.elastocap(&["compare", "out", "wider", "--html", "both.html"]).exits_with(0);
-    assert!(said.stdout.contains("50 um") && said.stdout.contains("80 um"), "{}", said.stdout);
-    assert!(said.stdout.contains("differ by") && said.stdout.contains("not comparable"), "{}", said.stdout);
-    assert!(said.stdout.contains("at 0 of 2 steps"), "{}", said.stdout);
+    let output = sandbox.elastocap(&["compare", "out", "wider", "--html", "both.html"]).exits_with(0);
+    assert!(output.stdout.contains("50 um") && output.stdout.contains("80 um"), "{}", output.stdout);
+    assert!(
+        output.stdout.contains("differ by") && output.stdout.contains("not comparable"),
+        "{}",
+        output.stdout
+    );
+    assert!(output.stdout.contains("at 0 of 2 steps"), "{}", output.stdout);
     let page = sandbox.read("both.html");
     assert_balanced(&page);
     assert!(page.contains("id=\"curves\"") && page.contains("80 um"));
-    let said = sandbox.elastocap(&["compare", "out/result.json", "out", "--json"]).exits_with(0);
-    let json: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON and nothing else");
+    let output = sandbox.elastocap(&["compare", "out/result.json", "out", "--json"]).exits_with(0);
+    let json: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON and nothing else");
     assert_eq!(json["case_keys"], serde_json::json!([]));
     assert_eq!(json["steps"][1]["against_first"][0]["agrees"], true);
     assert_eq!(json["steps"][1]["against_first"][0]["difference_f"], 0.0);
     sandbox.elastocap(&["compare", "out"]).exits_with(2);
-    let said = sandbox.elastocap(&["compare", "out", "nowhere"]).exits_with(2);
-    assert!(said.stderr.contains("nowhere"), "{}", said.stderr);
-    let said = sandbox.elastocap(&["compare", "out", "wider", "--html", "no/such/folder.html"]).exits_with(1);
-    assert!(said.stderr.contains("cannot write"), "{}", said.stderr);
+    let output = sandbox.elastocap(&["compare", "out", "nowhere"]).exits_with(2);
+    assert!(output.stderr.contains("nowhere"), "{}", output.stderr);
+    let output =
+        sandbox.elastocap(&["compare", "out", "wider", "--html", "no/such/folder.html"]).exits_with(1);
+    assert!(output.stderr.contains("cannot write"), "{}", output.stderr);
 }

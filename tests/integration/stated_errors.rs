@@ -1,4 +1,4 @@
-//! What is printed and reported of errors and changes covers what is right.
+//! Checks that printed and reported errors and changes cover the true values.
 
 use crate::support::{STEPS, Sandbox, acceptance, quick_pair};
 
@@ -14,13 +14,13 @@ fn printed(stdout: &str, name: &str) -> [f64; 2] {
 #[test]
 fn the_printed_error_of_a_round_gap_covers_its_flat_faces() {
     let sandbox = Sandbox::new();
-    let said = sandbox
+    let output = sandbox
         .run(&acceptance("found3/facets-not-in-printed-error.toml"), &["--no-fields", "--no-scene"])
         .exits_with(0);
     // 2 pi eps0 h / ln(3.1 / 3)
     let right = 3.393_279;
-    let [value, error] = printed(&said.stdout, "two-terminal");
-    assert!((value - right).abs() <= error * value, "{}", said.stdout);
+    let [value, error] = printed(&output.stdout, "two-terminal");
+    assert!((value - right).abs() <= error * value, "{}", output.stdout);
     let row = sandbox.json("out/result.json");
     let number = |key: &str| row[key].as_f64().expect("a number");
     let sum = number("relative_error_estimate") + number("geometry_error_estimate");
@@ -42,10 +42,11 @@ fn a_report_names_no_direction_of_a_change_that_its_bounds_leave_open() {
     let small = lead("compression = [0.0, 1e-4]");
     assert!(small.contains("it is not known whether it falls or rises"), "{small}");
     assert!(!small.contains("falls by") && !small.contains("rises by"), "{small}");
-    // The model of the layer leaves it open, where three dimensions have a change of the other sign with a pair this short.
+    // The model of the layer leaves the sign open: for so short a pair, three dimensions give a change of the
+    // other sign.
     let large = lead("compression = [0.0, 0.4]");
     assert!(large.contains("it is not known whether it falls or rises"), "{large}");
-    // Plates on both faces come nearer in every model.
+    // Plates on both faces come closer in every model.
     let text = quick_pair(STEPS, "compression = [0.0, 0.4]");
     let (before, rest) = text.split_once("[electrodes.in_plane_pair]").expect("a pair");
     let (_, after) = rest.split_once("[mechanics").expect("mechanics");
@@ -77,9 +78,9 @@ fn only_steps_that_are_shifted_or_tilted_have_columns_for_it() {
         let sandbox = Sandbox::new();
         let text = format!("{before}[load]\nsteps = [{steps}]\n[surroundings]{after}")
             .replace("relative_tolerance = 1e-2", "relative_tolerance = 2e-1");
-        let said =
+        let output =
             sandbox.run(&sandbox.case("case.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
-        said.stdout
+        output.stdout
     };
     let shifted = head("{ force = \"1 N\" }, { force = \"1 N\", shift = [\"-100 um\", \"0 um\"] }");
     assert!(shifted.contains("shift x1") && shifted.contains("-100 um"), "{shifted}");

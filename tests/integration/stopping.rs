@@ -1,4 +1,4 @@
-//! Runs that are stopped, what they keep, and runs that go on from there.
+//! Tests of stopped runs, of the results that they keep, and of runs that resume them.
 
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -47,9 +47,9 @@ fn a_signal_keeps_what_is_done_and_marks_the_rest() {
         }
         let id = child.id().to_string();
         assert!(std::process::Command::new("kill").args([signal, &id]).status().expect("kill").success());
-        let said = Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
-        assert!(said.stderr.contains("marked incomplete"), "{}", said.stderr);
-        assert!(said.stderr.contains("`out.partial`"), "{}", said.stderr);
+        let output = Finished::from(child.wait_with_output().expect("it ends")).exits_with(3);
+        assert!(output.stderr.contains("marked incomplete"), "{}", output.stderr);
+        assert!(output.stderr.contains("`out.partial`"), "{}", output.stderr);
         let table = sandbox.table("out.partial/curve.csv");
         let count = |status: &str| table.texts("status").iter().filter(|s| s.starts_with(status)).count();
         // A step that was being solved has the bounds that were known by then, if any.
@@ -69,16 +69,16 @@ fn a_run_that_goes_on_from_a_stopped_one_ends_with_the_same_files() {
     let case = long_case(&sandbox, 12);
     sandbox.elastocap(&["run", case.to_str().expect("UTF-8"), "-o", "whole"]).exits_with(0);
     let (mut stopped, mut time) = (0, 0.4);
-    let mut said = sandbox.run(&case, &["--max-time", "0.4s"]);
-    while said.status == Some(3) {
-        assert!(said.stderr.contains("the time of --max-time is over"), "{}", said.stderr);
+    let mut output = sandbox.run(&case, &["--max-time", "0.4s"]);
+    while output.status == Some(3) {
+        assert!(output.stderr.contains("the time of --max-time is over"), "{}", output.stderr);
         assert_eq!(sandbox.names("out"), Vec::<String>::new());
         stopped += 1;
-        // So that a busy machine gets there too.
+        // The time grows, so that a busy machine also finishes.
         time *= 1.3;
-        said = sandbox.run(&case, &["--resume", "--max-time", &format!("{time}s")]);
+        output = sandbox.run(&case, &["--resume", "--max-time", &format!("{time}s")]);
     }
-    said.exits_with(0);
+    output.exits_with(0);
     assert!(stopped > 0, "it was never stopped");
     assert_eq!(sandbox.names("."), ["long.toml", "out", "whole"]);
     assert_eq!(sandbox.names("out"), sandbox.names("whole"));
@@ -94,31 +94,31 @@ fn a_run_that_goes_on_from_a_stopped_one_ends_with_the_same_files() {
 fn a_run_goes_on_from_nothing_but_itself() {
     let sandbox = Sandbox::new();
     let case = long_case(&sandbox, 400);
-    let said = sandbox.run(&case, &["--resume"]).exits_with(2);
-    assert!(said.stderr.contains("there is no stopped run to go on from"), "{}", said.stderr);
+    let output = sandbox.run(&case, &["--resume"]).exits_with(2);
+    assert!(output.stderr.contains("there is no stopped run to go on from"), "{}", output.stderr);
     assert_eq!(sandbox.names("."), ["long.toml"]);
     sandbox.run(&case, &["--max-time", "2 s"]).exits_with(3);
     let before = sandbox.read("out.partial/curve.csv");
-    let said = sandbox.run(&case, &["--resume", "--no-prune"]).exits_with(2);
-    assert!(said.stderr.contains("another choice of --no-prune"), "{}", said.stderr);
-    let said = sandbox.run(&case, &["--resume", "--only", "curve,fields,sections,report"]).exits_with(2);
-    assert!(said.stderr.contains("another choice of --only"), "{}", said.stderr);
-    // A changed file must not have others copied into the results.
-    let kept = sandbox.read("out.partial/resume.json");
-    let changed = kept.replace("\"step_", "\"../step_");
-    // On a busy machine no step may have been done.
-    if changed != kept {
+    let output = sandbox.run(&case, &["--resume", "--no-prune"]).exits_with(2);
+    assert!(output.stderr.contains("another choice of --no-prune"), "{}", output.stderr);
+    let output = sandbox.run(&case, &["--resume", "--only", "curve,fields,sections,report"]).exits_with(2);
+    assert!(output.stderr.contains("another choice of --only"), "{}", output.stderr);
+    // A manipulated record must not have other files copied into the results.
+    let record = sandbox.read("out.partial/resume.json");
+    let changed = record.replace("\"step_", "\"../step_");
+    // On a busy machine the record may have no step.
+    if changed != record {
         sandbox.case("out.partial/resume.json", &changed);
-        let said = sandbox.run(&case, &["--resume"]).exits_with(2);
-        assert!(said.stderr.contains("it names a file that no run writes"), "{}", said.stderr);
-        sandbox.case("out.partial/resume.json", &kept);
+        let output = sandbox.run(&case, &["--resume"]).exits_with(2);
+        assert!(output.stderr.contains("it names a file that no run writes"), "{}", output.stderr);
+        sandbox.case("out.partial/resume.json", &record);
     }
     let other = long_case(&sandbox, 399);
-    let said = sandbox.run(&other, &["--resume"]).exits_with(2);
-    assert!(said.stderr.contains("another case"), "{}", said.stderr);
+    let output = sandbox.run(&other, &["--resume"]).exits_with(2);
+    assert!(output.stderr.contains("another case"), "{}", output.stderr);
     assert_eq!(sandbox.read("out.partial/curve.csv"), before);
-    let said = sandbox.run(&case, &["--max-time", "10 minutes"]).exits_with(2);
-    assert!(said.stderr.contains("a time with its unit"), "{}", said.stderr);
+    let output = sandbox.run(&case, &["--max-time", "10 minutes"]).exits_with(2);
+    assert!(output.stderr.contains("a time with its unit"), "{}", output.stderr);
 }
 
 #[test]
@@ -143,26 +143,31 @@ fn a_run_and_a_mesh_do_not_take_each_others_folder_nor_a_users() {
     sandbox.elastocap(&["run", name]).exits_with(0);
     sandbox.elastocap(&["mesh", name]).exits_with(0);
     assert_eq!(sandbox.names("results"), ["pair", "pair-mesh"]);
-    let said = sandbox.elastocap(&["mesh", name, "-o", "results/pair"]).exits_with(1);
-    assert!(said.stderr.contains("holds the result of a run"), "{}", said.stderr);
-    std::fs::create_dir(sandbox.path("own")).expect("a folder");
-    sandbox.case("own/curve.csv", "measured");
-    let said = sandbox.elastocap(&["run", name, "-o", "own"]).exits_with(1);
-    assert!(said.stderr.contains("is not from a run of elastocap"), "{}", said.stderr);
-    assert_eq!((sandbox.read("own/curve.csv").as_str(), sandbox.names("own").len()), ("measured", 1));
+    let output = sandbox.elastocap(&["mesh", name, "-o", "results/pair"]).exits_with(1);
+    assert!(output.stderr.contains("holds the result of a run"), "{}", output.stderr);
+    std::fs::create_dir(sandbox.path("mine")).expect("a folder");
+    sandbox.case("mine/curve.csv", "measured");
+    let output = sandbox.elastocap(&["run", name, "-o", "mine"]).exits_with(1);
+    assert!(output.stderr.contains("is not from a run of elastocap"), "{}", output.stderr);
+    assert_eq!((sandbox.read("mine/curve.csv").as_str(), sandbox.names("mine").len()), ("measured", 1));
 }
 
 #[test]
 fn a_run_ends_soon_after_its_time_whatever_it_does() {
-    // The first chooses a grid for very many boxes without conductors, the second meshes round bodies.
+    // The first case chooses a grid for very many boxes without conductors, the second meshes round bodies.
     for name in ["no-stop-in-plan", "touch-2x2-round-finger"] {
         let sandbox = Sandbox::new();
         let case = acceptance(&format!("found3/{name}.toml"));
         let begin = Instant::now();
-        let said = sandbox.run(&case, &["--max-time", "1s", "--no-fields"]).exits_with(3);
+        let output = sandbox.run(&case, &["--max-time", "1s", "--no-fields"]).exits_with(3);
         // Two seconds on an idle machine; tests share theirs.
-        assert!(begin.elapsed() < Duration::from_secs(15), "{name}: {:?}\n{}", begin.elapsed(), said.stderr);
-        assert!(said.stderr.contains("the time of --max-time is over"), "{name}: {}", said.stderr);
+        assert!(
+            begin.elapsed() < Duration::from_secs(15),
+            "{name}: {:?}\n{}",
+            begin.elapsed(),
+            output.stderr
+        );
+        assert!(output.stderr.contains("the time of --max-time is over"), "{name}: {}", output.stderr);
         let left = sandbox.names(".");
         assert!(left.iter().all(|name| name == "out.partial"), "{left:?}");
     }

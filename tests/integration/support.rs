@@ -1,4 +1,4 @@
-//! Runs the `elastocap` binary in a folder of its own.
+//! Support for the tests: runs the `elastocap` binary in a temporary folder.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 pub(crate) const BINARY: &str = env!("CARGO_BIN_EXE_elastocap");
 
-/// A folder that is gone when the test is over.
+/// A temporary folder for one test.
 pub(crate) struct Sandbox(tempfile::TempDir);
 
 impl Sandbox {
@@ -43,7 +43,7 @@ impl Sandbox {
         self.elastocap(&arguments)
     }
 
-    /// Names in a folder, sorted; none if it is not there.
+    /// The names in a folder, sorted; none without the folder.
     pub(crate) fn names(&self, folder: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(folder)).into_iter().flatten();
         let mut names: Vec<_> =
@@ -65,7 +65,7 @@ impl Sandbox {
     }
 }
 
-/// What a process left behind.
+/// The exit status and the output of a process.
 #[derive(Debug)]
 pub(crate) struct Finished {
     pub(crate) status: Option<i32>,
@@ -137,7 +137,8 @@ pub(crate) fn acceptance(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/acceptance").join(name)
 }
 
-/// The in-plane pair with `[load]` and what else as given: quick, and good enough to see that things work.
+/// The in-plane pair with `[load]` and other replacements: quick, and accurate enough to show that things
+/// work.
 pub(crate) fn quick_pair(from: &str, to: &str) -> String {
     let text = std::fs::read_to_string(acceptance("in-plane-pair.toml")).expect("the acceptance files");
     let text = text.replace("relative_tolerance = 1e-3", "relative_tolerance = 0.05");

@@ -1,4 +1,5 @@
-//! `elastocap sweep` and `gather`: grids, lists, random cases; killed and resumed, in shards, with failures.
+//! Tests of `elastocap sweep` and `gather`: grids, lists, random cases; killed and resumed sweeps, shards,
+//! and failures.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -60,12 +61,12 @@ fn refused(finished: &Finished, words: &str) {
     assert!(finished.stderr.contains(words), "{}\nlacks: {words}", finished.stderr);
 }
 
-/// Lines of a table, field by field, without the header; the fields hold no commas here.
+/// The lines of a table, field by field, without the header; the fields hold no commas here.
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
-/// When each record was written.
+/// The time at which each record was written.
 fn written(folder: &Path) -> BTreeMap<String, SystemTime> {
     let entries = std::fs::read_dir(folder.join("cases")).into_iter().flatten().flatten();
     let entries = entries.map(|entry| {
@@ -87,7 +88,7 @@ fn a_grid_has_a_row_for_each_case_and_step_with_the_digits_of_a_run() {
     assert_eq!(starts.len(), 12);
     assert_eq!(starts[..3], ["0 4e-5 0.00044 0", "0 4e-5 0.00044 1", "1 4e-5 0.00045 0"]);
     assert_eq!(starts[11], "5 6e-5 0.00045 1");
-    // Case 3 has the values of the file. What the model of the layer adds is computed in a run, and estimated in a sweep.
+    // Case 3 has the values of the file. The model error is computed in a run, and estimated in a sweep.
     let of_model = [
         "model_error_estimate",
         "total_error_estimate",
@@ -127,7 +128,7 @@ fn the_number_of_threads_does_not_change_the_table() {
 #[test]
 fn fields_that_cases_have_in_common_are_solved_once_and_are_the_same() {
     let sandbox = sandbox();
-    // Around rigid electrodes the modulus moves the force and nothing else.
+    // Around rigid electrodes the modulus changes only the force.
     let set = ["--set", "layer.material.neo_hookean.shear_modulus=80kPa,90kPa,100kPa", "--threads", "1"];
     let finished = sandbox.elastocap(&[&["sweep", "case.toml", "-o", "out"][..], &set].concat());
     done(&finished);
@@ -157,7 +158,7 @@ fn a_list_has_one_case_for_each_row() {
     let rows = rows(&sandbox.read("out/sweep.csv"));
     assert_eq!(rows.len(), 3);
     assert_eq!(rows[0][1..3], ["0.00044", "4e-5"]);
-    // What the list leaves open is what the file has.
+    // Empty cells of the list take the values of the file.
     assert_eq!(rows[1][1..3], ["0.00045", "5e-5"]);
 }
 
@@ -182,20 +183,23 @@ fn the_same_seed_gives_the_same_table_and_statistics_name_what_matters() {
     assert_ne!(first, random("c", "2"));
     let summary = sandbox.json("a/sweep.json");
     let statistics = summary["scatter"]["statistics"].as_array().unwrap();
-    let of = |quantity: &str, step: u64| {
+    let statistic = |quantity: &str, step: u64| {
         statistics.iter().find(|s| s["quantity"] == quantity && s["step"] == step).unwrap()
     };
-    // The modulus of a layer around rigid electrodes moves the force and not the capacitance.
-    assert_eq!(of("capacitance_f", 1)["influence"]["shares"][0]["key"], GAP);
-    assert_eq!(of("force_n", 1)["influence"]["shares"][0]["key"], "layer.material.neo_hookean.shear_modulus");
-    // The mean is that of the table.
+    // The modulus of a layer around rigid electrodes changes only the force.
+    assert_eq!(statistic("capacitance_f", 1)["influence"]["shares"][0]["key"], GAP);
+    assert_eq!(
+        statistic("force_n", 1)["influence"]["shares"][0]["key"],
+        "layer.material.neo_hookean.shear_modulus"
+    );
+    // The mean is that statistic the table.
     let rows = rows(&first);
     let column = first.lines().next().unwrap().split(',').position(|name| name == "capacitance_f").unwrap();
     let values: Vec<f64> =
         rows.iter().filter(|row| row[4] == "1").map(|row| row[column].parse().unwrap()).collect();
     let mean = values.iter().sum::<f64>() / 12.0;
-    let told = of("capacitance_f", 1)["mean"].as_f64().unwrap();
-    assert!((told / mean - 1.0).abs() < 1e-12, "{told} for {mean}");
+    let reported = statistic("capacitance_f", 1)["mean"].as_f64().unwrap();
+    assert!((reported / mean - 1.0).abs() < 1e-12, "{reported} for {mean}");
     assert_eq!(sandbox.read("a/statistics.csv").lines().count(), 1 + statistics.len());
 }
 
@@ -215,7 +219,7 @@ fn killed_at_any_time_and_resumed_the_table_is_the_same_and_no_case_is_solved_tw
         let mut child =
             sandbox.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         std::thread::sleep(took.mul_f64(0.12 * f64::from(kill)).max(Duration::from_millis(5)));
-        // SIGKILL: nothing is put in order.
+        // SIGKILL leaves no time to clean up.
         child.kill().unwrap();
         child.wait().unwrap();
         let now = written(&folder);
@@ -242,7 +246,7 @@ fn a_damaged_record_is_noticed_and_solved_again() {
     let table = sandbox.read("out/sweep.csv");
     let [flipped, cut, swapped] =
         ["out/cases/000000.jsonl", "out/cases/000001.jsonl", "out/cases/000002.jsonl"];
-    // One digit of a number; the line remains good JSON.
+    // One digit of a number is changed; the line remains valid JSON.
     let record = sandbox.read(flipped);
     let at = record.find("e-14").unwrap() - 1;
     let digit = if &record[at..=at] == "7" { "3" } else { "7" };
@@ -271,7 +275,7 @@ fn shards_gathered_give_the_table_of_a_single_run() {
     assert_eq!(rows(&sandbox.read("two/sweep.csv")).len(), 4);
     done(&sandbox.elastocap(&["gather", "two", "one", "-o", "joined"]));
     assert_eq!(sandbox.read("joined/sweep.csv"), sandbox.read("whole/sweep.csv"));
-    // The gathered folder goes on as that of a single run.
+    // The gathered folder resumes like that of a single run.
     let before = written(&sandbox.path("joined"));
     done(&sweep(&sandbox, "joined", &["--set", &set]));
     assert_eq!(written(&sandbox.path("joined")), before);
@@ -311,7 +315,7 @@ fn a_folder_of_another_sweep_is_refused_with_what_differs() {
     assert_ne!(sandbox.read("out/sweep.csv"), table);
 
     std::fs::create_dir(sandbox.path("mine")).unwrap();
-    std::fs::write(sandbox.path("mine/sweep.csv"), "my own").unwrap();
+    std::fs::write(sandbox.path("mine/sweep.csv"), "mine").unwrap();
     for more in [&["--set", set.as_str()][..], &["--set", &set, "--overwrite"]] {
         refused(&sweep(&sandbox, "mine", more), "is not from a sweep");
     }

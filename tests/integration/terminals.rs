@@ -9,7 +9,7 @@ fn guarded(tolerance: &str, solver: &str) -> String {
     text.replace("relative_tolerance = 1e-2", &format!("relative_tolerance = {tolerance}\n{solver}"))
 }
 
-/// The file up to its first terminal, and from what comes after its measurement.
+/// The file without its terminals and its measurement.
 fn without_terminals(text: &str) -> String {
     let (before, rest) = text.split_once("[[terminal]]").expect("terminals");
     let (_, after) = rest.split_once("[surroundings]").expect("surroundings");
@@ -20,11 +20,12 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// Value and bounds of one line of capacitance.csv.
+/// The value and bounds of one line of capacitance.csv.
 fn entry(table: &Table, quantity: &str, row: &str, column: &str) -> [f64; 3] {
     let texts = ["quantity", "row", "column"].map(|name| table.texts(name));
-    let of = |k: usize| texts[0][k] == quantity && texts[1][k] == row && texts[2][k] == column;
-    let k = (0..texts[0].len()).find(|k| of(*k)).unwrap_or_else(|| panic!("{quantity} {row} {column}"));
+    let is_wanted = |k: usize| texts[0][k] == quantity && texts[1][k] == row && texts[2][k] == column;
+    let k =
+        (0..texts[0].len()).find(|k| is_wanted(*k)).unwrap_or_else(|| panic!("{quantity} {row} {column}"));
     ["value_f", "lower_f", "upper_f"].map(|name| table.numbers(name)[k])
 }
 
@@ -46,7 +47,7 @@ fn a_guarded_plate_has_the_mutual_capacitance_of_the_bodies_by_themselves() {
     let measured =
         ["capacitance_f", "capacitance_lower_f", "capacitance_upper_f"].map(|key| number(&json[key]));
     assert!(measured[2] - measured[1] <= 3e-2 * measured[0] && json["two_terminal_capacitance_f"].is_null());
-    // Found once to 7e-4: 290.19 fF.
+    // An earlier computation, to 7e-4, gave 290.19 fF.
     assert!(measured[1] < 290.19e-15 && 290.19e-15 < measured[2], "{measured:?}");
     let table = sandbox.table("out/capacitance.csv");
     assert_eq!(entry(&table, "mutual", "sense", "drive"), measured);
@@ -56,8 +57,8 @@ fn a_guarded_plate_has_the_mutual_capacitance_of_the_bodies_by_themselves() {
     sandbox.run(&sandbox.case("apart.toml", &apart), &["--no-fields"]).exits_with(0);
     let apart = sandbox.table("out/capacitance.csv");
     for (row, column) in [("sense", "sense"), ("sense", "drive"), ("drive", "drive")] {
-        let [joined, own] = [&table, &apart].map(|table| entry(table, "maxwell", row, column));
-        assert!(meet(joined, own), "{row} {column}: {joined:?} {own:?}");
+        let [joined, separate] = [&table, &apart].map(|table| entry(table, "maxwell", row, column));
+        assert!(meet(joined, separate), "{row} {column}: {joined:?} {separate:?}");
     }
 
     let on_tetrahedra = guarded("2e-1", "solver = \"tetrahedra\"");
@@ -70,9 +71,9 @@ fn a_guarded_plate_has_the_mutual_capacitance_of_the_bodies_by_themselves() {
 fn check_says_what_is_joined_and_what_is_measured() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("guarded.toml", &guarded("3e-1", ""));
-    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
-    assert!(said.contains("`quiet`: `guard` and `shield` on one wire, at potential zero"), "{said}");
-    assert!(said.contains("the mutual capacitance of `drive` and `sense`"), "{said}");
+    let output = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
+    assert!(output.contains("`quiet`: `guard` and `shield` on one wire, at potential zero"), "{output}");
+    assert!(output.contains("the mutual capacitance of `drive` and `sense`"), "{output}");
 }
 
 /// The pair of the paper at two loads, with a plate above and what else is given.
@@ -96,8 +97,8 @@ fn an_electrode_on_one_wire_with_a_plate_is_the_sum_of_both_at_every_load() {
     let joined = sandbox.json("out/result.json");
     assert_eq!(joined["conductors"], serde_json::json!(["electrode-left", "right"]));
     for step in 0..2 {
-        let of = |key: &str| &apart["steps"][step][key];
-        let mutual = |key: &str, k: usize| -number(&of(key)[0][k]);
+        let of_step = |key: &str| &apart["steps"][step][key];
+        let mutual = |key: &str, k: usize| -number(&of_step(key)[0][k]);
         let [most, least] =
             ["maxwell_matrix_lower_f", "maxwell_matrix_upper_f"].map(|key| mutual(key, 1) + mutual(key, 2));
         let found = &joined["steps"][step];
@@ -171,10 +172,10 @@ relative_tolerance = 5e-2
 fn each_of_several_measured_capacitances_has_its_change_in_the_tables_and_the_report() {
     let sandbox = Sandbox::new();
     let case = sandbox.case("pads.toml", TWO_PADS);
-    let said = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
+    let output = sandbox.elastocap(&["check", case.to_str().expect("UTF-8")]).exits_with(0).stdout;
     let measured =
         "the capacitance of `pad-1-1` against ground and the capacitance of `pad-1-2` against ground";
-    assert!(said.contains(measured), "{said}");
+    assert!(output.contains(measured), "{output}");
     sandbox.run(&case, &["--no-fields"]).exits_with(0);
     let json = sandbox.json("out/result.json");
     // No field is solved for the third pad.
@@ -185,12 +186,12 @@ fn each_of_several_measured_capacitances_has_its_change_in_the_tables_and_the_re
     let texts = ["step", "row", "column", "change_f", "change_lower_f", "change_upper_f"]
         .map(|name| table.texts(name));
     let number = |column: usize, line: usize| texts[column][line].parse::<f64>().expect("a number");
-    let mut own = 0;
+    let mut diagonal = 0;
     for line in 0..texts[0].len() {
         if texts[1][line] != texts[2][line] {
             continue;
         }
-        own += 1;
+        diagonal += 1;
         let [change, lower, upper] = [3, 4, 5].map(|column| number(column, line));
         if texts[0][line] == "0" {
             assert_eq!([change, lower, upper], [0.0; 3]);
@@ -202,7 +203,7 @@ fn each_of_several_measured_capacitances_has_its_change_in_the_tables_and_the_re
             assert_eq!(change, curve[1] - curve[0]);
         }
     }
-    assert_eq!(own, 4);
+    assert_eq!(diagonal, 4);
     let report = sandbox.read("out/report.html");
     assert!(report.contains("Each measured capacitance") && report.contains("each-chart"));
 }

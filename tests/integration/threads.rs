@@ -1,10 +1,10 @@
-//! `--threads` changes how long a run takes and no number.
+//! Checks that `--threads` changes the duration of a run but none of its numbers.
 
 use std::path::{Path, PathBuf};
 
 use crate::support::{Sandbox, acceptance};
 
-/// The numbers of a run, as they are written: its tables, and what result.json has of each step but the time.
+/// The numbers of a run as text: its tables, and result.json without the times.
 fn numbers(case: &Path, threads: &str) -> String {
     let sandbox = Sandbox::new();
     sandbox.run(case, &["--threads", threads, "--no-fields", "--no-scene"]).exits_with(0);

@@ -1,13 +1,13 @@
-//! What a curve says between its steps, and of its slope, at random steps, against a dense curve of the same case.
+//! Compares the curve between its steps, and its slope, at random steps with a dense curve of the same case.
 
 use std::collections::BTreeMap;
 
 use crate::support::{Sandbox, acceptance};
 
-/// What is replaced in a case file, and by what.
+/// Replacements in a case file: each text, and the text in its place.
 type Replaced = &'static [(&'static str, &'static str)];
 
-/// Sensors: a name, the file, and what is replaced in it.
+/// Sensors: a name, the file, and the replacements in it.
 const SENSORS: [(&str, &str, Replaced); 10] = [
     ("in-plane pair", "in-plane-pair.toml", &[]),
     ("stacked pair", "stacked-pair.toml", &[]),
@@ -66,9 +66,9 @@ fn random() -> impl FnMut() -> f64 {
 
 /// The derivative at `at` of the polynomial through points (x, y).
 fn derivative(x: &[f64], y: &[f64], at: f64) -> f64 {
-    let all = 0..x.len();
+    let points = 0..x.len();
     let term = |i: usize| {
-        let others = all.clone().filter(move |j| *j != i);
+        let others = points.clone().filter(move |j| *j != i);
         let below: f64 = others.clone().map(|j| x[i] - x[j]).product();
         let above: f64 = others
             .clone()
@@ -76,7 +76,7 @@ fn derivative(x: &[f64], y: &[f64], at: f64) -> f64 {
             .sum();
         y[i] * above / below
     };
-    all.clone().map(term).sum()
+    points.clone().map(term).sum()
 }
 
 /// A dense curve, by ascending compression.
@@ -105,19 +105,19 @@ impl Dense {
     fn slope(&self, at: f64) -> f64 {
         let after = self.compressions.partition_point(|x| *x < at);
         let first = after.saturating_sub(3).min(self.compressions.len() - 6);
-        let own = first..first + 6;
+        let window = first..first + 6;
         let [c, f] = [&self.capacitances, &self.forces]
-            .map(|y| derivative(&self.compressions[own.clone()], &y[own.clone()], at));
+            .map(|y| derivative(&self.compressions[window.clone()], &y[window.clone()], at));
         c / f
     }
 }
 
-/// `STEP_SETS=20` draws as many sets of steps for each of ten sensors, with ten readings each; the tables of docs/answers.md and
-/// docs/output.md are what it prints.
+/// The environment variable STEP_SETS is the number of sets of steps for each of ten sensors, with ten
+/// readings each; the tables of docs/answers.md and docs/output.md are its output.
 #[test]
 fn force_and_slope_are_within_their_errors_at_random_steps() {
-    let asked = std::env::var("STEP_SETS").ok().and_then(|text| text.parse::<usize>().ok());
-    let (sets, sensors, tolerance, dense) = match asked {
+    let from_environment = std::env::var("STEP_SETS").ok().and_then(|text| text.parse::<usize>().ok());
+    let (sets, sensors, tolerance, dense) = match from_environment {
         Some(sets) => (sets.max(1), SENSORS.len(), "1e-3", 60),
         None => (3, 2, "1e-2", 24),
     };
@@ -138,7 +138,8 @@ fn force_and_slope_are_within_their_errors_at_random_steps() {
         let before = (all, inside, rows, known, covered, widths.len());
         let mut narrower = Vec::new();
         for set in 0..sets {
-            // Spread evenly, crowded at rest, and with a first step that is small; unordered, and with a load that is there twice.
+            // Evenly spread, crowded at rest, and with a small first step; in random order, and with one load
+            // twice.
             let power = [1.0, 4.0, 2.0][set % 3];
             let mut steps = vec![0.42];
             steps.extend((0..1 + set % 7).map(|_| 0.42 * random().powf(power)));
@@ -154,9 +155,9 @@ fn force_and_slope_are_within_their_errors_at_random_steps() {
                 let k = 1 + (random() * (truth.forces.len() - 2) as f64) as usize;
                 // The dense curve has bounds too, and they lie around the same truth.
                 let measured = format!("{:e} F +- {:e} F", truth.capacitances[k], truth.errors[k]);
-                let said =
+                let output =
                     sandbox.elastocap(&["force", "out", "--capacitance", &measured, "--json"]).exits_with(0);
-                let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+                let answer: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
                 let number = |value: &serde_json::Value| value.as_f64().expect("a number");
                 let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| number(&answer[key]));
                 let [least, most] = [0, 1].map(|end| number(&answer["enclosure_n"][end]));
@@ -184,15 +185,15 @@ fn force_and_slope_are_within_their_errors_at_random_steps() {
                 shares.push(error / exact.abs());
             }
         }
-        let own = &mut widths[before.5..];
-        own.sort_by(f64::total_cmp);
+        let of_sensor = &mut widths[before.5..];
+        of_sensor.sort_by(f64::total_cmp);
         narrower.sort_by(f64::total_cmp);
         println!(
             "| {} | {} | {} | {:.2} | {:.2} | {} | {} | {} |",
             sensor.0,
             all - before.0,
             inside - before.1,
-            own[own.len() / 2],
+            of_sensor[of_sensor.len() / 2],
             narrower[narrower.len() / 2],
             rows - before.2,
             known - before.3,
@@ -215,10 +216,10 @@ fn a_small_first_step_does_not_narrow_what_a_large_one_leaves_open() {
     let sandbox = Sandbox::new();
     let text = case(SENSORS[0], "1e-2", &[0.0, 5e-4, 0.4]);
     sandbox.run(&sandbox.case("case.toml", &text), &["--no-fields", "--no-scene", "--quiet"]).exits_with(0);
-    let said = sandbox.elastocap(&["force", "out", "-c", "39.1492fF", "--json"]).exits_with(0);
-    let answer: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    let output = sandbox.elastocap(&["force", "out", "-c", "39.1492fF", "--json"]).exits_with(0);
+    let answer: serde_json::Value = serde_json::from_str(&output.stdout).expect("JSON");
     let [low, high] = ["force_lower_n", "force_upper_n"].map(|key| answer[key].as_f64().expect("a number"));
-    // A step that is solved at this force has this capacitance.
+    // A step solved at this force has this capacitance.
     assert!(low <= 0.0831 && 0.0831 <= high, "{answer}");
     assert!(answer["interpolation_error_f"].is_null(), "{answer}");
 }
@@ -236,7 +237,7 @@ fn the_slope_at_rest_is_within_its_error_with_repeated_and_unordered_forces_and_
     let first = |name: &str| -> f64 { table.texts(name)[0].parse().expect("a number") };
     let (slope, error) = (first("sensitivity_f_per_n"), first("sensitivity_error_f_per_n"));
     assert!((slope + 1.2293e-13).abs() <= error, "{slope:e} {error:e}");
-    // The model of the layer leaves more than the change open, and so more than the slope.
+    // The model error exceeds the change, and so the slope.
     let (changes, errors) = (table.numbers("change_f"), table.numbers("change_total_error_f"));
     let shares = changes.iter().zip(&errors).skip(1).map(|(change, error)| error / change.abs());
     let share = shares.fold(0.0, f64::max);
@@ -244,6 +245,7 @@ fn the_slope_at_rest_is_within_its_error_with_repeated_and_unordered_forces_and_
         share > 1.0 && error >= slope.abs() && error < (1.5 + 2.0 * share) * slope.abs(),
         "{error:e}, {share}"
     );
-    // Three forces do not tell how stiff the layer is at rest, so that no error would say that the sign is open.
+    // Three forces do not determine the stiffness of the layer at rest, so that no error would show that the
+    // sign is open.
     assert_eq!(slopes("three").texts("sensitivity_f_per_n")[0], "");
 }

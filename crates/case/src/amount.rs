@@ -1,12 +1,12 @@
-//! Numbers with or without a unit as they stand in arguments and in values of a case file: `10kPa`, `"50 um"`, `2.8`.
+//! Numbers with or without a unit, in arguments and in values of a case file: `10kPa`, `"50 um"`, `2.8`.
 
 use crate::diagnostics::shown;
 use crate::units::{self, NotAQuantity};
 
-/// How a number is written: its unit, and what that is of the SI unit.
+/// The unit that a number is written in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
-    /// As it was written; empty for a number without a unit.
+    /// The text of the unit; empty for a number without a unit.
     pub unit: String,
     /// The unit over the SI unit of its dimension; 1 for a number without a unit.
     pub factor: f64,
@@ -19,25 +19,25 @@ impl Scale {
         self.dimension == other.dimension
     }
 
-    /// The quantity that it is the unit of, with the article: "a length"; "a number" without a unit.
+    /// The quantity of the unit, with the article: "a length"; "a number" without a unit.
     pub fn dimension_name(&self) -> &'static str {
         self.dimension.map_or("a number", units::Dimension::name)
     }
 
-    /// A value in SI units as the value of a key in a case file, to ten digits, since what a fit or a search finds has fewer:
-    /// `"43.2 um"`, `2.85`.
+    /// A value in SI units as the value of a key in a case file, to ten digits, more than a fit or a search
+    /// determines: `"43.2 um"`, `2.85`.
     pub fn to_toml(&self, si: f64) -> String {
         self.written(rounded(si / self.factor, 10))
     }
 
-    /// A number with this unit as the value of a key in a case file: `"40 um"` in quotation marks, or a number alone. 12 digits are kept,
-    /// so that 0.1 + 0.2 is written 0.3.
+    /// A number with this unit as the value of a key in a case file: `"40 um"` in quotation marks, or a
+    /// number alone. It has 12 digits, so that 0.1 + 0.2 is written 0.3.
     pub fn written(&self, number: f64) -> String {
         let number = rounded(number, 12);
         if self.unit.is_empty() { format!("{number:?}") } else { format!("\"{number} {}\"", self.unit) }
     }
 
-    /// A value in SI units for people, to `digits` digits: `43.2 um`.
+    /// A value in SI units for the user, to `digits` digits: `43.2 um`.
     pub fn show(&self, si: f64, digits: usize) -> String {
         let value = si / self.factor;
         let before = if value == 0.0 { 1 } else { value.abs().log10().floor() as i32 + 1 };
@@ -55,14 +55,14 @@ fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// A number and how it was written.
+/// A number with its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Amount {
     /// The number before the unit; finite.
     pub number: f64,
-    /// In SI units (radians for angles), finite; the number itself without a unit.
+    /// The value in SI units (radians for angles), finite; the number itself without a unit.
     pub si: f64,
-    /// Its unit.
+    /// The unit.
     pub scale: Scale,
 }
 
@@ -73,7 +73,7 @@ impl Amount {
         Self { number: value, si: value, scale }
     }
 
-    /// A value in an SI unit that this program knows, such as `F`, to be written with the prefix that suits values of a `size`.
+    /// A value in a known SI unit, such as `F`, to be written with the prefix that suits values of a `size`.
     pub fn with_prefix(si: f64, size: f64, unit: &str) -> Self {
         let prefixes = ["a", "f", "p", "n", "u", "m", "", "k", "M", "G"];
         let power = if size > 0.0 { (size.log10() + 1e-9).div_euclid(3.0) as i32 } else { 0 };
@@ -91,17 +91,17 @@ impl Amount {
     }
 }
 
-/// Why a text is not a number with or without a unit.
+/// The reason why a text is not a number with or without a unit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AmountError {
-    /// It does not begin with a number that is finite.
+    /// The text does not begin with a finite number.
     #[error("`{0}` is not a number with or without a unit; write for example 50um, 10kPa or 2.8")]
     NoNumber(String),
     /// A decimal comma.
     #[error("`{0}` has a decimal comma; write a point")]
     Comma(String),
-    /// A unit that is not known.
+    /// An unknown unit.
     #[error("`{0}` is not a unit that is known here; write for example um, kPa, mN or fF")]
     UnknownUnit(String),
 }
@@ -109,7 +109,7 @@ pub enum AmountError {
 impl std::str::FromStr for Amount {
     type Err = AmountError;
 
-    /// A number with a unit, or without one; quotation marks around it are taken off.
+    /// Parses a number with or without a unit; quotation marks around it are removed.
     fn from_str(text: &str) -> Result<Self, AmountError> {
         let text = text.trim();
         let inside = ['"', '\''].into_iter().find_map(|quote| text.strip_prefix(quote)?.strip_suffix(quote));
@@ -184,8 +184,8 @@ mod tests {
             ("1,5 um", "comma"),
             ("3 furlongs", "unit"),
         ] {
-            let said = text.parse::<Amount>().unwrap_err().to_string();
-            assert!(said.contains(words), "{text}: {said}");
+            let message = text.parse::<Amount>().unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Problems of a case file and how they are shown: file, line, caret, what is wrong, what would be right.
+//! Errors of a case file, and their display: file, line, caret, the error, its correction.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,47 +6,48 @@ use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-/// At most this many problems are kept; the rest are counted.
+/// The largest number of errors with their text; further ones are only counted.
 pub(super) const KEPT: usize = 10;
 
-/// Bytes of a line before or after a problem, from which on it is shown in part.
+/// The length of a line before or after an error, bytes, from which on only a part of it is shown.
 const LONG_LINE: usize = 4_000;
-/// How many are then shown.
+/// The length of that part, bytes.
 const SHOWN_OF_LINE: usize = 80;
 
-/// One problem in a case file.
+/// One error in a case file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The error, in one line.
     pub message: String,
-    /// The bytes of the file at fault; `None` where the file as a whole is.
+    /// The bytes of the file at fault; `None` for an error of the file as a whole.
     pub span: Option<Range<usize>>,
     /// The text next to the caret; may be empty.
     pub label: String,
-    /// Other places that belong to the problem, each with its label.
+    /// Other places that belong to the error, each with its label.
     pub related: Vec<(Range<usize>, String)>,
     /// The correction to make, if there is one to offer.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// A problem with the file as a whole.
+    /// An error of the file as a whole.
     pub(super) fn of_file(message: impl Into<String>) -> Self {
         Self { message: message.into(), span: None, label: String::new(), related: Vec::new(), help: None }
     }
 
-    /// A problem at a place in the file.
+    /// An error at a place in the file.
     pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Self {
         Self { span: Some(span.clone()), ..Self::of_file(message) }
     }
 
-    /// Whether it says the same of the same place in the file, but for the names in it.
+    /// Whether both errors are the same at the same place in the file, apart from the names in them.
     pub(super) fn is_that_of_another_part(&self, other: &Self) -> bool {
         let is_same = |one: &str, other: &str| {
             // Names stand in quotes.
             one.split('"').step_by(2).eq(other.split('"').step_by(2))
         };
-        let places = |own: &Self| own.related.iter().map(|(span, _)| span.clone()).collect::<Vec<_>>();
+        let places =
+            |diagnostic: &Self| diagnostic.related.iter().map(|(span, _)| span.clone()).collect::<Vec<_>>();
         self.span.is_some()
             && self.span == other.span
             && places(self) == places(other)
@@ -71,7 +72,7 @@ impl Diagnostic {
     }
 }
 
-/// A case file that cannot be run: everything found wrong with it, in the order of the file.
+/// A case file that cannot be run: all errors in it, in the order of the file.
 #[derive(Debug, Clone, thiserror::Error)]
 pub struct CaseError {
     origin: PathBuf,
@@ -91,7 +92,7 @@ impl CaseError {
         Self { origin: origin.to_owned(), source_text: source_text.to_owned(), diagnostics, unshown }
     }
 
-    /// A file that could not even be read as text.
+    /// The error for a file that could not be read as text.
     pub(super) fn of_file(origin: &Path, diagnostic: Diagnostic) -> Self {
         Self::new(origin, "", vec![diagnostic], 0)
     }
@@ -101,12 +102,12 @@ impl CaseError {
         &self.origin
     }
 
-    /// The problems, in the order of the file; never empty.
+    /// The errors, in the order of the file; at least one.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.diagnostics
     }
 
-    /// Line and column (in characters) where the problem starts, both counted from 1.
+    /// The line and the column (in characters) where the error starts, both counted from 1.
     pub fn line_column(&self, diagnostic: &Diagnostic) -> Option<(usize, usize)> {
         let start = boundary(&self.source_text, diagnostic.span.as_ref()?.start);
         let before = &self.source_text[..start];
@@ -114,7 +115,7 @@ impl CaseError {
         Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
     }
 
-    /// All problems in rustc's manner, ready to print; with colours for a terminal if `colour`.
+    /// All errors in rustc's style, ready to print; with colours for a terminal if `colour`.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         let mut out = self.diagnostics.iter().map(|d| self.render_one(d, &renderer)).collect::<Vec<_>>();
@@ -138,7 +139,7 @@ impl CaseError {
         renderer.render(&[group])
     }
 
-    /// The lines that the annotations touch; only those are handed on, so that a long file costs nothing.
+    /// The lines that the annotations touch; the renderer gets only those, since a file may be long.
     fn snippet<'a>(
         &'a self,
         span: &Range<usize>,
@@ -146,7 +147,7 @@ impl CaseError {
         related: &'a [(Range<usize>, String)],
     ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
         let text = self.source_text.as_str();
-        // The first line of a span over several lines says enough.
+        // The first line of a span of several lines suffices.
         let clamp = |span: &Range<usize>| {
             let start = boundary(text, span.start);
             let end = boundary(text, span.end).max(start);
@@ -157,7 +158,7 @@ impl CaseError {
         let last = spans().map(|s| s.end).max().unwrap_or(0);
         let from = text[..first].rfind('\n').map_or(0, |k| k + 1);
         let to = text[last..].find('\n').map_or(text.len(), |k| last + k);
-        // Of a line without end its neighbourhood says enough, and is laid out in no time.
+        // Of a very long line only the neighbourhood is shown, which also saves time.
         let from = if first - from > LONG_LINE { boundary(text, first - SHOWN_OF_LINE) } else { from };
         let to = if to - last > LONG_LINE { boundary(text, last + SHOWN_OF_LINE) } else { to };
         let local = |span: &Range<usize>| {
@@ -192,7 +193,7 @@ fn boundary(text: &str, at: usize) -> usize {
     at
 }
 
-/// Text of the user's, fit for one line of a message: no control characters, not too long.
+/// Text of the user, shortened for one line of a message, without control characters.
 pub(super) fn shown(text: &str) -> String {
     let mut out = text.chars().take(40).collect::<String>().escape_debug().to_string().replace("\\\"", "\"");
     out = out.replace("\\'", "'");
@@ -202,7 +203,7 @@ pub(super) fn shown(text: &str) -> String {
     out
 }
 
-/// A path, fit for one line of a message.
+/// A path, shortened for one line of a message.
 pub(super) fn shown_path(path: &Path) -> String {
     path.display().to_string().chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

@@ -9,10 +9,10 @@ use super::quantities::Size;
 use super::reader::{FromToml, Log, Node};
 use super::units;
 
-/// A positive length that may be written as its unit alone.
+/// A positive length, which may be written as its unit alone.
 #[derive(Debug)]
 pub(super) struct FileUnit {
-    /// m.
+    /// The length, m.
     pub(super) si: f64,
 }
 

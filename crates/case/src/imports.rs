@@ -1,12 +1,13 @@
-//! Which files a case file names.
+//! The files that a case file names.
 
 use std::path::{Path, PathBuf};
 
 use super::overrides::files_of;
 
-/// The files that the text of a case names under a key `file` (surfaces, meshes, measured points), in the order of the text and each
-/// once; relative paths are taken from the folder of `origin`. It does not matter whether the files are there or the case is valid, so
-/// that a caller can wait for them to change. Text that is not TOML names none.
+/// The files that the text of a case names under a key `file` (surfaces, meshes, measured points), in the
+/// order of the text and each once; relative paths are taken from the folder of `origin`. Neither need the
+/// files exist nor the case be valid, so that a caller can wait for changes. Text that is not TOML names
+/// none.
 pub fn imported_files(text: &str, origin: &Path) -> Vec<PathBuf> {
     let folder = origin.parent().unwrap_or(Path::new(""));
     files_of(text).into_iter().map(|name| folder.join(name)).collect()

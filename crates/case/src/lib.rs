@@ -1,13 +1,13 @@
-//! Case files: TOML in, a valid [`Case`] in SI units out, or everything that is wrong with the file.
+//! Case files: TOML in, a valid [`Case`] in SI units out, or all errors in the file.
 //!
-//! The way of the data: text -> spanned TOML ([`toml::de`]) -> raw types (`raw`, read by `reader` and `tables`, with
-//! spans kept) -> [`Case`] (`validate`). Raw types are declared once; reader, messages and [`json_schema`] follow from
-//! the declaration.
+//! The flow of data: text -> spanned TOML ([`toml::de`]) -> raw types (`raw`, read by `reader` and `tables`,
+//! with spans kept) -> [`Case`] (`validate`). Raw types are declared once; reader, messages and
+//! [`json_schema`] follow from the declaration.
 //!
-//! Defaults, where the file is silent: `title` is the file's name; `relative_permittivity` of the surroundings is 1;
-//! `below` and `above` are the boundary itself, or infinite space if that is open; `relative_tolerance` is 1e-3 and
-//! `bounds` true; electrodes are rigid if there is no load. Tables that the case has no use for (`[surroundings]`
-//! without conductors) are checked and then left out.
+//! Defaults of missing keys: `title` is the file's name; `relative_permittivity` of the surroundings is 1;
+//! `below` and `above` are the boundary itself, or infinite space if that is open; `relative_tolerance` is
+//! 1e-3 and `bounds` true; electrodes are rigid if there is no load. Tables that the case does not need
+//! (`[surroundings]` without conductors) are checked and then left out.
 
 mod amount;
 mod diagnostics;
@@ -50,13 +50,13 @@ pub use model::{
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;
 
-/// The largest file that is read.
+/// The largest size of a case file, bytes.
 const LARGEST_FILE: u64 = 16 << 20;
 
 /// Reads and validates a case file.
 ///
 /// # Errors
-/// A file that cannot be read (missing, a folder, larger than 16 MiB, not UTF-8), or everything that is wrong in it.
+/// A file that cannot be read (missing, a folder, larger than 16 MiB, not UTF-8), or all errors in it.
 pub fn load(path: &Path) -> Result<Case, CaseError> {
     parse(&read_source(path)?, path)
 }
@@ -69,11 +69,12 @@ pub fn read_source(path: &Path) -> Result<String, CaseError> {
     read_text(path).map_err(|diagnostic| CaseError::of_file(path, diagnostic))
 }
 
-/// Reads and validates a case from a stream, such as the standard input, as far as its end. `origin` stands for the file in messages
-/// (`<stdin>`), and the folder before its last part, here the current one, is that to which the paths in the case are relative.
+/// Reads and validates a case from a stream, such as the standard input, up to its end. `origin` stands for
+/// the file in messages (`<stdin>`); paths in the case are relative to its folder, which is the current one
+/// for a bare name.
 ///
 /// # Errors
-/// A stream that cannot be read, is longer than 16 MiB or is not UTF-8, or everything that is wrong in the case.
+/// A stream that cannot be read, is longer than 16 MiB or is not UTF-8, or all errors in the case.
 pub fn load_from(stream: impl Read, origin: &Path) -> Result<Case, CaseError> {
     let shown = diagnostics::shown_path(origin);
     let mut bytes = Vec::new();
@@ -118,7 +119,7 @@ fn too_large(shown: &str) -> Diagnostic {
         .help("a case file is a short text in TOML; meshes and results are other files")
 }
 
-/// The text of a case file of these bytes, of which there is one more than there may be where the file has too many.
+/// The text of a case file with these bytes; a file that is too large has one byte more than allowed.
 fn text_of(bytes: Vec<u8>, shown: &str) -> Result<String, Diagnostic> {
     if bytes.len() as u64 > LARGEST_FILE {
         return Err(too_large(shown));
@@ -131,10 +132,10 @@ fn text_of(bytes: Vec<u8>, shown: &str) -> Result<String, Diagnostic> {
     })
 }
 
-/// Validates the text of a case file; `origin` is the file it came from, for messages and relative paths.
+/// Validates the text of a case file; `origin` is its file, for messages and relative paths.
 ///
 /// # Errors
-/// Everything that is wrong in it.
+/// All errors in the text.
 pub fn parse(text: &str, origin: &Path) -> Result<Case, CaseError> {
     let document = DeTable::parse(text)
         .map_err(|error| CaseError::new(origin, text, vec![syntax_diagnostic(text, &error)], 0))?;
@@ -167,12 +168,12 @@ fn looks_like_a_case(text: &str) -> bool {
     })
 }
 
-/// The message of the TOML parser, with help where the slip is a common one.
+/// The message of the TOML parser, with help for common mistakes.
 fn syntax_diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     let span = error.span().unwrap_or(0..0);
     let message = error.message().lines().collect::<Vec<_>>().join("; ");
     if !looks_like_a_case(text) {
-        // A file named by mistake may be anything, a list of passwords for instance: nothing of it is printed.
+        // A file named by mistake may be anything, such as a list of passwords: nothing of it is printed.
         let line = text.get(..span.start.min(text.len())).unwrap_or("").matches('\n').count() + 1;
         return Diagnostic::of_file(format!("this is not a case file: line {line} is not valid TOML"))
             .help("a case file is a text in TOML with a line `format = 1`");

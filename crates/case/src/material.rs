@@ -1,6 +1,7 @@
-//! `[layer.material]`: the tables of the elastomers as they are written, what they are checked for, and what they become.
+//! `[layer.material]`: the tables of the materials, their checks, and their conversion to laws.
 //!
-//! The doc comments of the tables are the descriptions in the JSON Schema, so they speak to whoever writes a case file. A new
+//! The doc comments of the tables are the descriptions in the JSON Schema, and address the author of a case
+//! file. A new
 //! material needs a table, a line in [`MaterialTable`] and the match arms that then fail to compile; nothing else in this crate.
 
 use elastocap_materials::{HyperelasticLaw, HyperfoamTerm, StressTable};
@@ -68,7 +69,7 @@ table! {
     /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2. For finite
     /// elements only.
     struct OgdenTable {
-        /// Its terms.
+        /// The terms of the law.
         terms: Read<Vec<Read<OgdenTerm>>>,
         /// Bulk modulus kappa; incompressible if not given.
         bulk_modulus: Option<Read<Modulus>>,
@@ -99,10 +100,11 @@ table! {
 }
 
 table! {
-    /// Foam by the law of Ogden and Storakers: W = sum of 2 mu/a^2 (l1^a + l2^a + l3^a - 3 + (J^(-a b) - 1)/b) with b = nu/(1 - 2 nu).
-    /// The closed form compresses it evenly, free to get wider; finite elements take it as it is.
+    /// Foam by the law of Ogden and Storakers: W = sum of 2 mu/a^2 (l1^a + l2^a + l3^a - 3 + (J^(-a b) -
+    /// 1)/b) with b = nu/(1 - 2 nu). The closed form compresses it uniformly with free sides; finite elements
+    /// use the law itself.
     struct HyperfoamTable {
-        /// Its terms.
+        /// The terms of the law.
         terms: Read<Vec<Read<HyperfoamTermTable>>>,
     }
 }
@@ -114,22 +116,22 @@ table! {
         shear_modulus: Read<Modulus>,
         /// a of this term, not zero.
         exponent: Read<Exponent>,
-        /// nu of this term; 0 for a foam that does not get wider.
+        /// nu of this term; 0 for a foam that does not widen.
         poisson_ratio: Read<Number<PoissonRatioKind>>,
     }
 }
 
 table! {
-    /// Foam by its measured stress over the compression, straight between the points. For the closed form only, which compresses the
-    /// layer evenly and takes it to get no wider; a load beyond the table is refused.
+    /// Foam by its measured stress over the compression, interpolated linearly. For the closed form only,
+    /// which compresses the layer uniformly and neglects its widening; a load beyond the table is refused.
     struct FoamTable {
         /// Compressions U/H of the points; they begin at 0 and rise.
         compression: Read<Vec<Read<Compression>>>,
-        /// Nominal stress at each compression as the load grows, the force over the area at rest; it begins at zero and never falls. The
-        /// forces of the results are of this branch.
+        /// Nominal stress at each compression under growing load, the force over the area at rest; it begins
+        /// at zero and never falls. The forces of the results are on this branch.
         loading: Read<Vec<Read<Constant>>>,
-        /// Nominal stress at each compression as the load is taken off, at most that of loading. The force on this branch is a note
-        /// beside the result. Default: not measured.
+        /// Nominal stress at each compression under falling load, at most that under growing load. The force
+        /// on this branch is a note beside the result. Default: not measured.
         unloading: Option<Read<Vec<Read<Constant>>>>,
     }
 }
@@ -156,7 +158,7 @@ impl NumberKind for LimitingInvariantKind {
     const REASON: &'static str = "the largest value of I1 - 3; measured rubbers have 1 to 200";
 }
 
-/// The bulk modulus as it stands in the file, if it does.
+/// The bulk modulus in the file, if it is given.
 pub(super) fn bulk_modulus(table: &MaterialTable) -> Option<&Read<Modulus>> {
     match table {
         MaterialTable::MooneyRivlin(table) => table.bulk_modulus.as_ref(),
@@ -168,17 +170,17 @@ pub(super) fn bulk_modulus(table: &MaterialTable) -> Option<&Read<Modulus>> {
     }
 }
 
-/// Whether the volume of the material cannot change.
+/// Whether the material is incompressible.
 pub(super) fn keeps_volume(table: &MaterialTable) -> bool {
     bulk_modulus(table).is_none() && !is_foam(table)
 }
 
-/// Whether the material is a law of force for foams.
+/// Whether the material is a foam law.
 pub(super) fn is_foam(table: &MaterialTable) -> bool {
     matches!(table, MaterialTable::Hyperfoam(_) | MaterialTable::FoamTable(_))
 }
 
-/// Whether the material is a foam that does not get wider where it is pressed.
+/// Whether the material is a foam that does not widen under compression.
 pub(super) fn gets_no_wider(table: &MaterialTable) -> bool {
     let MaterialTable::Hyperfoam(table) = table else { return false };
     let mut terms = table.terms.get().into_iter().flatten().filter_map(Read::get);
@@ -206,7 +208,7 @@ pub(super) enum Material {
     Measured(StressTable),
 }
 
-/// The material; `None` after a message to `log`.
+/// The material; `None` if it is invalid, with the reason in the log.
 pub(super) fn material(read: &Read<MaterialTable>, log: &mut Log<'_>) -> Option<Material> {
     match read.get()? {
         MaterialTable::FoamTable(table) => stress_table(table, log).map(Material::Measured),
@@ -214,7 +216,7 @@ pub(super) fn material(read: &Read<MaterialTable>, log: &mut Log<'_>) -> Option<
     }
 }
 
-/// The law of the material; `None` after a message to `log`, and for a table of stresses.
+/// The law of the material; `None` for a table of stresses, and if it is invalid, with the reason in the log.
 fn law(table: &MaterialTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
     match table {
         MaterialTable::NeoHookean(table) => {

@@ -1,4 +1,5 @@
-//! The rows of a case's capacitance matrix, one for each driven terminal, and the capacitance that is measured by them.
+//! The rows of a case's capacitance matrix, one for each driven terminal, and the measured capacitance in
+//! terms of them.
 
 use elastocap_geometry::scene::Potential;
 use elastocap_geometry::shapes::Shape;
@@ -10,24 +11,25 @@ use super::model::{Body, Case, Measured, MeasuredEntry, Role, Terminal};
 pub enum Measurement {
     /// Charge over voltage of two terminals with equal and opposite charges; all others are at potential zero.
     TwoTerminal([usize; 2]),
-    /// The mutual capacitance of two terminals: what the first draws from the second at one volt, all others at potential zero.
+    /// The mutual capacitance of two terminals: minus the charge on the second per volt on the first, all
+    /// others at potential zero.
     Mutual([usize; 2]),
     /// Charge over voltage of one terminal, all others at potential zero.
     Own(usize),
     /// Charge over voltage of the first terminal, with the second, a driven guard, at the same potential and all others at potential zero.
     Guarded([usize; 2]),
-    /// The matrix of the driven terminals, of which one entry is shown.
+    /// The matrix of the driven terminals, of which curves show one entry.
     Matrix {
         /// Number of driven terminals.
         terminals: usize,
-        /// Rows of the mutual capacitance that curves show. One row twice stands for its capacitance against ground.
+        /// Rows of the mutual capacitance in curves. One row twice stands for its capacitance against ground.
         shown: [usize; 2],
     },
 }
 
 impl Case {
-    /// The terminal that a conductor belongs to, one that the file names or itself, and whether it is at potential zero: as the file
-    /// says, or because something else is measured.
+    /// The terminal of a conductor, which is the conductor itself if the file names none, and whether it is
+    /// at potential zero: by the file, or because another capacitance is measured.
     fn terminal_of<'a>(&'a self, conductor: &'a str) -> (&'a str, bool) {
         let named = self.terminals.iter().find(|terminal| terminal.holds(conductor));
         let (name, is_grounded) =
@@ -35,8 +37,8 @@ impl Case {
         (name, is_grounded || !self.is_measured(name))
     }
 
-    /// Whether a field is solved for this terminal: for each one that is not grounded, or with `[measure]` for those that it names and
-    /// the guards that follow them.
+    /// Whether the field of this terminal is solved: each one that is not grounded, or with `[measure]` those
+    /// that it names and the guards that follow them.
     fn is_measured(&self, terminal: &str) -> bool {
         let Some(measured) = &self.measured else { return true };
         let followed = self
@@ -61,8 +63,8 @@ impl Case {
             || parts().any(|part| matches!(part, Shape::Shell { .. }))
     }
 
-    /// Joins the conductors of each terminal, as [`Terminal::join`] does, and grounds the terminals that are not measured: nothing has to
-    /// be solved for them.
+    /// Joins the conductors of each terminal, as [`Terminal::join`] does, and grounds the terminals that are
+    /// not measured: their fields need not be solved.
     pub fn joined(&self, bodies: Vec<Body>) -> Vec<Body> {
         let mut bodies = Terminal::join(&self.terminals, bodies);
         for body in &mut bodies {
@@ -73,21 +75,21 @@ impl Case {
         bodies
     }
 
-    /// The terminal of every conductor that does not float, and whether it is at potential zero. Those of electrodes come first, and a
-    /// terminal of several conductors comes once for each.
+    /// The terminal of every conductor that does not float, and whether it is at potential zero. Those of
+    /// electrodes come first, and a terminal of several conductors occurs once for each.
     fn wired(&self) -> impl Iterator<Item = (&str, bool)> {
         let electrodes = self.electrodes.iter().flat_map(|pair| pair.names().map(|name| -> &str { name }));
         let fixed = self.bodies.iter().filter(|body| body.is_driven()).map(|body| body.name.as_str());
         electrodes.chain(fixed).map(|conductor| self.terminal_of(conductor))
     }
 
-    /// Whether some conductor is at potential zero, as the file says or because something else is measured.
+    /// Whether some conductor is at potential zero, by the file or because another capacitance is measured.
     pub fn has_grounded_terminals(&self) -> bool {
         self.wired().any(|(_, is_grounded)| is_grounded)
     }
 
-    /// Names of the driven terminals, in the order of the capacitance matrix: that of their first conductors, of which electrodes come
-    /// before the fixed ones. With `[measure]` they are those that it names.
+    /// Names of the driven terminals, in the order of the capacitance matrix: that of their first conductors,
+    /// electrodes before fixed ones. With `[measure]` they are those that it names.
     pub fn driven_terminals(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for (name, is_grounded) in self.wired() {
@@ -98,23 +100,26 @@ impl Case {
         names
     }
 
-    /// Whether what is measured lies between the two electrodes, so that it can be compared with parallel plates.
+    /// Whether the measured capacitance is between the two electrodes, so that it can be compared with
+    /// parallel plates.
     pub fn electrodes_are_measured(&self) -> bool {
         let names = self.driven_terminals();
         let terminals =
             self.electrodes.as_ref().map(|pair| pair.names().map(|name| self.terminal_of(name).0));
         let rows = terminals.map(|pair| pair.map(|name| names.iter().position(|known| known == name)));
         match (rows, self.measurement()) {
-            (Some([Some(a), Some(b)]), Measurement::TwoTerminal(of) | Measurement::Mutual(of)) => {
-                of == [a, b] || of == [b, a]
-            }
+            (
+                Some([Some(a), Some(b)]),
+                Measurement::TwoTerminal(measured) | Measurement::Mutual(measured),
+            ) => measured == [a, b] || measured == [b, a],
             (Some(_) | None, _) => false,
         }
     }
 
-    /// The capacitance that is measured. Without `[measure]` it is the mutual capacitance of the electrodes or of the only two terminals, the
-    /// capacitance of the only terminal against ground, or the matrix of more than two terminals. Two terminals of a scene without ground have
-    /// one capacitance, which is solved for as the two-terminal one because that needs one field.
+    /// The measured capacitance. Without `[measure]` it is the mutual capacitance of the electrodes or of the
+    /// only two terminals, the capacitance of the only terminal against ground, or the matrix of more than
+    /// two terminals. Two terminals of a scene without ground have only one capacitance, which is solved as
+    /// the two-terminal one because that needs one field.
     pub fn measurement(&self) -> Measurement {
         let names = self.driven_terminals();
         let row = |name: &str| names.iter().position(|known| known == name);
@@ -126,7 +131,7 @@ impl Case {
             MeasuredEntry::Own(name) => row(name).map(|row| [row; 2]),
             MeasuredEntry::Mutual(pair) => rows(pair.each_ref().map(String::as_str)),
         };
-        let asked = match &self.measured {
+        let from_file = match &self.measured {
             Some(Measured::TwoTerminal(pair)) => {
                 rows(pair.each_ref().map(String::as_str)).map(Measurement::TwoTerminal)
             }
@@ -142,7 +147,7 @@ impl Case {
             None => None,
         };
         let electrodes = || rows(self.electrodes.as_ref()?.names().map(|name| self.terminal_of(name).0));
-        asked.unwrap_or_else(|| match (electrodes(), names.len()) {
+        from_file.unwrap_or_else(|| match (electrodes(), names.len()) {
             (None, 1) => Measurement::Own(0),
             (None, count) if count != 2 => Measurement::Matrix { terminals: count, shown: [0, 1] },
             (pair, _) => {
@@ -162,7 +167,8 @@ impl Case {
         Some(&guard.name)
     }
 
-    /// Rows of every entry that `[measure]` names, in its order: see [`Measurement::Matrix`]. None where one capacitance is measured.
+    /// Rows of every entry that `[measure]` names, in its order: see [`Measurement::Matrix`]. Empty if one
+    /// capacitance is measured.
     pub fn measured_entries(&self) -> Vec<[usize; 2]> {
         let names = self.driven_terminals();
         let row = |name: &String| names.iter().position(|known| known == name);

@@ -1,19 +1,20 @@
-//! A measured capacitance with its error, as it is written in an argument: `41.2fF`, `41.2 fF +- 0.05 fF`, `41.2fF±0.05fF`.
+//! Parses a measured capacitance with its error, as an argument has it: `41.2fF`, `41.2 fF +- 0.05 fF`,
+//! `41.2fF±0.05fF`.
 
 use std::str::FromStr;
 
 use crate::units::{self, CAPACITANCE, NotAQuantity};
 
-/// A capacitance that was measured, in farads.
+/// A measured capacitance, F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredCapacitance {
-    /// The value that was read, F; greater than zero.
+    /// The measured value, F; greater than zero.
     pub value: f64,
-    /// By how much the true value may differ from it at most, F; zero if no error was written.
+    /// The largest difference of the true value from it, F; zero if no error was given.
     pub error: f64,
 }
 
-/// Why a text is not a measured capacitance.
+/// The reason why a text is not a measured capacitance.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeasuredCapacitanceError {
@@ -23,21 +24,21 @@ pub enum MeasuredCapacitanceError {
     /// A decimal comma.
     #[error("`{0}` has a decimal comma; write a point, such as 41.2fF")]
     Comma(String),
-    /// A number alone.
+    /// A number without a unit.
     #[error("`{0}` has no unit; write it with the value and with the error, such as 41.2fF+-0.05fF")]
     NoUnit(String),
-    /// A unit that the program does not know.
+    /// An unknown unit.
     #[error("`{0}` is not a unit of capacitance; write F with a prefix: aF, fF, pF, nF, uF")]
     UnknownUnit(String),
-    /// A unit of something else.
+    /// A unit of another quantity.
     #[error("`{text}` is {found} and not a capacitance; its unit is F with a prefix, such as fF")]
     OtherQuantity {
-        /// The text that was written.
+        /// The text of the argument.
         text: String,
-        /// The quantity that it is, with its article.
+        /// The quantity of the unit, with its article.
         found: &'static str,
     },
-    /// A value that no capacitance has.
+    /// A value that is not greater than zero.
     #[error("`{0}` is not greater than zero; capacitances between electrodes are counted as positive here")]
     NotPositive(String),
     /// A negative error.
@@ -45,7 +46,7 @@ pub enum MeasuredCapacitanceError {
     NegativeError(String),
 }
 
-/// Signs between a value and its error. The longest come first.
+/// Signs between a value and its error, the longest first.
 const SEPARATORS: [&str; 3] = ["+/-", "+-", "\u{b1}"];
 
 impl FromStr for MeasuredCapacitance {
@@ -72,18 +73,18 @@ impl FromStr for MeasuredCapacitance {
 
 /// A capacitance with its unit, F.
 fn capacitance(text: &str) -> Result<f64, MeasuredCapacitanceError> {
-    let own = || text.to_owned();
+    let owned = || text.to_owned();
     let quantity = units::parse(text).map_err(|why| match why {
         NotAQuantity::NoNumber | NotAQuantity::NotFinite | NotAQuantity::TooLarge => {
-            MeasuredCapacitanceError::NoNumber(own())
+            MeasuredCapacitanceError::NoNumber(owned())
         }
-        NotAQuantity::Comma => MeasuredCapacitanceError::Comma(own()),
-        NotAQuantity::NoUnit { .. } => MeasuredCapacitanceError::NoUnit(own()),
+        NotAQuantity::Comma => MeasuredCapacitanceError::Comma(owned()),
+        NotAQuantity::NoUnit { .. } => MeasuredCapacitanceError::NoUnit(owned()),
         NotAQuantity::UnknownUnit { unit, .. } => MeasuredCapacitanceError::UnknownUnit(unit.to_owned()),
     })?;
     if quantity.dimension != CAPACITANCE {
         return Err(MeasuredCapacitanceError::OtherQuantity {
-            text: own(),
+            text: owned(),
             found: quantity.dimension.name(),
         });
     }
@@ -128,8 +129,8 @@ mod tests {
             ("41.2fF+--1fF", "negative"),
             ("1fF+-1fF+-1fF", "is not a unit"),
         ] {
-            let said = text.parse::<MeasuredCapacitance>().expect_err(text).to_string();
-            assert!(said.contains(words), "{text}: {said}");
+            let message = text.parse::<MeasuredCapacitance>().expect_err(text).to_string();
+            assert!(message.contains(words), "{text}: {message}");
         }
     }
 }

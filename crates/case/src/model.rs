@@ -1,4 +1,4 @@
-//! A valid case: plain data in SI units, with nothing left of the text it came from.
+//! A valid case: plain data in SI units, independent of the text that it was read from.
 
 use std::path::PathBuf;
 
@@ -15,63 +15,67 @@ pub use elastocap_geometry::shapes::{Curve, Shape};
 /// A scene with a layer has the substrate plane at x2 = 0 and the electrodes centred at x1 = x3 = 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// One line that says what the case is.
+    /// The title, one line.
     pub title: String,
-    /// The file it was read from, as the caller named it.
+    /// The file of the case, as the caller named it.
     pub source: PathBuf,
     /// The soft layer.
     pub layer: Option<Layer>,
     /// The pair of electrodes in the layer; only with a layer.
     pub electrodes: Option<Electrodes>,
-    /// How the layer's deformation is computed; present whenever [`Case::load`] is.
+    /// The mechanical model of the layer; present whenever [`Case::load`] is.
     pub mechanics: Option<Mechanics>,
-    /// Where the file leaves it to the program how the deformation is computed, [`Case::mechanics`] is what was chosen; this says in words
-    /// what, and why.
+    /// The model in [`Case::mechanics`] and the reason for it, in words, if the file leaves the choice to the
+    /// program.
     pub mechanics_chosen: Option<String>,
     /// The load steps; `None` for the undeformed scene alone.
     pub load: Option<Load>,
-    /// How the indenter, and what is attached to it or to the layer's top, is moved at each step, besides the load; empty if it is not.
+    /// The displacement of the indenter, and of the bodies attached to it or to the layer's top, at each
+    /// step, besides the load; empty without any.
     pub poses: Vec<Pose>,
     /// The indenter that presses on the layer, where it is part of the field; only with a load.
     pub indenter: Option<FieldIndenter>,
-    /// All bodies besides the layer and the pair in it, as they are before the layer deforms: those that stay where they are, and those
-    /// that move with its top or with the indenter ([`Body::purpose`]). First the
-    /// conductors in the order of the file, then the dielectrics, which override one another in theirs. Slabs are boxes with
-    /// infinite bounds.
+    /// All bodies besides the layer and the pair in it, before the layer deforms: those that stay where they
+    /// are, and those that move with its top or with the indenter ([`Body::purpose`]). The conductors come
+    /// first, in the order of the file, then the dielectrics, of which later ones override earlier ones.
+    /// Slabs are boxes with infinite bounds.
     pub bodies: Vec<Body>,
-    /// Conductors that the file joins on one wire, in its order; each other conductor is a terminal by itself.
+    /// Conductors that the file joins on one wire, in the order of the file; each other conductor is a
+    /// terminal by itself.
     pub terminals: Vec<Terminal>,
-    /// The capacitances that the file asks for: with a driven guard and no `[measure]`, that of the terminal which the guard follows. `None`
-    /// where the file does not say.
+    /// The measured capacitances: with a driven guard and no `[measure]`, that of the terminal which the
+    /// guard follows. `None` if the file does not name any.
     pub measured: Option<Measured>,
-    /// Names of bodies that the file gives in another way than [`Case::bodies`]: as surfaces or outlines where all bodies turned out to
-    /// consist of boxes, as surfaces where all turned out to be outlines pulled along one axis.
+    /// The names of bodies that the file gives in another form than [`Case::bodies`]: as surfaces or outlines
+    /// where all bodies turned out to consist of boxes, as surfaces where all turned out to be extruded along
+    /// one axis.
     pub recognised: Vec<String>,
-    /// The mesh that [`Case::bodies`] are physical groups of; `None` where they are shapes.
+    /// The mesh whose physical groups are the [`Case::bodies`]; `None` where these are shapes.
     pub mesh: Option<ImportedMesh>,
-    /// The space around the bodies; present exactly when a capacitance is asked for.
+    /// The space around the bodies; present exactly when a capacitance is computed.
     pub surroundings: Option<Surroundings>,
-    /// How accurately the capacitance is computed; present exactly when a capacitance is asked for.
+    /// The accuracy of the capacitance, and its solver; present exactly when a capacitance is computed.
     pub electrostatics: Option<Electrostatics>,
-    /// Points that were measured; only with a load and a capacitance.
+    /// Measured points; only with a load and a capacitance.
     pub measured_points: Option<MeasuredPoints>,
 }
 
-/// Points that were measured.
+/// Measured points of a capacitance under load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredPoints {
-    /// The file that they are from, as the case file has it.
+    /// The file of the points, as the case file names it.
     pub file: String,
     /// The quantity of their loads.
     pub load: MeasuredLoad,
-    /// In the order of the file, as they were measured; never empty.
+    /// The points as measured, in the order of the file, at least one.
     pub points: Vec<MeasuredPoint>,
-    /// The effect of the meter and its wires on them.
+    /// The effect of the meter and its wires on the points.
     pub correction: Correction,
 }
 
 impl MeasuredPoints {
-    /// The points with the correction taken off: loads on the layer, capacitances of what the case describes.
+    /// The points without the effect of the meter: loads on the layer, and capacitances of the bodies in the
+    /// case.
     pub fn corrected(&self) -> Vec<MeasuredPoint> {
         let Correction { offset, parasitic, gain } = self.correction;
         let corrected = |point: &MeasuredPoint| MeasuredPoint {
@@ -84,15 +88,15 @@ impl MeasuredPoints {
     }
 }
 
-/// How a measured point differs from what the case describes: its load is larger by `offset`, and its capacitance is `gain` times that
-/// of the case, plus `parasitic`.
+/// The difference between a measured point and the case: the measured load is larger by `offset`, and the
+/// measured capacitance is `gain` times that of the case, plus `parasitic`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction {
-    /// N, m, or U/H.
+    /// The offset of the load: N, m, or U/H.
     pub offset: f64,
-    /// F.
+    /// The parasitic capacitance, F.
     pub parasitic: f64,
-    /// Above zero.
+    /// The gain, above zero.
     pub gain: f64,
 }
 
@@ -109,12 +113,12 @@ pub enum MeasuredLoad {
     Force,
     /// Displacement U of the layer's top, m.
     Displacement,
-    /// U/H.
+    /// Compression U/H.
     Compression,
 }
 
 impl MeasuredLoad {
-    /// Its name.
+    /// The name of the quantity.
     pub fn name(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -123,7 +127,7 @@ impl MeasuredLoad {
         }
     }
 
-    /// Its SI unit; empty where it has none.
+    /// The SI unit; empty for a number without a unit.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Force => "N",
@@ -133,38 +137,39 @@ impl MeasuredLoad {
     }
 }
 
-/// A point that was measured, in SI units.
+/// A measured point, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredPoint {
-    /// The line of the file, from 1.
+    /// The line of the point in the file, from 1.
     pub line: u64,
-    /// N, m, or U/H: see [`MeasuredLoad`].
+    /// The load: N, m, or U/H, see [`MeasuredLoad`].
     pub load: f64,
-    /// F.
+    /// The capacitance, F.
     pub capacitance: f64,
-    /// Its standard deviation, F; positive. `None` where it is not known.
+    /// The standard deviation of the capacitance, F; positive. `None` where it is not known.
     pub deviation: Option<f64>,
 }
 
 impl Case {
-    /// Whether the layer is a foam: its permittivity follows the compression, or its force is by a law of foams.
+    /// Whether the layer is a foam: its permittivity depends on the compression, or its force follows a foam
+    /// law.
     pub fn is_foam(&self) -> bool {
         self.layer.as_ref().is_some_and(|layer| layer.foam.is_some() || layer.has_foam_law())
     }
 
-    /// Whether the layer is a foam without a law of foams, so that no model here has its force.
+    /// Whether the layer is a foam without a foam law, so that no model gives its force.
     pub fn lacks_force(&self) -> bool {
         self.layer.as_ref().is_some_and(|layer| layer.foam.is_some() && !layer.has_foam_law())
     }
 
-    /// The name of the file, without its folder.
+    /// The name of the case file, without its folder.
     pub fn file_name(&self) -> String {
         self.source
             .file_name()
             .map_or_else(|| self.source.display().to_string(), |name| name.to_string_lossy().into_owned())
     }
 
-    /// How what is attached is moved at a step.
+    /// The displacement of the attached bodies at a step.
     pub fn pose(&self, step: usize) -> Pose {
         self.poses.get(step).copied().unwrap_or_default()
     }
@@ -179,7 +184,7 @@ impl Case {
         self.electrodes.is_some() || self.bodies.iter().any(Body::is_conductor)
     }
 
-    /// Whether all fixed bodies are boxes, sheets and slabs, as the box solver takes them.
+    /// Whether all fixed bodies are boxes, sheets and slabs, which the box solver requires.
     pub fn has_only_boxes(&self) -> bool {
         self.bodies.iter().all(|body| body.boxes().is_some())
     }
@@ -188,11 +193,11 @@ impl Case {
 /// A volume mesh that a case file names, with the roles that the case gives its groups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedMesh {
-    /// As the case file has it.
+    /// The file of the mesh, as the case file names it.
     pub file: String,
     /// The tetrahedra around the conductors.
     pub tets: TetMesh,
-    /// Groups of volumes that no body names, filled with the surroundings.
+    /// The groups of volumes that no body names; the medium of the surroundings fills them.
     pub unnamed: Vec<String>,
 }
 
@@ -203,20 +208,21 @@ pub struct Layer {
     pub thickness: f64,
     /// Undeformed half-length along x1, m; the closed form does not use it.
     pub half_length: Option<f64>,
-    /// eps_r, at rest; present whenever a capacitance is asked for.
+    /// eps_r at rest; present whenever a capacitance is computed.
     pub relative_permittivity: Option<f64>,
-    /// The foam, whose eps_r grows with the compression; `None` where eps_r is the same under every load.
+    /// The foam, whose eps_r grows with the compression; `None` for an eps_r that does not depend on the
+    /// load.
     pub foam: Option<Foam>,
     /// The material; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
     pub material: Option<HyperelasticLaw>,
-    /// The measured stress of a foam, in place of a material.
+    /// The measured stress of a foam, instead of a material.
     pub stress_table: Option<StressTable>,
-    /// kappa, Pa; `None` for an incompressible material. Only finite elements know it.
+    /// kappa, Pa; `None` for an incompressible material. Only finite elements use it.
     pub bulk_modulus: Option<f64>,
 }
 
 impl Layer {
-    /// eps_r at a compression U/H that is the same everywhere.
+    /// eps_r at a uniform compression U/H.
     pub fn permittivity_at(&self, compression: f64) -> Option<f64> {
         match self.foam {
             Some(foam) => Some(foam.relative_permittivity(self.volume_ratio(compression))),
@@ -224,12 +230,13 @@ impl Layer {
         }
     }
 
-    /// Whether a law of foams says what force the layer takes.
+    /// Whether a foam law gives the force on the layer.
     pub fn has_foam_law(&self) -> bool {
         self.stress_table.is_some() || matches!(self.material, Some(HyperelasticLaw::Hyperfoam { .. }))
     }
 
-    /// Whether the layer is a foam that does not get wider where it is pressed: of the same width in plane strain and in three dimensions.
+    /// Whether the layer is a foam that does not widen under compression, so that plane strain and three
+    /// dimensions agree.
     pub fn gets_no_wider(&self) -> bool {
         match &self.material {
             Some(HyperelasticLaw::Hyperfoam { terms }) => terms.iter().all(|term| term.poisson_ratio == 0.0),
@@ -237,7 +244,7 @@ impl Layer {
         }
     }
 
-    /// J of a foam at a compression U/H that is the same everywhere. Only a hyperfoam says how much wider it gets; others get no wider.
+    /// J of a foam at a uniform compression U/H. Only a hyperfoam may widen.
     fn volume_ratio(&self, compression: f64) -> f64 {
         let lateral = match &self.material {
             Some(HyperelasticLaw::Hyperfoam { terms }) => pressed_freely(terms, compression).lateral_stretch,
@@ -247,12 +254,12 @@ impl Layer {
     }
 }
 
-/// A foam that gets denser under load.
+/// A foam whose density grows under load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foam {
-    /// eps_r of what it is made of.
+    /// eps_r of the solid.
     pub solid_permittivity: f64,
-    /// Share of its volume at rest that is solid, above 0 and at most 1.
+    /// The volume fraction of the solid at rest, above 0 and at most 1.
     pub solid_fraction: f64,
 }
 
@@ -269,7 +276,7 @@ impl Foam {
 /// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Electrodes {
-    /// Whether the two lie side by side or one above the other.
+    /// The layout: side by side or one above the other.
     pub layout: Layout,
     /// The gap D between the facing surfaces, m: along x1 for an in-plane pair, along x2 for a stacked one.
     pub gap: f64,
@@ -281,12 +288,12 @@ pub struct Electrodes {
     pub width: f64,
     /// The height S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
     pub height: f64,
-    /// How stiff the electrodes are.
+    /// The stiffness of the electrodes.
     pub stiffness: Stiffness,
 }
 
 impl Electrodes {
-    /// Names of the two, in the order of [`Electrodes::regions`].
+    /// The names of the two electrodes, in the order of [`Electrodes::regions`].
     pub fn names(&self) -> [&'static str; 2] {
         match self.layout {
             Layout::InPlane => ["electrode-left", "electrode-right"],
@@ -294,7 +301,7 @@ impl Electrodes {
         }
     }
 
-    /// Where the two are before the layer deforms: left and right, or lower and upper.
+    /// The boxes of the two electrodes before the layer deforms: left and right, or lower and upper.
     pub fn regions(&self) -> [Box3; 2] {
         let Self { gap, length, thickness, width, height, .. } = *self;
         let x3 = width / 2.0;
@@ -324,35 +331,36 @@ impl Electrodes {
 pub struct FieldIndenter {
     /// A conductor, with its potential, or a dielectric.
     pub role: Role,
-    /// How tall a punch or a plate is, m; `None` for as tall as it is wide along x1.
+    /// The height of a punch or a plate, m; `None` for its width along x1.
     pub height: Option<f64>,
 }
 
 impl FieldIndenter {
-    /// Its name among the bodies of a scene.
+    /// The name of the indenter among the bodies of a scene.
     pub const NAME: &'static str = "indenter";
 }
 
-/// How bodies are moved besides what the load does to them.
+/// The displacement of attached bodies at a step, besides that by the load.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
-    /// The distance of the indenter, with what is attached to it, from the surface of the layer, m; zero from contact on.
+    /// The distance of the indenter, with the bodies attached to it, from the surface of the layer, m; zero
+    /// from contact on.
     pub distance: f64,
     /// The shift along x1 and along x3, m.
     pub shift: [f64; 2],
-    /// The angles of the tilt about x3 and about x1, right-handed, radians. Both axes pass through the middle of the lower side of all that is
-    /// moved.
+    /// The angles of the tilt about x3 and about x1, right-handed, radians. Both axes pass through the middle
+    /// of the lower side of all moved bodies.
     pub tilt: [f64; 2],
 }
 
 impl Pose {
-    /// Whether nothing is shifted or tilted, at whatever distance.
+    /// Whether there is neither shift nor tilt, at any distance.
     pub fn is_aligned(&self) -> bool {
         self.shift == [0.0; 2] && self.tilt == [0.0; 2]
     }
 }
 
-/// How the pair is laid out.
+/// The layout of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// Two coplanar electrodes side by side along x1.
@@ -364,17 +372,18 @@ pub enum Layout {
 /// The stiffness of the electrodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stiffness {
-    /// They keep their thickness. Also where there is no load and the file does not say.
+    /// Electrodes of constant thickness. Also without a load, if the file gives no stiffness.
     Rigid,
     /// Incompressible neo-Hookean with this shear modulus, Pa.
     ShearModulus(f64),
 }
 
-/// How the layer's deformation is computed.
+/// The mechanical model of the layer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mechanics {
-    /// The closed-form solution of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-    /// for a MEMS tactile sensor application", whose equation numbers these are.
+    /// The closed-form solution of the paper "Large deformation mechanics of a soft elastomeric layer under
+    /// compressive loading for a MEMS tactile sensor application"; the equation numbers below are those of
+    /// the paper.
     ClosedForm {
         /// L in eq. (50), m.
         contact_half_length: f64,
@@ -390,12 +399,12 @@ pub enum Mechanics {
 }
 
 impl Mechanics {
-    /// Whether it is one of the finite-element models.
+    /// Whether the model is one of the finite-element models.
     pub fn is_finite_element(&self) -> bool {
         matches!(self, Self::PlaneStrain(_) | Self::Solid(_))
     }
 
-    /// Whether what presses covers the whole top of the layer, which then stays flat.
+    /// Whether the indenter covers the whole top of the layer, which then stays flat.
     pub fn covers_all(&self) -> bool {
         match self {
             Self::ClosedForm { .. } => true,
@@ -405,25 +414,26 @@ impl Mechanics {
     }
 }
 
-/// Where the shear length, L in eq. (45) of the paper, comes from.
+/// The source of the shear length, L in eq. (45) of the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ShearLength {
-    /// The file gives it, m.
+    /// The shear length that the file gives, m.
     Given(f64),
-    /// Found at each compression from finite elements of the layer under a sharp punch of the contact's length.
+    /// The shear length at each compression from finite elements of the layer under a sharp punch of the
+    /// contact's length.
     FiniteElement,
 }
 
-/// The layer by finite elements in plane strain. Lengths in m.
+/// The plane-strain finite-element model of the layer. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneStrain {
-    /// The load.
+    /// The indenter.
     pub indenter: Indenter,
     /// The boundary condition at the layer's end.
     pub end: LayerEnd,
     /// Width of the layer along x3.
     pub width: f64,
-    /// Relative discretisation error of the force to reach; in (0, 1).
+    /// The relative discretisation error of the force to be reached; in (0, 1).
     pub relative_tolerance: f64,
 }
 
@@ -436,35 +446,35 @@ pub enum Indenter {
     FlatPunch {
         /// Half of its width along x1.
         half_width: f64,
-        /// Radius of its corners; zero for a sharp one, as all are that are held or bonded.
+        /// Radius of its corners; zero for sharp corners, which held and bonded punches always have.
         corner_radius: f64,
-        /// How it touches the layer.
+        /// The contact with the layer.
         contact: PunchContact,
-        /// Its middle, along x1 from the middle of the layer.
+        /// The middle of the punch, along x1 from the middle of the layer.
         position: f64,
     },
     /// A cylinder with its axis along x3.
     Cylinder {
-        /// Its radius.
+        /// The radius of the cylinder.
         radius: f64,
-        /// Its middle, along x1 from the middle of the layer.
+        /// The middle of the cylinder, along x1 from the middle of the layer.
         position: f64,
     },
 }
 
-/// How a flat punch touches the layer.
+/// The contact between a flat punch and the layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PunchContact {
-    /// Contact without friction: what lies under the punch may slide around its corners.
+    /// Contact without friction: material under the punch may slide around its corners.
     Smooth,
     /// The layer sticks to the face.
     Bonded,
-    /// No contact: the patch that lies under the punch at rest is moved down, and slides sideways without friction, past the width of
-    /// the punch too.
+    /// No contact: the patch under the punch at rest is moved down, and slides sideways without friction,
+    /// also beyond the width of the punch.
     Held,
 }
 
-/// The layer by finite elements in three dimensions. Lengths in m.
+/// The three-dimensional finite-element model of the layer. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
     /// The indenter, above the middle of the layer.
@@ -473,9 +483,9 @@ pub struct Solid {
     pub end: LayerEnd,
     /// Width of the layer along x3.
     pub width: f64,
-    /// The boundary condition at its sides.
+    /// The boundary condition at the layer's sides.
     pub side: LayerSide,
-    /// Relative discretisation error of the force to reach; in (0, 1).
+    /// The relative discretisation error of the force to be reached; in (0, 1).
     pub relative_tolerance: f64,
 }
 
@@ -484,30 +494,30 @@ pub struct Solid {
 pub enum SolidIndenter {
     /// A smooth plate over the whole layer.
     WholeTop,
-    /// A flat-faced punch all along x3; smooth ones have rounded corners, the others sharp ones.
+    /// A flat-faced punch all along x3, with rounded corners if it is smooth, otherwise with sharp ones.
     FlatPunch {
         /// Half of its width along x1.
         half_width: f64,
-        /// Radius of its corners; zero for a sharp one, as all are that are held or bonded.
+        /// Radius of its corners; zero for sharp corners, which held and bonded punches always have.
         corner_radius: f64,
-        /// How it touches the layer.
+        /// The contact with the layer.
         contact: PunchContact,
     },
     /// A flat-faced, smooth punch with an end along x3 as well.
     Block {
-        /// Half of its widths along x1 and along x3.
+        /// Half of its width along x1 and of its depth along x3.
         half_widths: [f64; 2],
         /// Radius of its edges, above zero and at most the half widths.
         corner_radius: f64,
     },
     /// A cylinder with its axis along x3.
     Cylinder {
-        /// Its radius.
+        /// The radius of the cylinder.
         radius: f64,
     },
     /// A sphere.
     Sphere {
-        /// Its radius.
+        /// The radius of the sphere.
         radius: f64,
     },
 }
@@ -515,20 +525,20 @@ pub enum SolidIndenter {
 /// The boundary condition at the layer's sides along x3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerSide {
-    /// Like the end.
+    /// The same condition as at the end.
     Free,
-    /// The layer goes on as in a mirror: no motion along x3.
+    /// Mirror symmetry: no motion along x3, as if the layer continued.
     Symmetric,
 }
 
 /// The boundary condition at the layer's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerEnd {
-    /// Free of traction all the way.
+    /// Free of traction all over.
     Free,
-    /// Free, and what folds over rests on the plane of the substrate.
+    /// Free of traction; where the end folds over, it rests on the plane of the substrate.
     FreeOnSubstrate,
-    /// The layer goes on: no motion along x1.
+    /// No motion along x1, as if the layer continued.
     Far,
 }
 
@@ -542,7 +552,7 @@ pub enum Load {
 }
 
 impl Load {
-    /// How many steps there are.
+    /// The number of steps.
     pub fn steps(&self) -> usize {
         match self {
             Self::Compression(steps) | Self::Force(steps) => steps.len(),
@@ -555,14 +565,14 @@ impl Load {
 pub struct Surroundings {
     /// The condition on the outer walls.
     pub boundary: Wall,
-    /// eps_r wherever nothing else is.
+    /// eps_r outside of all bodies.
     pub relative_permittivity: f64,
-    /// Where the walls are.
+    /// The position of the walls.
     pub extent: Extent,
 }
 
 impl Surroundings {
-    /// Whether infinity, a wall or a plane beside the layer is at potential zero.
+    /// Whether the potential is zero at infinity, at a wall or at a plane beside the layer.
     pub(super) fn has_ground(&self) -> bool {
         let planes = match &self.extent {
             Extent::AroundLayer { below, above, .. } => [Some(below), Some(above)],
@@ -571,14 +581,14 @@ impl Surroundings {
         self.boundary != Wall::Insulated || planes.into_iter().flatten().any(|face| *face == Face::Grounded)
     }
 
-    /// Where the field of bodies that are shapes without a layer ends, and the wall there: at a shell, at the walls of the case,
-    /// or nowhere. `None` around a layer, whose walls follow from it.
+    /// The end of the field around bodies of any shape without a layer, and the wall there: at a shell, at
+    /// the walls of the case, or nowhere. `None` around a layer, whose walls follow from it.
     pub fn end_without_layer<'a>(&self, bodies: impl IntoIterator<Item = &'a Body>) -> Option<(Box3, Wall)> {
         let mut parts = bodies.into_iter().flat_map(|body| &body.parts);
         let hollow = parts.find(|part| matches!(part, Shape::Shell { .. })).and_then(Shape::bounds);
         match (hollow, &self.extent) {
             (Some(Box3 { min, max }), _) => {
-                // A mesh needs room around the hollow, which is dropped again.
+                // The mesher needs room around the hollow; the tetrahedra there are dropped afterwards.
                 let room = 0.5 * (max[0] - min[0]);
                 let domain = Box3 { min: min.map(|x| x - room), max: max.map(|x| x + room) };
                 Some((domain, Wall::Grounded))
@@ -590,12 +600,13 @@ impl Surroundings {
     }
 }
 
-/// Where the outer walls are.
+/// The position of the outer walls.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Extent {
-    /// No layer: [`Wall::Open`], and there are none; or at a shell, or at the outer faces of [`Case::mesh`].
+    /// No layer, and no walls with [`Wall::Open`]; otherwise the walls are at a shell, or at the outer faces
+    /// of [`Case::mesh`].
     Everywhere,
-    /// No layer, insulated or grounded: the faces of this box, in which all bodies lie.
+    /// No layer: the insulated or grounded faces of this box, which contains all bodies.
     Walls(Box3),
     /// Around the layer.
     AroundLayer {
@@ -612,37 +623,41 @@ pub enum Extent {
 /// The medium against a face of the layer, or the end of the field there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Face {
-    /// No flux through it: the field ends there.
+    /// A plane without flux, where the field ends.
     Insulated,
-    /// At potential zero: the field ends there.
+    /// A plane at potential zero, where the field ends.
     Grounded,
-    /// A dielectric; behind it a wall, or space with [`Surroundings::relative_permittivity`] if that is open.
+    /// A dielectric, with a wall behind it, or with space of [`Surroundings::relative_permittivity`] if the
+    /// wall is open.
     Medium {
-        /// eps_r.
+        /// eps_r of the dielectric.
         relative_permittivity: f64,
-        /// m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
+        /// The thickness, m; `None` for infinitely thick, only if the boundary is [`Wall::Open`].
         thickness: Option<f64>,
-        /// The wall behind it: [`Surroundings::boundary`] unless the file says.
+        /// The wall behind the dielectric: [`Surroundings::boundary`] by default.
         then: Wall,
     },
 }
 
-/// How accurately the capacitance is computed.
+/// The accuracy of the capacitance, and its solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Electrostatics {
-    /// (upper - lower)/value to reach, or the estimated relative error if `bounds` is false; in (0, 1).
+    /// The tolerance of (upper - lower)/value, or of the estimated relative error if `bounds` is false; in
+    /// (0, 1).
     pub relative_tolerance: f64,
-    /// upper - lower that is enough however small the capacitance, F, or the estimated error; above zero. `None` where only the relative
-    /// tolerance counts.
+    /// The tolerance of upper - lower, F, or of the estimated error, which suffices however small the
+    /// capacitance is; above zero. `None` if only the relative tolerance counts.
     pub absolute_tolerance: Option<f64>,
-    /// (upper - lower)/value of the change against the first load step to reach, in (0, 1); only with bounds and at least two load
-    /// steps. `None` where the change is not asked for by itself.
+    /// The tolerance of (upper - lower)/value of the change against the first load step, in (0, 1); only with
+    /// bounds and at least two load steps. `None` if the change has no tolerance.
     pub change_tolerance: Option<f64>,
     /// Whether a lower and an upper bound are proved.
     pub bounds: bool,
-    /// The solver asked for; `None` for the box solver where it can take the scene, otherwise the solver on tetrahedra.
+    /// The requested solver; `None` for the box solver where it suits the scene, otherwise the solver on
+    /// tetrahedra.
     pub solver: Option<FieldSolver>,
-    /// Order of the potentials on tetrahedra, 1 to 3; `None` for the solver's own choice, and for the box solver.
+    /// The polynomial order of the potentials on tetrahedra, 1 to 3; `None` to let the solver choose, and for
+    /// the box solver.
     pub order: Option<u8>,
 }
 
@@ -651,7 +666,7 @@ pub struct Electrostatics {
 pub enum FieldSolver {
     /// The box solver, for axis-aligned boxes and sheets.
     Boxes,
-    /// The solver for extruded scenes: outlines pulled along one axis.
+    /// The solver for scenes of bodies extruded along one axis.
     Extruded,
     /// The solver on tetrahedra, for any shape.
     Tetrahedra,

@@ -1,7 +1,8 @@
-//! Overrides: the text of a case file with one value changed, by the path of its key.
+//! Overrides one value in the text of a case file, by the path of its key.
 //!
-//! The text is edited and not the case, so that whatever can be written in a file can be overridden, and validation has the last word.
-//! Paths relative to the case file keep their meaning if the new text is read by [`parse`](super::parse) with the file's own path.
+//! The override edits the text instead of the case, so that everything in a file can be overridden, and
+//! validation decides. Relative paths in the case file keep their meaning if [`parse`](super::parse) gets the
+//! path of the original file with the new text.
 
 mod edit;
 mod key_path;
@@ -11,17 +12,17 @@ use toml_edit::{DocumentMut, Value};
 use super::diagnostics::shown;
 use key_path::KeyPath;
 
-/// Why a value of a case file cannot be overridden.
+/// The reason why a value of a case file cannot be overridden.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("cannot set `{path}`: {kind}")]
 pub struct OverrideError {
-    /// The path as it was given, fit for one line of a message.
+    /// The given path, shortened to one line of a message.
     pub path: String,
-    /// The error, with its cure.
+    /// The error, with its remedy.
     pub kind: OverrideErrorKind,
 }
 
-/// The error of an override. Each text says what would be right.
+/// The kinds of errors of an override. Each text says what would be right.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OverrideErrorKind {
@@ -40,54 +41,54 @@ pub enum OverrideErrorKind {
     /// Square brackets without a number.
     #[error("`{0}` is not the number of an entry; entries are counted from 0, such as `conductor[0].name`")]
     BadIndex(String),
-    /// More tables and arrays inside each other than a case file has.
+    /// More nested tables and arrays than a case file has.
     #[error("the path has more than {max} parts; no key of a case file is that deep")]
     TooDeep {
         /// The largest number of parts.
         max: usize,
     },
-    /// A key where the file has an array.
+    /// A key in place of the number of an entry of an array.
     #[error("`{at}` is an array with {length} entries; say which one, such as `{at}[0]`, counted from 0")]
     IndexMissing {
-        /// Where the array is.
+        /// The path of the array.
         at: String,
-        /// How many entries it has.
+        /// The number of its entries.
         length: usize,
     },
-    /// The number of an entry where the file has something else than an array.
+    /// The number of an entry for a value that is not an array.
     #[error("`{at}` is {found} and has no entries; leave out the number in brackets")]
     NoArray {
-        /// Where it is.
+        /// The path of the value.
         at: String,
         /// The kind of value there, with its article.
         found: &'static str,
     },
-    /// The number of an entry of an array that is not there.
+    /// The number of an entry of an array that does not exist.
     #[error("the case has no array `{0}` whose entry could be set; set the array as a whole")]
     AbsentArray(String),
-    /// An entry that the array does not have.
+    /// An entry beyond the end of an array.
     #[error("`{at}` has {length} entries, counted from 0; set the array as a whole to give it more")]
     NoEntry {
-        /// Where the array is.
+        /// The path of the array.
         at: String,
-        /// How many entries it has.
+        /// The number of its entries.
         length: usize,
     },
-    /// A key inside a plain value.
+    /// A key below a plain value.
     #[error("`{at}` is {found} and not a table, so it holds no keys; set `{at}` itself")]
     NoTable {
-        /// Where it is.
+        /// The path of the value.
         at: String,
         /// The kind of value there, with its article.
         found: &'static str,
     },
-    /// Nothing to set.
+    /// An empty value.
     #[error("the value is empty; for an empty text write `\"\"`")]
     EmptyValue,
-    /// A value that begins as a text in quotes, an array or a table and goes on as none.
+    /// A value that begins like a quoted text, an array or a table, but is not valid TOML.
     #[error("the value `{value}` is not valid TOML: {why}")]
     BadValue {
-        /// The value as it was given, fit for one line of a message.
+        /// The given value, shortened to one line of a message.
         value: String,
         /// The message of the parser.
         why: String,
@@ -97,18 +98,19 @@ pub enum OverrideErrorKind {
     NotToml(String),
 }
 
-/// The text of a case file with the value at `path` replaced or added; comments and the order of keys are kept. Lines of the result end with a
-/// line feed alone.
+/// The text of a case file with the value at `path` replaced or added. Comments and the order of keys are
+/// kept; lines of the result end with a line feed.
 ///
-/// `path` is dotted, with the numbers of entries of arrays in brackets: `layer.thickness`, `conductor[0].box.min[1]`. A key with other
-/// characters than `A-Z a-z 0-9 _ -` stands in quotes. Tables on the way that do not exist are made. `value` is TOML; what is not TOML is
-/// taken as a text: `40 um` is the same as `"40 um"`.
+/// `path` is dotted, with the numbers of entries of arrays in brackets: `layer.thickness`,
+/// `conductor[0].box.min[1]`. A key with other characters than `A-Z a-z 0-9 _ -` stands in quotes. Missing
+/// tables in the path are made. `value` is TOML; anything else is taken as a text: `40 um` is the same as
+/// `"40 um"`.
 ///
-/// Whether the key exists and the value fits is told by [`parse`](super::parse) of the result.
+/// Only [`parse`](super::parse) of the result checks that the key exists and the value fits.
 ///
 /// # Errors
-/// A path that cannot be read or does not fit the tables and arrays of the file, a value that begins like TOML (`"`, `'`, `[`, `{`) and is
-/// none, or a source that is not TOML.
+/// A path that cannot be read or does not fit the tables and arrays of the file, a value that begins like
+/// TOML (`"`, `'`, `[`, `{`) and is not valid, or a source that is not TOML.
 ///
 /// ```
 /// let source = "[electrodes.in_plane_pair]\ngap = \"50 um\"   # face to face\n";
@@ -127,8 +129,9 @@ pub fn with_value(source: &str, path: &str, value: &str) -> Result<String, Overr
     set().map_err(|kind| OverrideError { path: shown(path), kind })
 }
 
-/// The value at `path` as it is written in the text of a case file, without comments: `"50 um"` with its quotation marks, `1e-3`. `None` if the
-/// file does not have it, or has a table or an array of tables under a header of its own there.
+/// The value at `path` as the text of a case file has it, without comments: `"50 um"` with its quotation
+/// marks, `1e-3`. `None` if the file does not have it, or has a table or an array of tables under a header
+/// there.
 ///
 /// # Errors
 /// As for [`with_value`].
@@ -141,8 +144,8 @@ pub fn value_at(source: &str, path: &str) -> Result<Option<String>, OverrideErro
     get().map_err(|kind| OverrideError { path: shown(path), kind })
 }
 
-/// The files that the text of a case names, in the order of the text and each once: all texts under a key `file`. Relative ones are relative to
-/// the folder of the case file. Empty where the text is not TOML.
+/// The files that the text of a case names, that is all texts under a key `file`, each once and in the order
+/// of the text. Relative paths are relative to the folder of the case file. Empty if the text is not TOML.
 pub fn files_of(source: &str) -> Vec<String> {
     let mut found = Vec::new();
     if let Ok(document) = read_document(source) {
@@ -160,7 +163,7 @@ fn read_document(source: &str) -> Result<DocumentMut, OverrideErrorKind> {
     })
 }
 
-/// TOML, or a text without quotation marks.
+/// The value as TOML, or as a text without quotation marks.
 fn read_value(text: &str) -> Result<Value, OverrideErrorKind> {
     let text = text.trim();
     if text.is_empty() {

@@ -1,4 +1,4 @@
-//! Quantities with a unit and numbers without one, each of a kind that says what it may be.
+//! Quantities with a unit and numbers without one, each of a kind with its limits.
 
 use std::marker::PhantomData;
 
@@ -10,7 +10,7 @@ use super::diagnostics::{Diagnostic, shown};
 use super::reader::{FromToml, Log, Node, alternatives};
 use super::units::{self, Dimension, NotAQuantity};
 
-/// Which signs a quantity may have.
+/// The allowed signs of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sign {
     Any,
@@ -22,11 +22,11 @@ pub(super) enum Sign {
 pub(super) trait QuantityKind {
     const DIMENSION: Dimension;
     const SIGN: Sign;
-    /// The unit to propose where the file shows none of this dimension.
+    /// The proposed unit if the file has none of this dimension.
     const UNIT: &'static str;
-    /// A number to propose.
+    /// The proposed number.
     const SAMPLE: &'static str;
-    /// Smallest and largest magnitude other than zero that the program computes with, in SI units.
+    /// Smallest and largest allowed magnitude other than zero, in SI units.
     const LIMITS: [f64; 2];
     /// The limits in words.
     const LIMITS_SHOWN: &'static str;
@@ -53,7 +53,7 @@ macro_rules! lengths {
 lengths! {
     /// A coordinate.
     PositionKind: Any, "0";
-    /// The size of something that exists.
+    /// The size of a body, greater than zero.
     SizeKind: Positive, "100";
     /// A height that may be zero.
     HeightKind: NonNegative, "100";
@@ -78,9 +78,9 @@ macro_rules! pressures {
 }
 
 pressures! {
-    /// A modulus that carries the material by itself.
+    /// A modulus that must be positive.
     ModulusKind: Positive;
-    /// A material constant that may vanish beside another.
+    /// A material constant that may vanish beside another one.
     ConstantKind: NonNegative;
     /// A material constant of either sign.
     SignedConstantKind: Any;
@@ -146,7 +146,7 @@ impl QuantityKind for AngleKind {
     const LIMITS_SHOWN: &'static str = "-90 deg to 90 deg";
 }
 
-/// How the help for a number without a unit begins where several units make sense.
+/// The beginning of the help for a number without a unit if several units make sense.
 pub(super) const UNIT_MEANT: &str = "write the unit that is meant";
 
 /// A quantity of kind `K` in SI units.
@@ -169,17 +169,19 @@ pub(super) type SignedCapacitance = Quantity<SignedCapacitanceKind>;
 pub(super) type Capacitance = Quantity<CapacitanceKind>;
 
 impl<K: QuantityKind> Quantity<K> {
-    /// One that no file says, in SI units.
+    /// A quantity with a value in SI units that does not come from a file.
     pub(super) fn of(si: f64) -> Self {
         Self { si, kind: PhantomData }
     }
 
-    /// A bare number with the unit of others in the file, or of usual values. It may have been meant in another one.
+    /// A bare number with the most frequent unit of the file, or a usual one. Another unit may have been
+    /// meant.
     fn with_unit(number: &str, log: &Log<'_>) -> String {
         format!("\"{number} {}\"", log.usual_unit(K::DIMENSION).unwrap_or(K::UNIT))
     }
 
-    /// The text to write in place of a bare number: the number with each unit that gives a sensible value, and what that value is.
+    /// The texts to write instead of a bare number: the number with each unit that gives a sensible value,
+    /// and that value.
     fn units_for(number: &str, node: Node<'_>, log: &Log<'_>) -> String {
         let meant = units::meant(number, K::DIMENSION);
         let written = match meant.as_slice() {
@@ -232,7 +234,7 @@ impl<K: QuantityKind> Quantity<K> {
             );
             return None;
         }
-        // Minus zero would print as such.
+        // Minus zero would be printed with its sign.
         Some(Self { si: si + 0.0, kind: PhantomData })
     }
 
@@ -288,7 +290,7 @@ fn si_unit(dimension: Dimension) -> &'static str {
     }
 }
 
-/// A bare TOML number as text, if it is one that a unit can be put behind.
+/// A bare TOML number as text, if a unit can follow it.
 fn bare_number(value: &DeValue<'_>) -> Option<String> {
     match value {
         DeValue::Integer(_) => number(value).map(|v| format!("{v}")),
@@ -394,7 +396,7 @@ impl Interval {
 
 /// A kind of number without a unit: its name and its range.
 pub(super) trait NumberKind {
-    /// With its article.
+    /// The name with its article.
     const NAME: &'static str;
     const SAMPLE: &'static str;
     const RANGE: Interval;
@@ -436,7 +438,7 @@ impl NumberKind for CompressionKind {
     }
 }
 
-/// A relative error to reach.
+/// A relative tolerance.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ToleranceKind;
 impl NumberKind for ToleranceKind {
@@ -447,7 +449,7 @@ impl NumberKind for ToleranceKind {
     const REASON: &'static str = "a share of the value; no computation reaches zero";
 }
 
-/// Share of a volume.
+/// A volume fraction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct VolumeFractionKind;
 impl NumberKind for VolumeFractionKind {
@@ -461,7 +463,7 @@ impl NumberKind for VolumeFractionKind {
     }
 }
 
-/// The capacitance that a meter shows, over the true one.
+/// The ratio of the capacitance shown by a meter to the true one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GainKind;
 impl NumberKind for GainKind {
@@ -472,7 +474,7 @@ impl NumberKind for GainKind {
     const REASON: &'static str = "1 is a meter that shows what there is";
 }
 
-/// A compression that is taken off others.
+/// A compression that is subtracted from others.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadShiftKind;
 impl NumberKind for LoadShiftKind {

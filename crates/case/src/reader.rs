@@ -1,7 +1,7 @@
 //! Walks the parsed TOML and turns it into the raw types, collecting every problem on the way.
 //!
-//! A raw type says three things about itself through [`FromToml`]: how it is read, how it is described in a message,
-//! and its JSON Schema. That keeps messages and schema from drifting away from what is accepted.
+//! A raw type defines three things through [`FromToml`]: how it is read, how messages describe it, and its
+//! JSON Schema. That keeps messages and schema consistent with the accepted values.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,25 +13,27 @@ use toml::de::DeValue;
 use super::diagnostics::{Diagnostic, KEPT, shown};
 use super::units::{self, Dimension};
 
-/// A raw type: something that can stand to the right of `=` or under a table header.
+/// A raw type: a value to the right of `=` or a table under a header.
 pub(super) trait FromToml: Sized {
-    /// The kind of value that belongs here, for messages: "a length, such as ...". Empty if this alternative is not to be offered.
+    /// The expected kind of value, for messages: "a length, such as ...". Empty if messages are not to offer
+    /// this alternative.
     fn expected() -> String;
-    /// A right-hand side that would be accepted, for `help:` lines.
+    /// A valid right-hand side, for `help:` lines.
     fn sample(log: &Log<'_>) -> String;
-    /// Whether the value is of the TOML type that this reads, right or wrong in detail.
+    /// Whether the value has the TOML type that this type reads, valid or not.
     fn accepts(value: &DeValue<'_>) -> bool;
-    /// For a value of the wrong TOML type whose meaning can be guessed: the right-hand side that was meant.
+    /// The right-hand side that was probably meant by a value of the wrong TOML type; `None` if it cannot be
+    /// guessed.
     fn mended(_value: &Spanned<DeValue<'_>>, _log: &Log<'_>) -> Option<String> {
         None
     }
-    /// Reads the value; `None` if it could not be, and then the log says why.
+    /// Reads the value; `None` if it is invalid, with the reason in the log.
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self>;
-    /// JSON Schema of what is accepted.
+    /// The JSON Schema of valid values.
     fn schema() -> Value;
 }
 
-/// A value of the file: what was read, if it could be, and where it stands.
+/// A value of the file, if it could be read, and its place.
 #[derive(Debug, Clone)]
 pub(super) struct Read<T> {
     pub(super) span: Range<usize>,
@@ -84,11 +86,11 @@ impl<T: FromToml> Field for Option<Read<T>> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node<'a> {
     pub(super) value: &'a Spanned<DeValue<'a>>,
-    /// The key it is assigned to, or whose array it is an entry of.
+    /// The key of the value, or of the array that it is an entry of.
     pub(super) key: &'a str,
-    /// Whether it is an entry of an array.
+    /// Whether the value is an entry of an array.
     pub(super) entry: bool,
-    /// Dotted path of the table it stands in; empty at the top level.
+    /// The dotted path of the table around it; empty at the top level.
     pub(super) table: &'a str,
 }
 
@@ -98,17 +100,17 @@ impl Node<'_> {
         if self.table.is_empty() { self.key.to_owned() } else { format!("{}.{}", self.table, self.key) }
     }
 
-    /// The value's name in a message: "`gap` in [electrodes.in_plane_pair]".
+    /// The name of the value in a message: "`gap` in [electrodes.in_plane_pair]".
     pub(super) fn place(&self) -> String {
-        let of = if self.entry { "an entry of " } else { "" };
+        let article = if self.entry { "an entry of " } else { "" };
         let key = shown(self.key);
         match self.table {
-            "" => format!("{of}`{key}`"),
-            table => format!("{of}`{key}` {}", within(table)),
+            "" => format!("{article}`{key}`"),
+            table => format!("{article}`{key}` {}", within(table)),
         }
     }
 
-    /// The line, or the part of it, that would be right.
+    /// The line with a right value, or its part from the key on.
     pub(super) fn assign(&self, right: &str) -> String {
         if self.entry { format!("`{right}`") } else { format!("`{} = {right}`", self.key) }
     }
@@ -118,7 +120,7 @@ impl Node<'_> {
     }
 }
 
-/// A table's path as its header is written in the file.
+/// The path of a table as the header has it.
 pub(super) fn header(path: &str) -> String {
     match path {
         "" => "the top level".to_owned(),
@@ -145,7 +147,7 @@ pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The problems found so far, and what messages draw on.
+/// The errors found so far, and the data for messages.
 #[derive(Debug)]
 pub(super) struct Log<'s> {
     source: &'s str,
@@ -156,7 +158,7 @@ pub(super) struct Log<'s> {
 }
 
 impl<'s> Log<'s> {
-    /// A log for a file of which `document` is the content.
+    /// A log for a file with this text and this parsed content.
     pub(super) fn new(source: &'s str, document: &Spanned<DeValue<'_>>) -> Self {
         let mut log =
             Self { source, diagnostics: Vec::new(), unshown: 0, sole: false, units: BTreeMap::new() };
@@ -178,13 +180,13 @@ impl<'s> Log<'s> {
         }
     }
 
-    /// The unit that this file uses most for the dimension, if it uses any.
+    /// The most frequent unit of the dimension in the file, if it has any.
     pub(super) fn usual_unit(&self, dimension: Dimension) -> Option<&str> {
         let counts = self.units.get(&dimension)?;
         counts.iter().max_by_key(|(_, count)| **count).map(|(unit, _)| unit.as_str())
     }
 
-    /// Adds a problem. Of the many parts that one form stands for, a mistake in the form gives one.
+    /// Adds an error. A form stands for many parts, of which each may repeat a mistake; it is reported once.
     pub(super) fn push(&mut self, diagnostic: Diagnostic) {
         if self.sole || self.diagnostics.iter().any(|known| known.is_that_of_another_part(&diagnostic)) {
             return;
@@ -192,7 +194,7 @@ impl<'s> Log<'s> {
         if self.diagnostics.len() < KEPT { self.diagnostics.push(diagnostic) } else { self.unshown += 1 }
     }
 
-    /// A problem that makes all others pointless to report.
+    /// Adds an error that replaces all others.
     pub(super) fn push_sole(&mut self, diagnostic: Diagnostic) {
         self.diagnostics = vec![diagnostic];
         self.unshown = 0;
@@ -203,7 +205,7 @@ impl<'s> Log<'s> {
         self.diagnostics.is_empty()
     }
 
-    /// The number of problems reported so far.
+    /// The number of errors reported so far.
     pub(super) fn len(&self) -> usize {
         self.diagnostics.len()
     }
@@ -212,7 +214,7 @@ impl<'s> Log<'s> {
         self.diagnostics.len() >= KEPT
     }
 
-    /// The last problem, for whoever knows more about it.
+    /// The last error, to be completed by the caller.
     pub(super) fn last_mut(&mut self) -> Option<&mut Diagnostic> {
         self.diagnostics.last_mut()
     }
@@ -221,19 +223,19 @@ impl<'s> Log<'s> {
         (self.diagnostics, self.unshown)
     }
 
-    /// The file's own text at a place.
+    /// The text of the file at a place.
     pub(super) fn text(&self, span: &Range<usize>) -> &'s str {
         self.source.get(span.clone()).unwrap_or("")
     }
 
-    /// Whether nothing but comments and blank lines follows a place.
+    /// Whether only comments and blank lines follow a place.
     pub(super) fn ends_after(&self, at: usize) -> bool {
         self.source.get(at..).is_some_and(|rest| {
             rest.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
         })
     }
 
-    /// The value is of a TOML type that cannot stand here.
+    /// Reports a value of the wrong TOML type.
     pub(super) fn wrong_type<T: FromToml>(&mut self, node: Node<'_>) {
         let found = node.value.get_ref();
         let mut diagnostic =
@@ -246,7 +248,7 @@ impl<'s> Log<'s> {
     }
 }
 
-/// The candidate that `unknown` is most likely a slip of.
+/// The candidate that `unknown` is most likely a misspelling of.
 pub(super) fn nearest<'a>(unknown: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = unknown.chars().count();
     if length > 64 {

@@ -7,8 +7,8 @@ use super::reader::FromToml;
 
 /// The JSON Schema (draft 7) of case files.
 ///
-/// It is built from the types that read the file. What it cannot say, such as that an electrode must fit into the
-/// layer, only [`load`](super::load) checks.
+/// It is built from the types that read the file. Rules that a schema cannot express, such as that an
+/// electrode must fit into the layer, are checked only by [`load`](super::load).
 pub fn json_schema() -> Value {
     let mut schema = Document::schema();
     schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");

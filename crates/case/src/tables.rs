@@ -1,5 +1,5 @@
-//! Tables of known keys: the `table!`, `choice!` and `words!` macros write the reader and the schema of a raw type
-//! from one declaration.
+//! Tables of known keys: the `table!`, `choice!` and `words!` macros generate the reader and the schema of a
+//! raw type from one declaration.
 
 use std::ops::Range;
 
@@ -10,12 +10,12 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::diagnostics::{Diagnostic, shown};
 use super::reader::{Field, FromToml, Log, Node, Read, alternatives, header, kind, nearest, within};
 
-/// The keys that a table may have.
+/// The keys of a table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TableKeys {
-    /// Known to this version.
+    /// The keys that this version reads.
     pub(super) keys: &'static [&'static str],
-    /// Exactly one of these must be there; empty for no such rule.
+    /// Keys of which exactly one must be given; empty for no such rule.
     pub(super) one_of: &'static [&'static str],
     /// Part of the format, but not supported by this version.
     pub(super) later: &'static [&'static str],
@@ -31,12 +31,12 @@ pub(super) struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    /// The whole document.
+    /// The table of the whole document.
     pub(super) fn of_document(table: &'a DeTable<'a>) -> Self {
         Self { table, span: 0..0, path: String::new(), missing: Vec::new() }
     }
 
-    /// The table that `node` must be.
+    /// The table at `node`; any other value is an error.
     pub(super) fn open<T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Self> {
         let DeValue::Table(table) = node.value.get_ref() else {
             let message = format!("{}: expected {}", node.place(), T::expected());
@@ -50,7 +50,7 @@ impl<'a> Entries<'a> {
         Some(Self { table, span: node.span(), path: node.path(), missing: Vec::new() })
     }
 
-    /// Reads one key; a required one that is not there is remembered for [`Entries::close`].
+    /// Reads one key; a missing required key is remembered for [`Entries::close`].
     pub(super) fn field<F: Field>(&mut self, key: &'static str, log: &mut Log<'_>) -> F {
         match self.table.get(key) {
             Some(value) => {
@@ -65,7 +65,7 @@ impl<'a> Entries<'a> {
         }
     }
 
-    /// Says which keys are missing and which do not belong; true if some did not belong.
+    /// Reports missing and unknown keys; true if there were unknown ones.
     pub(super) fn close(self, shape: TableKeys, log: &mut Log<'_>) -> bool {
         let mut meant = Vec::new();
         let mut flawed = false;
@@ -96,7 +96,7 @@ impl<'a> Entries<'a> {
         flawed
     }
 
-    /// Refuses a key that this version does not read. Returns the known key that it seems to stand for.
+    /// Reports a key that this version does not read. Returns the known key that it seems to stand for.
     fn stray_key(
         &self,
         key: &Spanned<DeString<'_>>,
@@ -122,7 +122,7 @@ impl<'a> Entries<'a> {
         }
         let diagnostic = Diagnostic::at(&key.span(), format!("unknown key `{}` {here}", shown(name)))
             .label("not a key that belongs here");
-        // Those that are there already have been written on purpose.
+        // Keys that are given already are not candidates.
         let absent = |key: &&str| self.table.get(*key).is_none();
         let near = nearest(name, shape.keys.iter().chain(shape.later).copied().filter(absent));
         let help = match near {
@@ -176,7 +176,7 @@ impl<'a> Entries<'a> {
     }
 }
 
-/// The key that a field is named after: `r#box` is the key `box`.
+/// The key of a field: `r#box` is the key `box`.
 pub(super) const fn key(field: &'static str) -> &'static str {
     match field.as_bytes() {
         [b'r', b'#', ..] => field.split_at(2).1,
@@ -184,12 +184,12 @@ pub(super) const fn key(field: &'static str) -> &'static str {
     }
 }
 
-/// Lines of a doc comment as one text.
+/// The lines of a doc comment joined to one text.
 pub(super) fn described(lines: &[&str]) -> String {
     lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
 }
 
-/// JSON Schema of a table, built key by key.
+/// The JSON Schema of a table, built key by key.
 #[derive(Debug)]
 pub(super) struct TableSchema {
     properties: Map<String, Value>,
@@ -283,7 +283,7 @@ macro_rules! table {
     };
 }
 
-/// An enum of which each variant is a table of its own name: `[layer.material.neo_hookean]`.
+/// Declares an enum whose variants are tables named by a key: `[layer.material.neo_hookean]`.
 macro_rules! choice {
     (
         $(#[doc = $doc:literal])*
@@ -330,7 +330,7 @@ macro_rules! choice {
     };
 }
 
-/// An enum of which each variant is written as a word.
+/// Declares an enum whose variants are words.
 macro_rules! words {
     (
         $(#[doc = $doc:literal])*
@@ -372,7 +372,7 @@ macro_rules! words {
 
 pub(super) use {choice, table, words};
 
-/// Refuses a word that is not one of those known.
+/// Reports an unknown word.
 pub(super) fn unknown_word(node: Node<'_>, found: &str, words: &[&str], log: &mut Log<'_>) {
     let quoted: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
     let message =

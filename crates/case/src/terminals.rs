@@ -1,33 +1,34 @@
-//! Terminals: conductors on one wire, and what a case file asks to be measured between them.
+//! Terminals, that is conductors on one wire, and the capacitances measured between them.
 
 use elastocap_geometry::scene::{Body, Potential, Role};
 
 /// Conductors on one wire.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terminal {
-    /// Unique among terminals, and no name of a body that does not belong to it.
+    /// The name: unique among terminals, and not that of a body outside of the terminal.
     pub name: String,
-    /// Names of its conductors, electrodes or fixed ones; never empty. None of them floats or belongs to another terminal.
+    /// The names of its conductors, at least one. None of them floats or belongs to another terminal.
     pub conductors: Vec<String>,
-    /// Whether it is at potential zero, so that it has no row in the capacitance matrix.
+    /// Whether the terminal is at potential zero, so that it has no row in the capacitance matrix.
     pub is_grounded: bool,
-    /// The terminal whose potential a driven guard has, if this is one. It is neither grounded nor a guard itself.
+    /// The terminal whose potential the terminal has, if it is a driven guard. That one is neither grounded
+    /// nor a guard.
     pub follows: Option<String>,
 }
 
 impl Terminal {
-    /// Whether a conductor of this name belongs to it.
+    /// Whether a conductor of this name belongs to the terminal.
     pub fn holds(&self, conductor: &str) -> bool {
-        self.conductors.iter().any(|own| own == conductor)
+        self.conductors.iter().any(|name| name == conductor)
     }
 
-    /// Whether two conductors belong to one of `terminals`, so that they may touch.
+    /// Whether two conductors belong to the same one of `terminals`, so that they may touch.
     pub(super) fn joins(terminals: &[Self], first: &str, second: &str) -> bool {
         terminals.iter().any(|terminal| terminal.holds(first) && terminal.holds(second))
     }
 
-    /// Bodies with the conductors of each terminal as one, in the place of the first of them, with their parts in the order of the
-    /// bodies.
+    /// The bodies with the conductors of each terminal joined into one body, in the position of the first of
+    /// them, with the parts in the order of the bodies.
     pub fn join(terminals: &[Self], bodies: Vec<Body>) -> Vec<Body> {
         let mut out: Vec<Body> = Vec::with_capacity(bodies.len());
         for body in bodies {
@@ -54,7 +55,7 @@ impl Terminal {
 pub enum Measured {
     /// Charge over voltage of two terminals with equal and opposite charges.
     TwoTerminal([String; 2]),
-    /// Entries of the Maxwell matrix in the order of the file, never none.
+    /// Entries of the Maxwell matrix in the order of the file, at least one.
     Entries(Vec<MeasuredEntry>),
 }
 
@@ -68,7 +69,8 @@ pub enum MeasuredEntry {
 }
 
 impl Measured {
-    /// Names of the terminals that a capacitance is of; a name comes once for each of its capacitances.
+    /// The names of the terminals of the measured capacitances; a name occurs once for each of its
+    /// capacitances.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let (pair, entries): (&[String], &[MeasuredEntry]) = match self {
             Self::TwoTerminal(pair) => (pair, &[]),

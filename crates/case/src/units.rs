@@ -1,9 +1,9 @@
-//! Quantities as text: `"450 um"`, `"1 MPa"`, `"0.05 N"`.
+//! Parses quantities: `"450 um"`, `"1 MPa"`, `"0.05 N"`.
 //!
 //! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the number before
 //! it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
 
-/// Powers of the SI base units that a quantity carries.
+/// The exponents of the SI base units in a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Dimension {
     pub(super) metre: i32,
@@ -24,10 +24,10 @@ pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
 pub(super) const CAPACITANCE: Dimension = dimension(-2, -1, 4, 2);
 pub(super) const ANGLE: Dimension = Dimension { radian: 1, ..dimension(0, 0, 0, 0) };
 
-/// The one unit that is not a power of ten of an SI unit: an angle of pi / 180.
+/// The only unit that is not a power of ten of an SI unit: an angle of pi / 180.
 const DEGREE: &str = "deg";
 
-/// Dimensions that have a name of their own, for messages.
+/// Dimensions with a name, for messages.
 const NAMED: &[(Dimension, &str)] = &[
     (dimension(0, 0, 0, 0), "a number"),
     (LENGTH, "a length"),
@@ -75,7 +75,7 @@ impl Dimension {
     }
 }
 
-/// Unit symbols, the power of ten that each is of the SI unit of its dimension, and that dimension.
+/// Unit symbols, with the power of ten over the SI unit of the dimension, and the dimension.
 const SYMBOLS: &[(&str, i32, Dimension)] = &[
     ("m", 0, LENGTH),
     ("N", 0, FORCE),
@@ -90,7 +90,7 @@ const SYMBOLS: &[(&str, i32, Dimension)] = &[
     ("rad", 0, ANGLE),
 ];
 
-/// SI prefixes; both code points that print as a mu are accepted, and the letter u.
+/// SI prefixes; mu may be either of two code points or the letter u.
 const PREFIXES: &[(&str, i32)] = &[
     ("a", -18),
     ("f", -15),
@@ -110,41 +110,41 @@ const PREFIXES: &[(&str, i32)] = &[
 ];
 
 /// The regular expression of the units of a dimension, for the JSON Schema.
-pub(super) fn pattern(of: Dimension) -> String {
+pub(super) fn pattern(dimension: Dimension) -> String {
     let prefix = "[afpnu\u{b5}\u{3bc}mcdhkMGT]?";
-    if of == PRESSURE {
+    if dimension == PRESSURE {
         format!("({prefix}Pa|{prefix}N/{prefix}m(\\^2|\u{b2}))")
-    } else if of == ANGLE {
+    } else if dimension == ANGLE {
         format!("({DEGREE}|{prefix}rad)")
     } else {
-        let symbol = SYMBOLS.iter().find(|(_, _, d)| *d == of).map_or("", |(symbol, ..)| symbol);
+        let symbol = SYMBOLS.iter().find(|(_, _, d)| *d == dimension).map_or("", |(symbol, ..)| symbol);
         format!("{prefix}{symbol}")
     }
 }
 
-/// A unit: ten to `power` of the SI unit of `dimension`.
+/// A unit that is ten to `power` times the SI unit of `dimension`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unit {
     pub(super) dimension: Dimension,
     pub(super) power: i32,
 }
 
-/// A quantity as it was written.
+/// A quantity with its text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Quantity<'a> {
-    /// In SI units, finite.
+    /// The value in SI units, finite.
     pub(super) si: f64,
-    /// The number alone, as text.
+    /// The number as text.
     pub(super) number: &'a str,
-    /// The unit alone, as text.
+    /// The unit as text.
     pub(super) unit_text: &'a str,
     pub(super) dimension: Dimension,
 }
 
-/// Why a text is not a quantity.
+/// The reason why a text is not a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NotAQuantity<'a> {
-    /// Nothing that reads as a number at the start.
+    /// The text does not begin with a number.
     NoNumber,
     /// `nan` or `inf`.
     NotFinite,
@@ -152,13 +152,13 @@ pub(super) enum NotAQuantity<'a> {
     TooLarge,
     /// A decimal comma.
     Comma,
-    /// A number and nothing else.
+    /// A number without a unit.
     NoUnit { number: &'a str },
-    /// The unit is not one of those known.
+    /// An unknown unit.
     UnknownUnit { number: &'a str, unit: &'a str },
 }
 
-/// Reads `"number unit"`; the space between the two is optional.
+/// Parses `"number unit"`; the space between the two is optional.
 pub(super) fn parse(text: &str) -> Result<Quantity<'_>, NotAQuantity<'_>> {
     let text = text.trim();
     let (number, rest) = split_number(text);
@@ -183,7 +183,7 @@ pub(super) fn parse(text: &str) -> Result<Quantity<'_>, NotAQuantity<'_>> {
     Ok(Quantity { si, number, unit_text, dimension: unit.dimension })
 }
 
-/// Reads a unit: prefixed symbols with optional powers, multiplied by `*` or a middle dot, divided by `/`.
+/// Parses a unit: prefixed symbols with optional powers, multiplied by `*` or a middle dot, divided by `/`.
 pub(super) fn parse_unit(text: &str) -> Option<Unit> {
     if text.len() > 40 {
         return None;
@@ -202,7 +202,7 @@ pub(super) fn parse_unit(text: &str) -> Option<Unit> {
 }
 
 fn parse_symbol(text: &str) -> Option<Unit> {
-    // The symbol alone goes first: "m" is the metre, "Pa" the pascal.
+    // The symbol without a prefix goes first: "m" is the metre, "Pa" the pascal.
     let plain = |text: &str| {
         SYMBOLS
             .iter()
@@ -262,7 +262,7 @@ fn decimal(number: &str, power: i32) -> Option<f64> {
     format!("{mantissa}e{}", exponent + i64::from(power)).parse().ok()
 }
 
-/// A unit of the dimension that someone who wrote `unknown` probably meant.
+/// A unit of the dimension that `unknown` is probably a misspelling of.
 pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str> {
     const WORDS: &[(&str, &str)] = &[
         ("micron", "um"),
@@ -294,7 +294,8 @@ pub(super) fn nearest_unit(unknown: &str, of: Dimension) -> Option<&'static str>
     })
 }
 
-/// Units in which a bare number may be meant, with the magnitudes of that dimension, in SI units, that a sensor has.
+/// Units that a bare number may be in, with the range of magnitudes of that dimension in a sensor, in SI
+/// units.
 const MEANT: &[(Dimension, &[&str], [f64; 2])] = &[
     (LENGTH, &["um", "mm", "m"], [1e-8, 1e2]),
     (PRESSURE, &["Pa", "kPa", "MPa"], [1.0, 1e13]),
@@ -304,7 +305,8 @@ const MEANT: &[(Dimension, &[&str], [f64; 2])] = &[
     (ANGLE, &[DEGREE, "rad"], [1e-9, std::f64::consts::FRAC_PI_2]),
 ];
 
-/// The units in which a bare number has a sensible value, each with that value if it is written in another way.
+/// The units that give a bare number a sensible value, each with that value if another unit expresses it
+/// better.
 pub(super) fn meant(number: &str, of: Dimension) -> Vec<(&'static str, Option<String>)> {
     let Some((_, units, [low, high])) = MEANT.iter().find(|(dimension, ..)| *dimension == of) else {
         return Vec::new();
@@ -318,7 +320,7 @@ pub(super) fn meant(number: &str, of: Dimension) -> Vec<(&'static str, Option<St
     units.iter().filter_map(value).collect()
 }
 
-/// A value with the prefix that makes it a number from 1 to 1000, to four digits.
+/// A value to four digits, with the prefix that makes it a number from 1 to 1000.
 fn prefixed(si: f64, of: Dimension) -> Option<String> {
     let (symbol, ..) = SYMBOLS.iter().find(|(_, _, dimension)| *dimension == of && of != ANGLE)?;
     let mut prefixes = PREFIXES.iter().filter(|(_, power)| power % 3 == 0).chain(&[("", 0)]);
@@ -429,8 +431,9 @@ mod tests {
     #[test]
     fn a_bare_number_is_offered_with_the_units_that_make_sense_of_it() {
         let shown = |number: &str, of: Dimension| {
-            let all = meant(number, of).into_iter();
-            all.map(|(unit, value)| format!("{unit}={}", value.unwrap_or_default()))
+            let units = meant(number, of).into_iter();
+            units
+                .map(|(unit, value)| format!("{unit}={}", value.unwrap_or_default()))
                 .collect::<Vec<_>>()
                 .join(" ")
         };

@@ -1,4 +1,4 @@
-//! The other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
+//! Reads the other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
 
 use std::ops::RangeInclusive;
 
@@ -23,7 +23,7 @@ fn integer(value: &DeValue<'_>) -> Option<i64> {
     }
 }
 
-/// A whole number in the range; what is `wrong` with any other is logged.
+/// A whole number in the range; `wrong` gives the message for any other.
 fn whole_number<T: FromToml, N: TryFrom<i64>>(
     node: Node<'_>,
     log: &mut Log<'_>,
@@ -73,7 +73,7 @@ impl FromToml for FormatNumber {
                 None
             }
             _ => {
-                // Whatever else looks wrong may be right in that format.
+                // The other errors may be valid in that format.
                 log.push_sole(
                     Diagnostic::at(&node.span(), "this case file is written for a newer elastocap")
                         .label(format!("this version ({version}) reads format {FORMAT}"))
@@ -136,8 +136,8 @@ impl FromToml for Text {
     }
 }
 
-/// Whether a character is one of Unicode's marks for the direction of writing. They have no shape of their own, but the text
-/// around them can be shown in another order than it is stored in, so that one name looks like another.
+/// Whether a character is one of Unicode's marks for the direction of writing. They are invisible, but change
+/// the order in which the text around them is shown, so that one name looks like another.
 fn reorders_text(c: char) -> bool {
     matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -255,7 +255,7 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
         } else if B::accepts(value) {
             let before = log.len();
             let read = B::from_toml(node, log).map(Self::Second);
-            // A text that is neither: name the words beside the quantity.
+            // The message for a text that is neither type also lists the words.
             if let (None, DeValue::String(_), false) = (&read, value, A::expected().is_empty())
                 && log.len() > before
                 && let Some(help) = log.last_mut().and_then(|last| last.help.as_mut())
@@ -286,10 +286,10 @@ fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Rea
             .collect();
         node.assign(&format!("[{}]", texts.join(", ")))
     };
-    let mut told = false;
+    let mut is_reported = false;
     let mut reads = Vec::with_capacity(items.len());
     for (item, mended) in items.iter().zip(&mended) {
-        if log.is_full() || (told && mended.is_some()) {
+        if log.is_full() || (is_reported && mended.is_some()) {
             reads.push(Read { span: item.span(), value: None });
             continue;
         }
@@ -302,7 +302,7 @@ fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Rea
                 *help = format!("write {line}{unit}");
             }
         }
-        told |= mended.is_some();
+        is_reported |= mended.is_some();
     }
     Some(reads)
 }
@@ -318,7 +318,7 @@ impl<T: FromToml> FromToml for Vec<Read<T>> {
         matches!(value, DeValue::Array(_))
     }
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
-        // An array of entries is one already, even where an entry may be an array itself.
+        // A value that is an array already is not wrapped, even where entries may be arrays themselves.
         let is_one = value
             .get_ref()
             .as_array()

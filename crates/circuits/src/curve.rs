@@ -6,71 +6,74 @@
 //! C = P0 (1-t)^3 + 3 P1 t (1-t)^2 + 3 P2 t^2 (1-t) + P3 t^3
 //! ```
 //!
-//! `P0` and `P3` are the values at the steps. A cubic lies between the least and the largest of its four numbers, so what holds for
-//! these holds for every force, and in floating-point arithmetic too, since no term is subtracted. With `d` the derivative at a step and
-//! `h` the distance to its neighbour,
+//! `P0` and `P3` are the values at the steps. A cubic lies between the least and the largest of its four
+//! coefficients, so that limits of these hold for every force, also in floating-point arithmetic, since no
+//! term is subtracted. With `d` the derivative at a step and `h` the distance to its neighbour,
 //!
 //! - the reported value takes the limited derivatives of a monotone cubic, |d| <= 3 |secant|, so that `P1` and `P2` lie between
 //!   `P0` and `P3`;
-//! - the upper bound has the same derivatives, so that its distance from the value goes from one step to the next without a turn;
+//! - the upper bound has the same derivatives, so that its distance from the value varies monotonically from
+//!   one step to the next;
 //! - the lower bound has the derivative nearest to that of the value for which `P1` and `P2` are not negative. Because
 //!   |d| <= 3 (value)/h wherever the value falls towards a neighbour at distance `h`, it does not cross the value either.
 //!
-//! The band moves between the three: `band` = -1, 0, 1 are lower bound, value and upper bound, and what is between is a mean of two.
+//! The band interpolates between the three: `band` = -1, 0, 1 are lower bound, value and upper bound, and
+//! values in between are means of two.
 
 use elastocap_results::force_answer::{CurveLimits, MonotoneCubic};
 
 /// A capacitance and its derivative at one force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// F.
+    /// The capacitance, F.
     pub capacitance: f64,
-    /// dC/dF, F/N.
+    /// The derivative dC/dF, F/N.
     pub derivative: f64,
 }
 
 /// Value and bounds of a capacitance at one load step, F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepValue {
-    /// It is not smaller; not negative itself.
+    /// The lower bound, not negative.
     pub lower: f64,
-    /// As reported.
+    /// The reported value.
     pub value: f64,
-    /// It is not larger.
+    /// The upper bound.
     pub upper: f64,
 }
 
-/// The four numbers of a cubic in Bernstein form, F, on one interval between steps, for lower bound, value and upper bound.
+/// The four coefficients of a cubic in Bernstein form, F, on one interval between steps, for lower bound,
+/// value and upper bound.
 pub type Piece = [[f64; 4]; 3];
 
 /// A capacitance with bounds over the force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundedCurve {
-    /// N, strictly increasing.
+    /// The forces, N, strictly increasing.
     forces: Vec<f64>,
     steps: Vec<StepValue>,
     pieces: Vec<Piece>,
 }
 
-/// `band` as weights of lower bound, value and upper bound.
+/// The weights of lower bound, value and upper bound for a `band`.
 fn weights(band: f64) -> [f64; 3] {
     let band = band.clamp(-1.0, 1.0);
     [(-band).max(0.0), 1.0 - band.abs(), band.max(0.0)]
 }
 
-/// The four numbers for the derivatives `d` at the ends of an interval of length `h`.
+/// The four coefficients for the derivatives `d` at the ends of an interval of length `h`.
 fn bernstein(ends: [f64; 2], d: [f64; 2], h: f64) -> [f64; 4] {
     [ends[0], ends[0] + h * d[0] / 3.0, ends[1] - h * d[1] / 3.0, ends[1]]
 }
 
 impl BoundedCurve {
-    /// Through values at `forces` (N, strictly increasing, at least two, as many as `steps`), of which each has
-    /// 0 <= lower <= value <= upper.
+    /// The curve through values at `forces` (N, strictly increasing, at least two, as many as `steps`), each
+    /// with 0 <= lower <= value <= upper.
     pub fn through(forces: Vec<f64>, steps: Vec<StepValue>) -> Self {
         let cubic = MonotoneCubic::through(forces.clone(), steps.iter().map(|s| s.value).collect());
         let slopes = cubic.slopes();
         let last = forces.len() - 1;
-        // The derivatives for which the lower bound is not negative beside a step.
+        // The derivatives with which the lower bound is not negative beside a step.
         let lower_slopes: Vec<f64> = (0..=last)
             .map(|k| {
                 let limit = |h: f64| 3.0 * steps[k].lower / h;
@@ -84,7 +87,7 @@ impl BoundedCurve {
                 let h = forces[k + 1] - forces[k];
                 let [a, b] = [steps[k], steps[k + 1]];
                 let d = [slopes[k], slopes[k + 1]];
-                // What is true of these numbers in exact arithmetic is made true of the rounded ones.
+                // Inequalities that hold in exact arithmetic are enforced for the rounded numbers.
                 let mut value = bernstein([a.value, b.value], d, h);
                 let [least, greatest] = [a.value.min(b.value), a.value.max(b.value)];
                 value[1..3].iter_mut().for_each(|p| *p = p.clamp(least, greatest));
@@ -105,7 +108,7 @@ impl BoundedCurve {
         &self.forces
     }
 
-    /// Values and bounds at the steps.
+    /// The values and bounds at the steps.
     pub fn steps(&self) -> &[StepValue] {
         &self.steps
     }
@@ -133,8 +136,9 @@ impl BoundedCurve {
         point
     }
 
-    /// Whether all that is computed from its numbers is finite: capacitances, derivatives, and shares of the curve's scale. That of steps
-    /// with next to no distance between them is not, nor that of bounds near the largest number there is.
+    /// Whether all numbers computed from the curve are finite: capacitances, derivatives, and shares of the
+    /// curve's scale. They are not for steps at almost the same force, nor for bounds near the largest
+    /// floating-point number.
     pub fn is_finite(&self) -> bool {
         // No sum of a cubic has larger coefficients.
         const LARGEST_SUM: f64 = 16.0;
@@ -147,29 +151,31 @@ impl BoundedCurve {
         })
     }
 
-    /// A capacitance to measure others by: the largest value at the steps, or, where all are zero, the largest upper bound; F.
+    /// The scale of the curve: the largest value at the steps, or, if all are zero, the largest upper bound;
+    /// F.
     pub fn scale(&self) -> f64 {
         let largest = |pick: fn(&StepValue) -> f64| self.steps.iter().map(pick).fold(0.0, f64::max);
         let value = largest(|s| s.value);
         if value > 0.0 { value } else { largest(|s| s.upper) }
     }
 
-    /// Whether the lower bound, the value and the upper bound each go one way over the whole range. Where bounds are as far apart as
-    /// steps differ, those at the ends of the band may not.
+    /// Whether the lower bound, the value and the upper bound are each monotone over the whole range. The
+    /// ends of the band may not be if bounds are as far apart as steps differ.
     pub fn is_monotone(&self) -> [bool; 3] {
-        let way = (self.steps[self.steps.len() - 1].value - self.steps[0].value).signum();
+        let direction = (self.steps[self.steps.len() - 1].value - self.steps[0].value).signum();
         let goes = |[p0, p1, p2, p3]: [f64; 4]| {
-            // A third of the derivative is a parabola in Bernstein form: where its ends are not negative, neither is the rest unless
-            // its vertex is inside and below zero.
-            let [a, b, c] = [way * (p1 - p0), way * (p2 - p1), way * (p3 - p2)];
+            // A third of the derivative is a parabola in Bernstein form: if its ends are not negative, the
+            // rest is not negative unless its vertex is inside and below zero.
+            let [a, b, c] = [direction * (p1 - p0), direction * (p2 - p1), direction * (p3 - p2)];
             let small = -1e-14 * (p0.abs() + p3.abs());
             a >= small && c >= small && (b >= small || b * b <= a * c * (1.0 + 1e-9) + small * small)
         };
         [0, 1, 2].map(|i| self.pieces.iter().all(|piece| goes(piece[i])))
     }
 
-    /// For each interval, an estimate of the error by interpolation, F: by how much the true value may lie outside the two bounds of the
-    /// curve. `None` where the steps say nothing of it, as two of them do.
+    /// For each interval, an estimate of the error by interpolation, F: the distance by which the true value
+    /// may lie outside the two bounds of the curve. `None` where the steps give no estimate, such as with two
+    /// steps.
     pub fn interpolation_errors(&self) -> Vec<Option<f64>> {
         let at_steps = self.steps.iter().map(|step| [step.lower, step.upper]).collect();
         let limits = CurveLimits::through(self.forces.clone(), at_steps, false);
@@ -193,7 +199,8 @@ mod tests {
         }
     }
 
-    /// Curves of any shape: growing, falling and turning, with lower bounds at zero and bounds wider than the steps differ.
+    /// Curves of any shape: growing, falling and turning, with lower bounds at zero and bounds wider than the
+    /// differences of steps.
     fn curves() -> impl Iterator<Item = BoundedCurve> {
         let mut random = random(7);
         (0..400).map(move |k| {
@@ -240,14 +247,17 @@ mod tests {
         for curve in curves() {
             for (k, pair) in curve.forces().windows(2).enumerate() {
                 let ends = [curve.steps()[k].value, curve.steps()[k + 1].value];
-                let way = (ends[1] - ends[0]).signum();
-                let all: Vec<f64> = (0..=200)
+                let direction = (ends[1] - ends[0]).signum();
+                let values: Vec<f64> = (0..=200)
                     .map(|i| curve.at(pair[0] + (pair[1] - pair[0]) * f64::from(i) / 200.0, 0.0).capacitance)
                     .collect();
-                assert!(all.windows(2).all(|p| way * (p[1] - p[0]) >= -1e-14 * ends[0]), "{curve:?}");
+                assert!(
+                    values.windows(2).all(|p| direction * (p[1] - p[0]) >= -1e-14 * ends[0]),
+                    "{curve:?}"
+                );
                 let [least, greatest] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
                 let slack = 1e-15 * greatest;
-                assert!(all.iter().all(|c| (least - slack..=greatest + slack).contains(c)), "{curve:?}");
+                assert!(values.iter().all(|c| (least - slack..=greatest + slack).contains(c)), "{curve:?}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The part of `result.json` that a model needs, as it stands there.
+//! The part of `result.json` that a model needs.
 
 use serde::Deserialize;
 
@@ -33,7 +33,7 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct PlannedStep {
-    /// How what is attached is moved, where it is.
+    /// The displacement of the attached bodies, if they have one.
     #[serde(default)]
     pub(crate) pose: Option<serde_json::Value>,
 }
@@ -45,7 +45,7 @@ pub(crate) struct Measured {
     pub(crate) terminals: Vec<String>,
 }
 
-/// Forces in N, capacitances in F.
+/// A step of the result. Forces in N, capacitances in F.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Step {
     pub(crate) index: usize,
@@ -74,17 +74,18 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    /// Steps of an approach have no contact yet, and no force to be a function of.
+    /// Whether the step is before contact, where a model of the force does not apply.
     pub(crate) fn is_before_contact(&self) -> bool {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// The share of the value by which the bounds are widened: the estimated errors of the layer's finite elements and of flat faces.
+    /// The relative error by which the bounds are widened: the estimated errors of the layer's finite
+    /// elements and of the faceting.
     pub(crate) fn estimates(&self) -> f64 {
         self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0)
     }
 
-    /// Why it lacks something, in the words of the run.
+    /// The reason why the step is incomplete, in the words of the run.
     pub(crate) fn why(&self) -> String {
         self.reason.clone().unwrap_or_else(|| self.status.clone())
     }

@@ -2,14 +2,14 @@
 
 use crate::model::Model;
 
-/// How far beyond the range the force has to be for the node `outside` to be at 1 V, as a share of the range.
+/// The distance beyond the range at which the node `outside` reaches 1 V, as a share of the range.
 pub(crate) const FLAG_RAMP: f64 = 1e-6;
 
-/// Printable ASCII without the marks of comments, so that no text of a case ends a comment or a line.
+/// Printable ASCII without comment marks, so that no text of a case ends a comment or a line.
 pub(crate) fn plain(text: &str) -> String {
     let printable = text.chars().map(|c| match c {
         '\t' => ' ',
-        // A backslash at the end of a line would join the next one to a comment.
+        // A backslash at the end of a line would join the next line to a comment.
         '\\' => '/',
         ' '..='~' => c,
         _ => '?',
@@ -17,7 +17,7 @@ pub(crate) fn plain(text: &str) -> String {
     printable.collect::<String>().replace("*/", "* /").replace("/*", "/ *")
 }
 
-/// Lines of plain text for the head of a file: source, units, range, errors, and what a user must know.
+/// Lines of plain text for the head of a file: source, units, range, errors, and notes for the user.
 pub(crate) fn lines(model: &Model) -> Vec<String> {
     let [first, last] = model.range();
     let of = if model.has_ground_band() { "mutual capacitance" } else { "capacitance" };

@@ -1,11 +1,11 @@
-//! Names that SPICE, Verilog-A, C and Modelica take, made of any text.
+//! Identifiers for SPICE, Verilog-A, C and Modelica, made from any text.
 
 use std::collections::BTreeSet;
 
-/// The length of the longest identifier; some simulators cut longer ones.
+/// The largest length of an identifier; some simulators cut longer ones.
 const LONGEST: usize = 40;
 
-/// Words with a meaning of their own in one of the languages, or in the files written here, in small letters.
+/// Words with a meaning in one of the languages, or in the written files, in lower case.
 const RESERVED: &[&str] = &[
     // SPICE: ground, and variables of expressions.
     "gnd",
@@ -306,7 +306,8 @@ const RESERVED: &[&str] = &[
     "within",
 ];
 
-/// A name of letters, digits and underscores that begins with a letter, has no meaning of its own anywhere, and is not longer than 40.
+/// An identifier of letters, digits and underscores that begins with a letter, is not a reserved word, and
+/// has at most 40 characters.
 pub fn identifier(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -327,19 +328,20 @@ pub fn identifier(text: &str) -> String {
     out
 }
 
-/// An identifier for each name, no two of them equal, not even with small and capital letters taken for the same, as SPICE does.
+/// An identifier for each name, no two of them equal even if case is ignored, as SPICE does.
 pub fn unique(names: &[String]) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let mut out = Vec::with_capacity(names.len());
     for name in names {
         let first = identifier(name);
-        let mut own = first.clone();
+        let mut candidate = first.clone();
         let mut number = 2;
-        while !taken.insert(own.to_ascii_lowercase()) {
-            own = format!("{}_{number}", first.get(..LONGEST - 8).unwrap_or(&first).trim_end_matches('_'));
+        while !taken.insert(candidate.to_ascii_lowercase()) {
+            candidate =
+                format!("{}_{number}", first.get(..LONGEST - 8).unwrap_or(&first).trim_end_matches('_'));
             number += 1;
         }
-        out.push(own);
+        out.push(candidate);
     }
     out
 }
@@ -387,11 +389,11 @@ mod tests {
     #[test]
     fn names_that_differ_in_nothing_that_a_simulator_sees_are_numbered() {
         assert_eq!(unique_of(&["a-1", "A 1", "a_1", "a_1_2"]), ["a_1", "A_1_2", "a_1_3", "a_1_2_2"]);
-        let all: BTreeSet<String> = unique_of(&["\u{e9}", "\u{e8}", "t", "t_", "T"])
+        let identifiers: BTreeSet<String> = unique_of(&["\u{e9}", "\u{e8}", "t", "t_", "T"])
             .into_iter()
             .map(|n| n.to_ascii_lowercase())
             .collect();
-        assert_eq!(all.len(), 5);
+        assert_eq!(identifiers.len(), 5);
     }
 
     #[test]

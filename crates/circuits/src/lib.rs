@@ -1,12 +1,13 @@
 //! Models of a solved sensor for circuit and system simulators.
 //!
-//! A run knows capacitances at its load steps. [`Model`] makes functions of the force of them, cubic between the steps, monotone between
-//! neighbours, continuously differentiable, and with bounds that never cross. A model is a network of two-terminal capacitors, none of
-//! which is negative at any force; its Maxwell matrix is therefore positive semidefinite, and the model passive at every force.
+//! A run gives capacitances at its load steps. A [`Model`] turns them into functions of the force: cubic
+//! between the steps, monotone between neighbours, continuously differentiable, and with bounds that never
+//! cross. It is a network of two-terminal capacitors, none of which is negative at any force; its Maxwell
+//! matrix is therefore positive semidefinite, and the model passive at every force.
 //!
 //! | module | what is in it |
 //! |---|---|
-//! | [`model`] | the network, read from a result, and why a result has none |
+//! | [`model`] | the network, read from a result, and errors of making it |
 //! | [`curve`] | one capacitance as a function of the force, with its bounds |
 //! | [`identifiers`] | names that every simulator takes |
 //! | [`spice`], [`verilog_a`], [`fmu`], [`table`](mod@table) | the formats |

@@ -17,25 +17,26 @@ pub use error::ModelError;
 /// The largest number of terminals. The number of capacitors grows with its square.
 pub const MOST_TERMINALS: usize = 64;
 
-/// The smallest distance between two forces, as a share of the largest: between closer ones a derivative means nothing.
+/// The smallest distance between two forces, as a share of the largest: derivatives between closer forces are
+/// meaningless.
 const LEAST_DISTANCE: f64 = 1e-9;
 
-/// Which part of a result becomes a model.
+/// The part of a result that becomes a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Content {
-    /// The capacitance that the run measured; the matrix where it measured that.
+    /// The measured capacitance, or the matrix if the run measured that.
     #[default]
     Measured,
     /// The whole Maxwell matrix.
     Matrix,
 }
 
-/// How a model is made.
+/// The settings of a model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
-    /// Which part of the result becomes a model.
+    /// The part of the result that becomes a model.
     pub content: Content,
-    /// Its name; that of the folder of the result if not given.
+    /// The name of the model; by default that of the folder of the result.
     pub name: Option<String>,
     /// Whether a capacitance may grow with the force in one place and fall in another.
     pub allow_turns: bool,
@@ -44,34 +45,35 @@ pub struct Settings {
 /// A terminal of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Terminal {
-    /// In the case.
+    /// The name in the case.
     pub name: String,
-    /// In a model: letters, digits and underscores.
+    /// The name in a model: letters, digits and underscores.
     pub identifier: String,
 }
 
 /// A capacitor of the network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch {
-    /// Its terminals, by their place in [`Model::terminals`]; the second is `None` where it leads to the common node.
+    /// The terminals at its ends, by their position in [`Model::terminals`]; the second is `None` for the
+    /// common node.
     pub ends: (usize, Option<usize>),
-    /// Its capacitance over the force.
+    /// The capacitance over the force.
     pub curve: BoundedCurve,
 }
 
 /// A sensor as a network of capacitors that depend on the force.
 ///
-/// The charge that flows into terminal `i` is the sum of `C (V_i - V_j)` over the capacitors at it. No capacitor is negative at any
-/// force, so that the Maxwell matrix is positive semidefinite.
+/// The charge that flows into terminal `i` is the sum of `C (V_i - V_j)` over the capacitors at it. No
+/// capacitor is negative at any force, so that the Maxwell matrix is positive semidefinite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// The name of the model: an identifier.
     pub identifier: String,
     /// The title of the case.
     pub title: String,
-    /// The path of the case file, as the result has it.
+    /// The path of the case file, as the result names it.
     pub case: String,
-    /// The version of elastocap that solved it.
+    /// The version of elastocap that solved the case.
     pub solved_by: String,
     /// The kind of capacitance, in words.
     pub quantity: String,
@@ -83,16 +85,16 @@ pub struct Model {
     pub forces: Vec<f64>,
     /// The capacitors: mutual capacitances by rows, then those to the common node.
     pub branches: Vec<Branch>,
-    /// Whether bounds are proved; else they are estimates.
+    /// Whether the bounds are proved; otherwise they are estimates.
     pub is_proved: bool,
-    /// Notes that a user must know: one sentence each.
+    /// Notes for the user, one sentence each.
     pub notes: Vec<String>,
 }
 
 impl Model {
     /// The model of a result, given its folder or the `result.json` in it.
     ///
-    /// # Errors
+    /// [`ModelError`], with a remedy.
     /// [`ModelError`], with what to do.
     pub fn read(result: &Path, settings: &Settings) -> Result<Self, ModelError> {
         let document: Document = read_document(result)?;
@@ -108,7 +110,7 @@ impl Model {
 
     /// The model of the text of a `result.json`, with a name.
     ///
-    /// # Errors
+    /// [`ModelError`], with a remedy.
     /// [`ModelError`], with what to do.
     pub fn parse(text: &str, name: &str, settings: &Settings) -> Result<Self, ModelError> {
         Self::of(serde_json::from_str(text).map_err(|error| ModelError::Json(fault(&error)))?, name, settings)
@@ -122,15 +124,18 @@ impl Model {
         let measured = document.measurement.as_ref();
         let is_matrix = match (settings.content, measured) {
             (Content::Matrix, _) => true,
-            (Content::Measured, Some(own)) => own.kind == "matrix",
+            (Content::Measured, Some(measurement)) => measurement.kind == "matrix",
             (Content::Measured, None) => return Err(ModelError::NoCapacitances),
         };
         let forces: Vec<f64> = steps.iter().filter_map(|step| step.force_n).collect();
         let mut notes = notes(&document, &steps);
         let (names, quantity, has_common, values) = match measured {
-            Some(own) if !is_matrix => {
+            Some(measurement) if !is_matrix => {
                 let values = network::measured(&steps)?;
-                let (quantity, has_common, ends) = match (own.kind.as_str(), own.terminals.as_slice()) {
+                let (quantity, has_common, ends) = match (
+                    measurement.kind.as_str(),
+                    measurement.terminals.as_slice(),
+                ) {
                     ("own", [one]) => (format!("capacitance of \"{one}\" against ground"), true, (0, None)),
                     ("mutual", [a, b]) => {
                         notes.push(
@@ -152,7 +157,8 @@ impl Model {
                     (_, [one]) => (format!("capacitance of \"{one}\" against ground"), true, (0, None)),
                     (_, _) => return Err(ModelError::NoCapacitances),
                 };
-                let pins = if ends.1.is_none() { &own.terminals[..1] } else { &own.terminals[..] };
+                let pins =
+                    if ends.1.is_none() { &measurement.terminals[..1] } else { &measurement.terminals[..] };
                 (pins.to_vec(), quantity, has_common, vec![(ends, values)])
             }
             Some(_) | None => {
@@ -173,7 +179,7 @@ impl Model {
             .collect();
         let mut branches = Vec::new();
         for (ends, values) in values {
-            // Proved to be zero at every step.
+            // The capacitance is proved to be zero at every step.
             if values.iter().all(|v| v.upper == 0.0) && is_matrix {
                 continue;
             }
@@ -210,74 +216,77 @@ impl Model {
         [self.forces[0], self.forces[self.forces.len() - 1]]
     }
 
-    /// Whether it has one capacitor only.
+    /// Whether the model has only one capacitor.
     pub fn is_single(&self) -> bool {
         self.branches.len() == 1
     }
 
-    /// Whether capacitances to the common node have a band of their own: those of a matrix do, since they are known worse.
+    /// Whether capacitances to the common node have another band than the mutual ones: those of a matrix do,
+    /// since they are less accurate.
     pub fn has_ground_band(&self) -> bool {
         !self.is_single() && self.branches.iter().any(|branch| branch.ends.1.is_none())
     }
 
-    /// The names of a capacitor's ends, as they are in the case.
+    /// The names of a capacitor's ends in the case.
     pub fn ends(&self, branch: &Branch) -> [&str; 2] {
         let (i, j) = branch.ends;
         [&self.terminals[i].name, j.map_or("common", |j| &self.terminals[j].name)]
     }
 
-    /// An identifier for each capacitor: `capacitance` where there is one, else with the identifiers of its ends.
+    /// An identifier for each capacitor: `capacitance` for a single one, otherwise with the identifiers of
+    /// its ends.
     pub fn branch_identifiers(&self) -> Vec<String> {
         if self.is_single() {
             return vec!["capacitance".to_owned()];
         }
-        let of = |branch: &Branch| {
+        let joined_name = |branch: &Branch| {
             let (i, j) = branch.ends;
             let other = j.map_or("common", |j| self.terminals[j].identifier.as_str());
             format!("capacitance_{}_{other}", self.terminals[i].identifier)
         };
-        // Two pairs of names may read the same when they are joined, and so may one with what is added for its bounds.
+        // Different pairs of names may be equal when joined, and so may a pair with the suffix of a bound.
         let mut taken = BTreeSet::new();
         let mut unlike = |name: String| {
             let with_endings = |name: &str| {
                 ["", "_lower", "_upper", "_derivative"].map(|end| format!("{name}{end}").to_ascii_lowercase())
             };
-            let mut own = name.clone();
+            let mut identifier = name.clone();
             let mut number = 2;
-            while with_endings(&own).iter().any(|name| taken.contains(name)) {
-                own = format!("{name}__{number}");
+            while with_endings(&identifier).iter().any(|name| taken.contains(name)) {
+                identifier = format!("{name}__{number}");
                 number += 1;
             }
-            taken.extend(with_endings(&own));
-            own
+            taken.extend(with_endings(&identifier));
+            identifier
         };
-        self.branches.iter().map(|branch| unlike(of(branch))).collect()
+        self.branches.iter().map(|branch| unlike(joined_name(branch))).collect()
     }
 
-    /// The largest distance of a bound from the value at a step, as a share of the capacitor's largest value. Capacitors to the common
-    /// node are counted only where there is nothing else: those of a matrix are known worse.
+    /// The largest distance of a bound from the value at a step, as a share of the capacitor's largest value.
+    /// Capacitors to the common node count only where there are no others: those of a matrix are less
+    /// accurate.
     pub fn largest_relative_error(&self) -> f64 {
-        let of = |branch: &Branch| {
+        let error_of = |branch: &Branch| {
             let scale = branch.curve.scale();
             let steps = branch.curve.steps().iter();
             steps.map(|s| (s.upper - s.value).max(s.value - s.lower) / scale).fold(0.0, f64::max)
         };
         let alike = self.branches.iter().filter(|b| self.is_single() || b.ends.1.is_some());
-        alike.map(of).fold(0.0, f64::max)
+        alike.map(error_of).fold(0.0, f64::max)
     }
 
-    /// The largest estimate of the interpolation's error, as a share of the capacitor's largest value; `None` where steps of a capacitor say
-    /// nothing of it.
+    /// The largest estimated error of interpolation, as a share of the capacitor's largest value; `None` if
+    /// the steps of a capacitor give no estimate.
     pub fn interpolation_error(&self) -> Option<f64> {
-        let of = |branch: &Branch| {
+        let error_of = |branch: &Branch| {
             let errors: Option<Vec<f64>> = branch.curve.interpolation_errors().into_iter().collect();
             Some(errors?.into_iter().fold(0.0, f64::max) / branch.curve.scale())
         };
-        self.branches.iter().map(of).try_fold(0.0, |largest: f64, own| Some(largest.max(own?)))
+        self.branches.iter().map(error_of).try_fold(0.0, |largest: f64, error| Some(largest.max(error?)))
     }
 }
 
-/// The steps from contact on, by their force, which differs between them.
+/// The steps from contact on, by their force, which must differ between them.
 fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
     let planned = document.plan.steps.iter().zip(&document.steps);
     let poses: Vec<_> =
@@ -299,7 +308,7 @@ fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
             Some(_) => {}
         }
     }
-    // More compression has to take more force, or a force has two states.
+    // The force must grow with the compression, or one force would have two states.
     if steps.iter().all(|step| step.compression.is_some()) {
         steps.sort_by(|a, b| a.compression.unwrap_or(0.0).total_cmp(&b.compression.unwrap_or(0.0)));
         steps.dedup_by(|later, earlier| {
@@ -328,7 +337,7 @@ fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
     Ok(steps)
 }
 
-/// A capacitor in words.
+/// The name of a capacitor, in words.
 fn name_of(branch: &Branch, terminals: &[Terminal]) -> String {
     let (i, j) = branch.ends;
     match j {
@@ -354,7 +363,7 @@ fn refuse_turns(branch: &Branch, terminals: &[Terminal], allowed: bool) -> Resul
     Ok(())
 }
 
-/// Which capacitors do not go one way, one sentence for all of a kind.
+/// Notes on capacitors that are not monotone, one sentence for all of a kind.
 fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
     let (mut turning, mut loose) = (Vec::new(), Vec::new());
     for branch in branches {
@@ -365,7 +374,7 @@ fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
             loose.push(name_of(branch, terminals));
         }
     }
-    let told = |names: &[String], text: &str| {
+    let note = |names: &[String], text: &str| {
         let first = names.first()?;
         let others = match names.len() {
             1 => String::new(),
@@ -374,11 +383,11 @@ fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
         };
         Some(format!("The capacitance {first}{others} {text}"))
     };
-    let turning = told(
+    let turning = note(
         &turning,
         "does not grow or fall with the force everywhere, by less than its bounds tell or as allowed; between two steps it goes one way.",
     );
-    let loose = told(
+    let loose = note(
         &loose,
         "has bounds as far apart as some of its steps are: at the ends of the band it does not grow or fall everywhere. A smaller \
          `relative_tolerance` brings them together.",
@@ -386,7 +395,7 @@ fn notes_of_shape(branches: &[Branch], terminals: &[Terminal]) -> Vec<String> {
     [turning, loose].into_iter().flatten().collect()
 }
 
-/// Notes that a user of the model must know.
+/// Notes for the user of the model.
 fn notes(document: &Document, steps: &[&Step]) -> Vec<String> {
     let mut out = Vec::new();
     if document.bounds.as_deref() == Some("estimated") {

@@ -1,27 +1,28 @@
 //! A subcircuit for SPICE, in the syntax that ngspice and LTspice share.
 //!
-//! Each capacitor is charge conserving: a voltage source makes `V(a,b) C(F)/C_0` across a linear capacitor, and the current of that, times a
-//! constant, flows from `a` to `b`. What flows is the derivative of the charge and not C dV/dt; over any cycle of force and voltage
-//! that closes, the charge closes as well.
+//! Each capacitor conserves charge: a voltage source puts `V(a,b) C(F)/C_0` across a linear capacitor, and
+//! its current, times a constant, flows from `a` to `b`. That current is the derivative of the charge and not
+//! C dV/dt; over any closed cycle of force and voltage the charge is zero.
 //!
-//! The cubics between steps are written without conditions. With t_k the place of the force in interval k, clamped to 0..1, the
-//! capacitance is its value at the first step plus the sum over the intervals of what each adds up to t_k. So the force is clamped at both ends too.
+//! The cubics between steps are written without conditions. With t_k the position of the force in interval k,
+//! clamped to 0..1, the capacitance is its value at the first step plus the sum over the intervals of their
+//! contributions up to t_k. The force is thus clamped at both ends as well.
 
 use std::fmt::Write as _;
 
 use crate::header::{self, FLAG_RAMP};
 use crate::model::{Branch, Model};
 
-/// The linear capacitors inside, F. Charges are near this number times volts, so that the tolerances of simulators, which are made for
-/// larger capacitances, do no harm.
+/// The capacitance of the inner linear capacitors, F. Charges are near this number times volts, which suits
+/// the tolerances of simulators, made for larger capacitances.
 const INNER: &str = "1n";
 
-/// A number in full precision that SPICE reads.
+/// A number in full precision, as SPICE reads it.
 fn number(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// The file: comments and one `.subckt`.
+/// The text of the file: comments and one `.subckt`.
 pub fn subcircuit(model: &Model) -> String {
     let mut out = String::new();
     let pins = pins(model);
@@ -59,7 +60,8 @@ pub fn pins(model: &Model) -> String {
     pins.join(" ")
 }
 
-/// The parts of the bands above and below zero, the flag, and for each interval the place of the force in it with what the cubics are made of.
+/// The positive and negative parts of the bands, the flag, and for each interval the position of the force in
+/// it with its powers for the cubics.
 fn bands_and_places(out: &mut String, model: &Model) {
     let mut bands = vec![("", "band")];
     if model.has_ground_band() {
@@ -102,14 +104,14 @@ fn capacitor(out: &mut String, model: &Model, branch: &Branch, k: usize) {
     let a = model.terminals[i].identifier.as_str();
     let b = j.map_or("common", |j| model.terminals[j].identifier.as_str());
     let mark = if j.is_none() && model.has_ground_band() { "g" } else { "" };
-    // A number that moves with the band: [below, at, above] in the unit of the scale.
+    // A number that depends on the band: [below, at, above] in the unit of the scale.
     let banded = |[lower, value, upper]: [f64; 3]| {
         let [less, more] = [lower - value, upper - value].map(|c| c / scale);
         let plus = |name: &str, c: f64| match c {
             0.0 => String::new(),
             c => format!("{}{}*elc_{name}{mark}", if c < 0.0 { "" } else { "+" }, number(c)),
         };
-        // ngspice takes the braces for no more than a mark of parameters: the brackets keep the sum together.
+        // ngspice takes the braces only as the mark of parameters: the brackets keep the sum together.
         format!("({{{}{}{}}})", number(value / scale), plus("u", more), plus("l", less))
     };
     let pieces = branch.curve.pieces();
@@ -122,9 +124,15 @@ fn capacitor(out: &mut String, model: &Model, branch: &Branch, k: usize) {
         banded(first)
     );
     for (n, piece) in pieces.iter().enumerate() {
-        let of = |p: usize| banded(piece.map(|points| points[p] - points[0]));
+        let coefficient = |p: usize| banded(piece.map(|points| points[p] - points[0]));
         let n = n + 1;
-        let _ = write!(out, "\n+ +{}*V(elc_x{n})+{}*V(elc_y{n})+{}*V(elc_z{n})", of(1), of(2), of(3));
+        let _ = write!(
+            out,
+            "\n+ +{}*V(elc_x{n})+{}*V(elc_y{n})+{}*V(elc_z{n})",
+            coefficient(1),
+            coefficient(2),
+            coefficient(3)
+        );
     }
     let _ = write!(
         out,

@@ -1,4 +1,5 @@
-//! Tables of a model: the curves on a fine mesh of forces as CSV, and with the numbers of their cubics as JSON.
+//! Tables of a model: the curves on a fine mesh of forces as CSV, and with the coefficients of their cubics
+//! as JSON.
 
 use elastocap_results::csv::{number, optional, quoted};
 use serde::Serialize;
@@ -8,7 +9,7 @@ use crate::model::{Branch, Model};
 /// The largest number of points between two steps.
 pub const MOST_POINTS: usize = 10_000;
 
-/// The forces of a table, N: the steps, and `points` - 1 between each two of them, evenly.
+/// The forces of a table, N: the steps, and `points` - 1 evenly spaced ones between any two of them.
 fn mesh(model: &Model, points: usize) -> Vec<f64> {
     let points = points.clamp(1, MOST_POINTS);
     let inner = model.forces.windows(2).flat_map(|pair| {
@@ -32,7 +33,7 @@ struct Line {
 fn lines(branch: &Branch, forces: &[f64]) -> Vec<Line> {
     let errors = branch.curve.interpolation_errors();
     let steps = branch.curve.forces();
-    let of = |force: &f64| {
+    let line_at = |force: &f64| {
         let at = |band| branch.curve.at(*force, band);
         let k = steps.partition_point(|step| step <= force).saturating_sub(1).min(errors.len() - 1);
         let is_step = steps.contains(force);
@@ -45,7 +46,7 @@ fn lines(branch: &Branch, forces: &[f64]) -> Vec<Line> {
             interpolation_error_estimate_f: if is_step { Some(0.0) } else { errors[k] },
         }
     };
-    forces.iter().map(of).collect()
+    forces.iter().map(line_at).collect()
 }
 
 /// One line for each capacitor and force.
@@ -90,23 +91,30 @@ struct Document<'a> {
 struct Capacitor<'a> {
     from: &'a str,
     to: &'a str,
-    /// Four numbers for each interval, F.
+    /// The four coefficients of each interval, F.
     lower_f: Vec<[f64; 4]>,
     value_f: Vec<[f64; 4]>,
     upper_f: Vec<[f64; 4]>,
     table: Vec<Line>,
 }
 
-/// The table as JSON, with the numbers of the cubics.
+/// The table as JSON, with the coefficients of the cubics.
 ///
 /// # Errors
-/// None that is known: every value in it has a form in JSON.
+/// An error of serialization, which is not expected.
 pub fn json(model: &Model, points: usize) -> serde_json::Result<String> {
     let forces = mesh(model, points);
     let capacitor = |branch| {
         let [from, to] = model.ends(branch);
-        let of = |which: usize| branch.curve.pieces().iter().map(|piece| piece[which]).collect();
-        Capacitor { from, to, lower_f: of(0), value_f: of(1), upper_f: of(2), table: lines(branch, &forces) }
+        let coefficients = |which: usize| branch.curve.pieces().iter().map(|piece| piece[which]).collect();
+        Capacitor {
+            from,
+            to,
+            lower_f: coefficients(0),
+            value_f: coefficients(1),
+            upper_f: coefficients(2),
+            table: lines(branch, &forces),
+        }
     };
     let document = Document {
         title: &model.title,

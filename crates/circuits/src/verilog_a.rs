@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::header::{self, FLAG_RAMP};
 use crate::model::{Branch, Model};
 
-/// The file: comments and one module.
+/// The text of the file: comments and one module.
 pub fn module(model: &Model) -> String {
     let mut out = String::new();
     let mut ports: Vec<&str> = model.terminals.iter().map(|t| t.identifier.as_str()).collect();
@@ -99,7 +99,7 @@ pub fn module(model: &Model) -> String {
 /// The statement that computes one capacitance, the `k`-th, in F.
 fn capacitance(out: &mut String, model: &Model, branch: &Branch, k: usize) {
     let mark = if branch.ends.1.is_none() && model.has_ground_band() { "_ground" } else { "" };
-    // A number that moves with the band, F.
+    // A number that depends on the band, F.
     let banded = |[lower, value, upper]: [f64; 3]| {
         let (less, more) = (lower - value, upper - value);
         format!("({value:e} + ({more:e}) * elc_upper{mark} + ({less:e}) * elc_lower{mark})")
@@ -113,14 +113,14 @@ fn capacitance(out: &mut String, model: &Model, branch: &Branch, k: usize) {
         banded(first)
     );
     for (n, piece) in pieces.iter().enumerate() {
-        let of = |p: usize| banded(piece.map(|points| points[p] - points[0]));
+        let coefficient = |p: usize| banded(piece.map(|points| points[p] - points[0]));
         let n = n + 1;
         let _ = write!(
             out,
             "\n            + {} * elc_x{n}\n            + {} * elc_y{n}\n            + {} * elc_z{n}",
-            of(1),
-            of(2),
-            of(3)
+            coefficient(1),
+            coefficient(2),
+            coefficient(3)
         );
     }
     out.push_str(";\n");

@@ -1,4 +1,5 @@
-//! How far the program may be trusted: what an error costs, what becomes of extreme cases, and the figures of the paper.
+//! Evidence for the accuracy of the program: errors against run time, a catalogue of extreme cases, and the
+//! figures of the paper.
 //!
 //! These are clients of [`elastocap_coupling`], like any other program.
 

@@ -1,9 +1,11 @@
-//! Files from elsewhere and files for the user: what may be read, how a file is written as a whole, and how results are named.
+//! Reads files safely, writes files as a whole, and names results.
 //!
-//! A file may come from elsewhere, and a folder may be open to others. Three rules follow:
+//! A file may come from others, and a folder may be open to others. Three rules follow:
 //!
-//! - [`read`] and [`open`] take regular files alone, up to a given size: a pipe would be waited for, and a device may never end.
-//! - [`Staged`] writes under a new name that cannot be guessed, follows no link, and gives the file its name when it is whole.
+//! - [`read`] and [`open`] accept only regular files, up to a given size: a pipe would block, and a device may
+//!   be endless.
+//! - [`Staged`] writes under a new unpredictable name, follows no link, and gives the file its name when it is
+//!   complete.
 //! - [`result_name`] makes a name for results from that of a case, and no such name leads out of the folder that it is in.
 
 mod naming;

@@ -1,14 +1,14 @@
-//! Names of files and folders that results get.
+//! Names of files and folders for results.
 
 use std::path::{Component, Path};
 
-/// The longest name that is made, bytes: what is added to it must still fit into the 255 bytes of a name.
+/// The longest name, bytes: additions to it must still fit into the 255 bytes of a file name.
 const LONGEST: usize = 120;
 
-/// The name that stands where nothing is left of the name of a case.
+/// The name used if nothing is left of the name of a case.
 const NAMELESS: &str = "case";
 
-/// Endings that elastocap gives to folders beside results.
+/// Endings of folders that elastocap makes beside results.
 const RESERVED: [&str; 3] = [".partial", "-mesh", "-sweep"];
 
 /// The name of the folder for the results of the case in `file`, by this rule:
@@ -20,7 +20,8 @@ const RESERVED: [&str; 3] = [".partial", "-mesh", "-sweep"];
 ///    dot or at its end. A name that ends in `.partial`, `-mesh` or `-sweep`, as other folders beside results do, gets a `_` at its end.
 /// 5. A name of more than 120 bytes is cut, and a number made of all of it is added.
 ///
-/// The result is one name: it never leads to another folder, is not hidden, and means the same on every system.
+/// The result is a single name: it never leads to another folder, is not hidden, and is valid on every
+/// system.
 pub fn result_name(file: &Path) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let plain: String = stem.chars().map(|c| if is_unfit(c) { '_' } else { c }).collect();
@@ -46,7 +47,8 @@ pub fn result_name(file: &Path) -> String {
     name
 }
 
-/// Whether a text is the name of a file or folder and no path: it does not lead out of the folder that it is joined to.
+/// Whether a text is the name of a file or folder and not a path, so that it does not lead out of the folder
+/// that it is joined to.
 pub fn is_plain_name(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     let is_one = matches!(parts.next(), Some(Component::Normal(part)) if part == name);
@@ -61,7 +63,7 @@ fn is_unfit(c: char) -> bool {
     c.is_control() || is_invisible || r#"/\:*?"<>|"#.contains(c)
 }
 
-/// Whether Windows takes a name for that of a device.
+/// Whether Windows treats a name as that of a device.
 fn is_device(name: &str) -> bool {
     let name = name.trim_end().to_lowercase();
     if ["con", "prn", "aux", "nul", "conin$", "conout$"].contains(&name.as_str()) {
@@ -122,10 +124,10 @@ mod tests {
 
     #[test]
     fn a_long_name_is_cut_and_still_told_from_another_one() {
-        let of = |last: &str| result_name(Path::new(&format!("{}{last}.toml", "ä".repeat(120))));
-        let (one, other) = (of("1"), of("2"));
+        let name_with = |last: &str| result_name(Path::new(&format!("{}{last}.toml", "ä".repeat(120))));
+        let (one, other) = (name_with("1"), name_with("2"));
         assert!(one != other && one.len() <= LONGEST && one.starts_with("ää"), "{one} {other}");
-        assert_eq!(one, of("1"));
+        assert_eq!(one, name_with("1"));
     }
 
     #[test]

@@ -1,29 +1,29 @@
-//! Regular files of limited size.
+//! Reads regular files of limited size.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Why a file is not read.
+/// The reason why a file is not read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The system does not let it be read.
+    /// The error that the system reports.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A folder, a pipe, a socket or a device, or a link to one.
+    /// The path is a folder, a pipe, a socket or a device, or a link to one.
     #[error("it is not a regular file")]
     NotRegular,
-    /// The file has more bytes than are read.
+    /// The file has more bytes than the limit.
     #[error("it is larger than {} MiB", largest >> 20)]
     TooLarge {
-        /// How many bytes it may have.
+        /// The limit, bytes.
         largest: u64,
     },
 }
 
 impl ReadError {
-    /// Whether there is no such file.
+    /// Whether the file does not exist.
     pub fn is_missing(&self) -> bool {
         let kind = match self {
             Self::Io(error) => Some(error.kind()),
@@ -46,15 +46,15 @@ impl From<ReadError> for io::Error {
 /// Opens a regular file, or a link to one, for reading.
 ///
 /// # Errors
-/// [`ReadError::NotRegular`] for anything else, or what the system says.
+/// [`ReadError::NotRegular`] for anything else, or the error that the system reports.
 pub fn open(path: &Path) -> Result<File, ReadError> {
-    // A device may do something when it is opened: what is known not to be a file is left alone.
+    // Opening a device may have an effect, so that paths known not to be regular files are left alone.
     if !path.metadata()?.is_file() {
         return Err(ReadError::NotRegular);
     }
     let mut options = OpenOptions::new();
     options.read(true);
-    // A pipe that has come in place of the file since then is not waited for.
+    // Does not wait for a pipe that may have replaced the file since then.
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt as _;
@@ -64,7 +64,7 @@ pub fn open(path: &Path) -> Result<File, ReadError> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(ReadError::NotRegular) }
 }
 
-/// The bytes of a regular file that has at most `largest` of them.
+/// The bytes of a regular file with at most `largest` bytes.
 ///
 /// # Errors
 /// [`ReadError`].
@@ -75,7 +75,7 @@ pub fn read(path: &Path, largest: u64) -> Result<Vec<u8>, ReadError> {
         return Err(ReadError::TooLarge { largest });
     }
     let mut bytes = Vec::new();
-    // Files such as those of /proc say that they are empty, so that the length is not believed.
+    // Files such as those of /proc pretend to be empty, so that the length is not trusted.
     file.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > largest { Err(ReadError::TooLarge { largest }) } else { Ok(bytes) }
 }
@@ -83,7 +83,8 @@ pub fn read(path: &Path, largest: u64) -> Result<Vec<u8>, ReadError> {
 /// Copies a regular file of at most `largest` bytes to a new file.
 ///
 /// # Errors
-/// [`ReadError`], or [`io::ErrorKind::AlreadyExists`] where the new file is there already. Nothing is left of a copy that fails.
+/// [`ReadError`], or [`io::ErrorKind::AlreadyExists`] if the new file exists already. A failed copy leaves
+/// nothing behind.
 pub fn copy(from: &Path, to: &Path, largest: u64) -> Result<(), ReadError> {
     let source = open(from)?;
     if source.metadata()?.len() > largest {
@@ -109,7 +110,7 @@ mod tests {
         fs::write(&file, "1234").unwrap();
         assert_eq!(read(&file, 4).unwrap(), b"1234");
         assert!(matches!(read(&file, 3), Err(ReadError::TooLarge { largest: 3 })));
-        // A hole of a terabyte takes no room on the disk, and would take all of the memory.
+        // A sparse file of a terabyte takes no room on the disk, but would take all of the memory.
         File::create(&file).unwrap().set_len(1 << 40).unwrap();
         assert!(matches!(read(&file, 1 << 20), Err(ReadError::TooLarge { .. })));
         assert!(matches!(copy(&file, &folder.path().join("b"), 1 << 20), Err(ReadError::TooLarge { .. })));

@@ -1,25 +1,26 @@
-//! A file that appears as a whole, or not at all.
+//! Files that appear as a whole, or not at all.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher as _, RandomState};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
-/// How the hidden names begin.
+/// The beginning of the hidden names.
 const PREFIX: &str = ".elastocap-";
 
-/// How the hidden names end.
+/// The ending of the hidden names.
 const SUFFIX: &str = ".new";
 
 /// A file under a hidden name beside its place: `.elastocap-`, sixteen hexadecimal digits that cannot be guessed, `.new`.
 ///
-/// [`Staged::replace_file`], [`Staged::replace`] and [`Staged::place`] give the file its name. Dropped without that, it is removed. What a killed process
-/// leaves behind is removed by [`remove_abandoned`].
+/// [`Staged::replace_file`], [`Staged::replace`] and [`Staged::place`] give the file its name. If it is
+/// dropped without that, it is removed. Files left behind by a killed process are removed by
+/// [`remove_abandoned`].
 #[derive(Debug)]
 pub struct Staged {
     hidden: PathBuf,
     place: PathBuf,
-    /// Locked as long as it is open: other processes see that the file is in use.
+    /// The file, locked as long as it is open, so that other processes see that it is in use.
     file: File,
     is_placed: bool,
 }
@@ -44,34 +45,38 @@ impl Staged {
         self.file.sync_all()
     }
 
-    /// Gives the file its name, in place of a file that has it, for a name that the user has chosen: `/dev/null` must not become a file.
+    /// Gives the file its name, replacing a regular file, for a name that the user has chosen: `/dev/null`
+    /// must not become a regular file.
     ///
     /// # Errors
-    /// A folder, a device or a pipe has the name, or a link to one, or what the system says; then what was there is there.
+    /// An error if the name is that of a folder, a device or a pipe, or of a link to one, or the error that
+    /// the system reports; the earlier file is then unchanged.
     pub fn replace_file(self) -> io::Result<()> {
         match self.place.metadata() {
-            Ok(there) if there.is_dir() => Err(ErrorKind::IsADirectory.into()),
-            Ok(there) if !there.is_file() => {
+            Ok(existing) if existing.is_dir() => Err(ErrorKind::IsADirectory.into()),
+            Ok(existing) if !existing.is_file() => {
                 Err(io::Error::new(ErrorKind::InvalidInput, "it is not a regular file"))
             }
             Ok(_) | Err(_) => self.replace(),
         }
     }
 
-    /// Gives the file its name, in place of whatever has it but a folder. A link is replaced itself, and what it leads to stays as it is.
+    /// Gives the file its name, replacing anything but a folder. A link itself is replaced, and its target
+    /// stays as it is.
     ///
     /// # Errors
-    /// The error that the system reports; then what was there is there.
+    /// The error that the system reports; the earlier file is then unchanged.
     pub fn replace(mut self) -> io::Result<()> {
         fs::rename(&self.hidden, &self.place)?;
         self.is_placed = true;
         Ok(())
     }
 
-    /// Gives the file its name, if nothing has it.
+    /// Gives the file its name, if the name is free.
     ///
     /// # Errors
-    /// [`ErrorKind::AlreadyExists`] if something has it, a link that leads nowhere for instance, or what the system says.
+    /// [`ErrorKind::AlreadyExists`] if the name is taken, by a dangling link for instance, or the error that
+    /// the system reports.
     pub fn place(mut self) -> io::Result<()> {
         #[cfg(any(target_os = "linux", target_os = "macos"))]
         {
@@ -82,17 +87,17 @@ impl Staged {
                     self.is_placed = true;
                     return Ok(());
                 }
-                // The file system knows no such thing.
+                // The file system does not support this call.
                 Err(Errno::INVAL | Errno::NOSYS | Errno::NOTSUP) => {}
                 Err(error) => return Err(error.into()),
             }
         }
-        // A link never replaces anything; the hidden name goes when this is dropped.
+        // A link never replaces anything; the hidden name is removed when this is dropped.
         match fs::hard_link(&self.hidden, &self.place) {
             Err(error)
                 if error.kind() != ErrorKind::AlreadyExists && self.place.symlink_metadata().is_err() =>
             {
-                // Nor does the file system know links.
+                // The file system does not support links either.
                 fs::rename(&self.hidden, &self.place)?;
                 self.is_placed = true;
                 Ok(())
@@ -110,17 +115,17 @@ impl Drop for Staged {
     }
 }
 
-/// Sixteen hexadecimal digits that nobody can foresee: the keys of the hash come from the system.
+/// Sixteen hexadecimal digits that nobody can predict: the keys of the hash come from the system.
 pub fn unguessable() -> String {
     format!("{:016x}", RandomState::new().hash_one(std::process::id()))
 }
 
-/// Removes the files of [`Staged`] in a folder that processes left behind that were killed.
+/// Removes the files of [`Staged`] that killed processes left behind in a folder.
 pub fn remove_abandoned(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         let is_hidden = is_file && entry.file_name().to_str().is_some_and(is_hidden_name);
-        // Kept until the file is removed.
+        // The lock is held until the file is removed.
         if let Some(_lock) = is_hidden.then(|| lock(&entry.path())).flatten() {
             let _ = fs::remove_file(entry.path());
         }
@@ -141,14 +146,14 @@ fn is_hidden_name(name: &str) -> bool {
 fn create(folder: &Path) -> io::Result<(PathBuf, File)> {
     for _ in 0..100 {
         let hidden = folder.join(format!("{PREFIX}{}{SUFFIX}", unguessable()));
-        // Whatever has the name, a link too, it is not opened.
+        // A name that is taken, even by a link, is not opened.
         let file = match File::create_new(&hidden) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
             Err(error) => return Err(error),
         };
-        // Another process may take it for abandoned before it is locked. File systems without locks are taken as they are: nobody
-        // finds anything abandoned there.
+        // Another process may consider the file abandoned before it is locked. On file systems without locks
+        // no process considers anything abandoned.
         let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
         if !is_taken && hidden.symlink_metadata().is_ok() {
             return Ok((hidden, file));
@@ -157,19 +162,21 @@ fn create(folder: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::new(ErrorKind::AlreadyExists, "no new name can be had there"))
 }
 
-/// Opens a file without following a link, and locks it. `None` if another process has the lock, or if there is no telling.
+/// Opens a file without following a link, and locks it. `None` if another process has the lock, or if that is
+/// unknown.
 fn lock(file: &Path) -> Option<File> {
     let opened = without_links(OpenOptions::new().read(true).write(true)).open(file).ok()?;
     opened.try_lock().ok().map(|()| opened)
 }
 
-/// Opens a file that processes lock, and makes it if it is not there.
+/// Opens a lock file, and makes it if it does not exist.
 ///
 /// # Errors
-/// Anything but a regular file has the name, a link for instance, or what the system says.
+/// An error if the name is that of anything but a regular file, such as a link, or the error that the system
+/// reports.
 pub fn open_lock_file(path: &Path) -> io::Result<File> {
     let refused = || io::Error::new(ErrorKind::InvalidInput, "it is not a regular file");
-    if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
+    if path.symlink_metadata().is_ok_and(|data| !data.is_file()) {
         return Err(refused());
     }
     let file =
@@ -177,7 +184,7 @@ pub fn open_lock_file(path: &Path) -> io::Result<File> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(refused()) }
 }
 
-/// Neither a link that has come in place of a file nor a pipe is opened.
+/// Adds flags by which neither links nor pipes are opened.
 fn without_links(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {

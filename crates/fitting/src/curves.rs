@@ -1,4 +1,4 @@
-//! The computed curve for any values of keys of a case, each solved once.
+//! Computes the curve of a case for any values of its keys, once for each.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use elastocap_coupling::run::run;
 use elastocap_coupling::scene::scene_of;
 use elastocap_results::load_curve::{CurveStep, LoadCurve, NoCurve};
 
-/// Why there is no curve for some values.
+/// The reason why there is no curve for some values.
 #[derive(Debug, Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveError {
@@ -30,14 +30,14 @@ pub enum CurveError {
         /// The error in the case.
         error: Box<CaseError>,
     },
-    /// Too few of its steps were solved.
+    /// Too few steps of the case were solved.
     #[error("with {values} {error}{}", .reason.as_ref().map(|reason| format!(" (a step failed: {reason})")).unwrap_or_default())]
     NoCurve {
         /// The values, in words.
         values: String,
-        /// The missing steps.
+        /// The error, with the number of usable steps.
         error: NoCurve,
-        /// Why a step failed, if one did.
+        /// The reason why a step failed, if one did.
         reason: Option<String>,
     },
     /// The work was stopped on request.
@@ -45,25 +45,26 @@ pub enum CurveError {
     Stopped,
 }
 
-/// The curves solved so far, by their number.
+/// The number of curves solved so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Effort {
-    /// Curves with fields solved for them.
+    /// The number of curves with newly solved fields.
     pub curves_solved: usize,
-    /// Curves whose bodies lay where they had lain for other values, so that no field had to be solved.
+    /// The number of curves whose bodies lay in the same places as for other values, so that no field had to
+    /// be solved.
     pub curves_shared: usize,
 }
 
-/// A curve with what is known of how it came about.
+/// A curve of a case, with the steps missing on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedCurve {
-    /// Capacitance against load.
+    /// The capacitance against the load.
     pub curve: LoadCurve,
-    /// Steps of the case that have no place on it, because they failed or have no force.
+    /// The number of steps of the case that are not on the curve, because they failed or have no force.
     pub missing_steps: usize,
 }
 
-/// The measured capacitance of bodies that were solved for, F, and the error that its bounds and flat faces leave, F.
+/// The measured capacitance of solved bodies, F, and its error from bounds and faceting, F.
 type Known = (f64, f64);
 
 /// The curves of a case.
@@ -74,7 +75,7 @@ pub struct Curves {
     load: MeasuredLoad,
     cancel: Arc<AtomicBool>,
     by_values: Mutex<HashMap<String, Arc<SolvedCurve>>>,
-    /// The known capacitances by the bodies in place, to the last bit.
+    /// The known capacitances by a text of the deformed scene.
     by_scene: Mutex<HashMap<String, Known>>,
     solved: AtomicUsize,
     shared: AtomicUsize,
@@ -83,8 +84,8 @@ pub struct Curves {
 const OPTIONS: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 impl Curves {
-    /// Makes the curves of the case with the text `source` from a file `origin`, over loads of this kind; each is solved when it is asked for.
-    /// `cancel` stops the work.
+    /// The curves of the case with the text `source` from a file `origin`, over loads of this kind; each is
+    /// solved on request. `cancel` stops the work.
     pub fn new(source: &str, origin: &Path, load: MeasuredLoad, cancel: Arc<AtomicBool>) -> Self {
         Self {
             source: source.to_owned(),
@@ -98,7 +99,7 @@ impl Curves {
         }
     }
 
-    /// The curves solved so far, by their number.
+    /// The number of curves solved so far.
     pub fn effort(&self) -> Effort {
         Effort {
             curves_solved: self.solved.load(Ordering::Relaxed),
@@ -106,7 +107,7 @@ impl Curves {
         }
     }
 
-    /// Whether the work is to be stopped.
+    /// Whether the work was stopped.
     pub fn is_stopped(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }
@@ -122,7 +123,8 @@ impl Curves {
     /// The curve with these values of keys.
     ///
     /// # Errors
-    /// [`CurveError`] where the case is not valid with them, where too few of its steps can be solved, and when the work is stopped.
+    /// [`CurveError`] if the case is not valid with the values, if too few of its steps can be solved, and
+    /// when the work is stopped.
     pub fn curve(&self, values: &[(&str, String)]) -> Result<Arc<SolvedCurve>, CurveError> {
         let key = in_words(values);
         if let Some(known) = lock(&self.by_values).get(&key) {
@@ -163,8 +165,8 @@ impl Curves {
         Ok(SolvedCurve { curve, missing_steps })
     }
 
-    /// The steps of a case whose bodies all lie where they lay for other values, and how many steps there are. Only for layers whose
-    /// mechanics take no time.
+    /// The steps of a case whose bodies all lie in the same places as for other values, and the total number
+    /// of steps. Only for layers whose mechanics take no time.
     fn shared(&self, case: &Case, plan: &Plan) -> Option<(Vec<CurveStep>, usize)> {
         if !has_quick_mechanics(case) || plan.steps.iter().any(|step| step.pose != Default::default()) {
             return None;
@@ -189,7 +191,7 @@ impl Curves {
         Some((steps, plan.steps.len()))
     }
 
-    /// Keeps the capacitances of bodies that were solved for.
+    /// Remembers the capacitances of solved bodies.
     fn remember(&self, case: &Case, outcome: &Outcome) {
         if !has_quick_mechanics(case) {
             return;
@@ -205,12 +207,12 @@ impl Curves {
     }
 }
 
-/// Whether the layer of a case follows from formulas.
+/// Whether closed-form formulas give the deformation of the layer.
 fn has_quick_mechanics(case: &Case) -> bool {
     matches!(case.mechanics, Some(Mechanics::ClosedForm { shear_length: ShearLength::Given(_), .. }))
 }
 
-/// A text of all that a field solve depends on, to the last bit: numbers are written so that they are read back as they are.
+/// A text of everything that a field solve depends on, with all digits of the numbers.
 fn scene_key(case: &Case, scene: &elastocap_coupling::scene::DeformedScene) -> String {
     format!("{:?} {:?} {:?} {:?}", scene.scene, case.electrostatics, case.terminals, case.measured)
 }
@@ -219,7 +221,7 @@ fn in_words(values: &[(&str, String)]) -> String {
     values.iter().map(|(path, value)| format!("{path} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Locks a mutex. Its data are whole at any time, also after a panic elsewhere.
+/// Locks a mutex, ignoring poisoning: its data are consistent at any time, also after a panic elsewhere.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

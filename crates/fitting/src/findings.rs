@@ -1,4 +1,4 @@
-//! Findings of a fit that its user should know, in words.
+//! Findings of a fit for its user, in words.
 
 use elastocap_coupling::words::listed;
 use elastocap_results::measured::Comparison;
@@ -6,74 +6,75 @@ use elastocap_results::measured::Comparison;
 use crate::parameter::{Parameter, Quantity};
 use crate::uncertainty::Uncertainty;
 
-/// Beyond this correlation two parameters cannot be told apart.
-const NOT_TOLD_APART: f64 = 0.99;
-/// Beyond this condition of the scaled Jacobian a combination of parameters is not determined.
+/// The correlation above which the data do not distinguish two parameters.
+const INDISTINGUISHABLE: f64 = 0.99;
+/// The condition number of the scaled Jacobian above which a combination of parameters is not determined.
 const ILL_CONDITIONED: f64 = 1e3;
 
-/// The results of a fit, as far as there may be something to say of them.
-pub(crate) struct Found<'a> {
-    /// In the order of the user.
+/// The results of a fit that findings may be about.
+pub(crate) struct FitResults<'a> {
+    /// The parameters, in the order of the user.
     pub(crate) parameters: &'a [Parameter],
     /// "lower" or "upper" for each parameter that ended at a limit.
     pub(crate) at_limit: &'a [Option<&'static str>],
-    /// Whether the curve hardly changes with it.
+    /// Whether the curve hardly changes with the parameter.
     pub(crate) weak: &'a [bool],
     /// Names of the parameters that did not end at a limit.
     pub(crate) inner: &'a [&'a str],
-    /// The uncertainty of these parameters by the data.
+    /// The uncertainty of these parameters.
     pub(crate) known: Option<&'a Uncertainty>,
-    /// Or why they say nothing: the condition, and the combination that changes nothing.
+    /// The reason why there is no uncertainty: the condition number, and the combination of parameters that
+    /// changes nothing.
     pub(crate) undetermined: Option<&'a (f64, Vec<f64>)>,
-    /// Steps of the case that have no place on the curve.
+    /// The number of steps of the case that are not on the curve.
     pub(crate) missing_steps: usize,
-    /// The points beside the fitted curve.
+    /// The points compared with the fitted curve.
     pub(crate) comparison: &'a Comparison,
-    /// The name of the quantity that is the load of the points.
+    /// The name of the load of the points.
     pub(crate) load: &'static str,
     /// Whether the points have deviations.
     pub(crate) noise_is_given: bool,
     /// Whether the search was stopped on request.
     pub(crate) stopped: bool,
-    /// Whether it converged.
+    /// Whether the search converged.
     pub(crate) converged: bool,
 }
 
-/// One sentence or two for each thing that the user should know.
-pub(crate) fn findings(found: &Found<'_>) -> Vec<String> {
-    let mut said = Vec::new();
+/// One or two sentences for each finding.
+pub(crate) fn findings(found: &FitResults<'_>) -> Vec<String> {
+    let mut sentences = Vec::new();
     if let Some((condition, weakest)) = found.undetermined {
-        said.push(not_determined(found.inner, weakest, *condition));
+        sentences.push(not_determined(found.inner, weakest, *condition));
     }
     if let Some(known) = found.known {
-        said.extend(not_told_apart(found.inner, known));
+        sentences.extend(indistinguishable(found.inner, known));
     }
-    for (own, weak) in found.parameters.iter().zip(found.weak) {
-        if *weak && own.quantity == Quantity::Key {
-            said.push(format!(
+    for (parameter, weak) in found.parameters.iter().zip(found.weak) {
+        if *weak && parameter.quantity == Quantity::Key {
+            sentences.push(format!(
                 "{} changes the curve by hardly more than its error, even over a quarter of the range: its interval is not reliable; lower \
                  `relative_tolerance` in [electrostatics], or leave it fixed",
-                own.name
+                parameter.name
             ));
         }
     }
-    for (own, at) in found.parameters.iter().zip(found.at_limit) {
+    for (parameter, at) in found.parameters.iter().zip(found.at_limit) {
         if let Some(side) = at {
-            said.push(format!(
+            sentences.push(format!(
                 "{} ended at its {side} limit and is taken as fixed there: the data ask for a value beyond it, or do not depend on it",
-                own.name
+                parameter.name
             ));
         }
     }
     if found.missing_steps > 0 {
-        said.push(format!(
+        sentences.push(format!(
             "{} of the steps of the case have no place on the fitted curve: they failed or have no {}",
             found.missing_steps, found.load
         ));
     }
     let comparison = found.comparison;
     if comparison.beyond_curve > 0 {
-        said.push(format!(
+        sentences.push(format!(
             "{} of {} points have a {} beyond the last step of the case: there the curve was continued along its tangent; give `[load]` \
              larger steps",
             comparison.beyond_curve,
@@ -81,16 +82,18 @@ pub(crate) fn findings(found: &Found<'_>) -> Vec<String> {
             found.load
         ));
     }
-    said.extend(found.known.filter(|_| found.noise_is_given).and_then(too_large));
+    sentences.extend(found.known.filter(|_| found.noise_is_given).and_then(too_large));
     if found.stopped {
-        said.push("the search was stopped: these are the best values by then, without intervals".to_owned());
+        sentences
+            .push("the search was stopped: these are the best values by then, without intervals".to_owned());
     } else if !found.converged {
-        said.push("the search did not converge: these are the best values that it found".to_owned());
+        sentences.push("the search did not converge: these are the best values that it found".to_owned());
     }
-    said
+    sentences
 }
 
-/// Whether the residuals are larger than deviations that are given allow, by three standard deviations of their mean square.
+/// The sentence on residuals that are larger than the given deviations allow, by three standard deviations of
+/// their mean square.
 fn too_large(known: &Uncertainty) -> Option<String> {
     let most = 1.0 + 3.0 * (2.0 / known.freedom as f64).sqrt();
     (known.reduced > most).then(|| {
@@ -102,14 +105,14 @@ fn too_large(known: &Uncertainty) -> Option<String> {
     })
 }
 
-/// Sentences on parameters that cannot be told apart.
-fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
-    let mut said = Vec::new();
+/// Sentences on parameters that the data do not distinguish.
+fn indistinguishable(names: &[&str], known: &Uncertainty) -> Vec<String> {
+    let mut sentences = Vec::new();
     for i in 0..names.len() {
         for j in 0..i {
             let correlation = known.correlations[i][j];
-            if correlation.abs() > NOT_TOLD_APART {
-                said.push(format!(
+            if correlation.abs() > INDISTINGUISHABLE {
+                sentences.push(format!(
                     "the data can hardly tell {} and {} apart (correlation {correlation:.4}): another pair of values fits nearly as well; fix \
                      one of them, or measure something else besides",
                     names[j], names[i]
@@ -117,10 +120,10 @@ fn not_told_apart(names: &[&str], known: &Uncertainty) -> Vec<String> {
             }
         }
     }
-    if said.is_empty() && known.condition > ILL_CONDITIONED {
-        said.push(not_determined(names, &known.weakest, known.condition));
+    if sentences.is_empty() && known.condition > ILL_CONDITIONED {
+        sentences.push(not_determined(names, &known.weakest, known.condition));
     }
-    said
+    sentences
 }
 
 fn not_determined(names: &[&str], weakest: &[f64], condition: f64) -> String {

@@ -1,4 +1,4 @@
-//! Parameters of a case fitted to its measured points by bounded least squares.
+//! Fits parameters of a case to its measured points by bounded least squares.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,19 +12,19 @@ use rmpfit::{MPError, MPFitter as _, MPSuccess};
 use serde::Serialize;
 
 use crate::curves::{CurveError, Curves, Effort};
-use crate::findings::{Found, findings};
+use crate::findings::{FitResults, findings};
 use crate::parameter::{Free, Parameter, ParameterError, parameters};
 use crate::residuals::{Prediction, Problem, correction_of};
 use crate::uncertainty::{Linearised, Uncertainty};
 
-/// A parameter this near to a limit, over its range, has ended there.
+/// The distance to a limit, over the range, up to which a parameter counts as being at it.
 const AT_LIMIT: f64 = 1e-6;
 
-/// Why a fit cannot be made.
+/// The reason why there is no fit.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// A free parameter is not in the case, or its range does not suit it.
+    /// A free parameter is not in the case, or its range is unsuitable.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The case has no measured points.
@@ -32,102 +32,104 @@ pub enum FitError {
         "the case has no measured points; add `[measurement]` with `file` and `columns`, as docs/fits.md describes"
     )]
     NoPoints,
-    /// There are not more points than parameters.
+    /// There are no more points than parameters.
     #[error(
         "{points} measured points cannot determine {parameters} parameters and their errors; there must be more points than parameters"
     )]
     TooFewPoints {
-        /// How many there are.
+        /// The number of points.
         points: usize,
-        /// How many are free.
+        /// The number of free parameters.
         parameters: usize,
     },
-    /// The run has no curve for the values at which the fit begins or ends.
+    /// The run has no curve for the values at the start or at the end of the fit.
     #[error(transparent)]
     Curve(#[from] CurveError),
-    /// The least-squares library gave up.
+    /// The least-squares library failed.
     #[error("the least-squares library cannot go on: {0}")]
     Library(&'static str),
 }
 
-/// A parameter as it was fitted, in SI units.
+/// A fitted parameter, in SI units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fitted {
-    /// As it was named.
+    /// The name that the caller gave.
     pub name: String,
-    /// Its key in the case.
+    /// The path of its key in the case.
     pub path: String,
-    /// Its best value.
+    /// The best value.
     pub value: f64,
-    /// Its 95 % interval by the scatter of the points; `None` at a limit, and where the data do not determine it.
+    /// The 95 % interval from the scatter of the points; `None` at a limit, and where the data do not
+    /// determine the parameter.
     pub interval_95: Option<[f64; 2]>,
-    /// Its standard error.
+    /// The standard error.
     pub standard_error: Option<f64>,
-    /// By how much the errors of the computed curve (bounds, stated errors, interpolation) may shift it besides, at most.
+    /// The largest additional shift by errors of the computed curve: bounds, stated errors and interpolation.
     pub shift_by_curve: Option<f64>,
-    /// Where the fit began.
+    /// The value at the start of the fit.
     pub start: f64,
-    /// Its least and its greatest value; `None` where it has no limit.
+    /// The least and the greatest allowed value; `None` without a limit.
     pub range: [Option<f64>; 2],
-    /// "lower" or "upper", if it ended at a limit.
+    /// "lower" or "upper", if the parameter ended at a limit.
     pub at_limit: Option<&'static str>,
 }
 
 /// The result of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fit {
-    /// In the order in which they were named.
+    /// The parameters, in the order of the caller.
     pub parameters: Vec<Fitted>,
-    /// Whether the search converged; otherwise this is the best that was found.
+    /// Whether the search converged; otherwise the values are the best so far.
     pub converged: bool,
-    /// Whether it was stopped on request.
+    /// Whether the search was stopped on request.
     pub stopped: bool,
-    /// How many measured points there are.
+    /// The number of measured points.
     pub points: usize,
-    /// Points less parameters that are not at a limit.
+    /// The number of points less that of the parameters that are not at a limit.
     pub degrees_of_freedom: usize,
-    /// The standard deviation of the points: the root of the mean square of those given, or estimated from the residuals, F;
-    /// `None` where a search that was stopped has no estimate.
+    /// The standard deviation of the points, F: the root mean square of given deviations, or an estimate from
+    /// the residuals; `None` where a stopped search has no estimate.
     pub noise_f: Option<f64>,
     /// Whether the measurement gives the deviations of its points.
     pub noise_is_given: bool,
-    /// Sum of squares over the degrees of freedom, by the deviations that are given: about 1 if they are right.
+    /// The sum of squares over the degrees of freedom, with the given deviations: about 1 if they are right.
     pub reduced_chi_squared: Option<f64>,
-    /// Root of the mean square of the residuals, F.
+    /// The root mean square of the residuals, F.
     pub rms_residual_f: f64,
-    /// Root of the mean square of the residuals where the fit began, F.
+    /// The root mean square of the residuals at the start of the fit, F.
     pub rms_residual_at_start_f: f64,
     /// Correlations of the parameters that are not at a limit, in the order of `correlated`.
     pub correlations: Vec<Vec<f64>>,
     /// The names of these parameters.
     pub correlated: Vec<String>,
-    /// Condition of the Jacobian with columns of length one; `None` where it is not known.
+    /// The condition number of the Jacobian with columns of length one; `None` where it is not known.
     pub condition: Option<f64>,
-    /// Findings that the user should know, in words.
+    /// Findings for the user, in words.
     pub findings: Vec<String>,
-    /// The largest stated error of the curve at a point, in what the meter shows, F.
+    /// The largest stated error of the curve at a point, in the reading of the meter, F.
     pub curve_error_f: f64,
-    /// The largest estimated error of interpolation between steps at a point, F; `None` where nothing is known of it.
+    /// The largest estimated error of interpolation between steps at a point, F; `None` where it is not
+    /// known.
     pub interpolation_error_f: Option<f64>,
-    /// Iterations of the least-squares library.
+    /// The number of iterations of the least-squares library.
     pub iterations: usize,
-    /// The curves solved for it, by their number.
+    /// The number of curves solved for the fit.
     pub effort: Effort,
-    /// The corrected points beside the fitted curve.
+    /// The corrected points compared with the fitted curve.
     pub measured_points: Comparison,
-    /// The fitted curves, for pictures.
+    /// The curves before and after the fit, for pictures.
     #[serde(skip)]
     pub curves: FittedCurves,
 }
 
-/// The curves before and after, and the correction of the points.
+/// The curves before and after a fit, and the corrections of the points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedCurves {
-    /// Where the fit began.
+    /// The curve at the start of the fit.
     pub start: LoadCurve,
-    /// The correction there.
+    /// The correction at the start of the fit.
     pub start_correction: Correction,
-    /// The fitted one.
+    /// The fitted curve.
     pub fitted: LoadCurve,
     /// The correction of the points by the fit.
     pub correction: Correction,
@@ -136,16 +138,18 @@ pub struct FittedCurves {
 impl Fit {
     /// Whether every parameter is determined by the data.
     pub fn is_determined(&self) -> bool {
-        self.parameters.iter().all(|own| own.interval_95.is_some())
+        self.parameters.iter().all(|parameter| parameter.interval_95.is_some())
     }
 }
 
-/// Fits what is `free` to the measured points of a case.
+/// Fits the parameters `free` to the measured points of a case.
 ///
-/// `source` is the text of the case, `case` what it says, `origin` its file. `cancel` stops the search; what is best by then is returned.
+/// `source` is the text of the case, `case` its content, `origin` its file. `cancel` stops the search; the
+/// best values by then are returned.
 ///
 /// # Errors
-/// [`FitError`] where the case has no points or too few, where a parameter is not in it, and where it cannot be solved at the start.
+/// [`FitError`] if the case has no points or too few, if a parameter is not in it, or if it cannot be solved
+/// at the start.
 pub fn fit(
     source: &str,
     case: &Case,
@@ -159,7 +163,7 @@ pub fn fit(
     fit_with(&curves, &parameters, measured)
 }
 
-/// Fits `parameters` to measured points, as [`fit`] does, with curves that may be known already.
+/// Fits `parameters` to measured points, as [`fit`] does, with curves of which some may already be solved.
 ///
 /// # Errors
 /// As for [`fit`].
@@ -177,8 +181,8 @@ pub fn fit_with(
     let largest = points.iter().map(|point| point.capacitance.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let scales = deviations.clone().unwrap_or_else(|| vec![1e-3 * largest; points.len()]);
     let mut problem = Problem::new(curves, parameters, points, measured.correction, scales);
-    let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
-    // A case that cannot be solved where the fit begins is told before anything else.
+    let start: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    // A case that cannot be solved at the start is reported before anything else.
     let at_start = problem.predict(&start)?;
     let start_curve = problem.curve(&start)?.curve.clone();
     let mut values = start.clone();
@@ -195,7 +199,7 @@ pub fn fit_with(
     }
     let found = problem.predict(&values)?;
     let at_limit: Vec<Option<&'static str>> =
-        parameters.iter().zip(&values).map(|(own, value)| limit(own, *value)).collect();
+        parameters.iter().zip(&values).map(|(parameter, value)| limit(parameter, *value)).collect();
     let inner: Vec<usize> = (0..parameters.len()).filter(|k| at_limit[*k].is_none()).collect();
     let columns = match problem.columns(&values) {
         Ok(columns) => Some(columns),
@@ -221,7 +225,7 @@ pub fn fit_with(
         Some(all) => Some(rms(all)),
         None => known.as_ref().map(|known| known.noise * 1e-3 * largest),
     };
-    let findings = findings(&Found {
+    let findings = findings(&FitResults {
         parameters,
         at_limit: &at_limit,
         weak: &problem.weak,
@@ -237,26 +241,27 @@ pub fn fit_with(
     });
 
     let fitted = |k: usize| {
-        let own = &parameters[k];
+        let parameter = &parameters[k];
         let place = inner.iter().position(|inner| *inner == k);
-        let of = |pick: fn(&Uncertainty) -> &[f64]| Some(pick(known.as_ref()?)[place?]);
-        let half = of(|known| &known.half_widths);
+        let uncertainty = |pick: fn(&Uncertainty) -> &[f64]| Some(pick(known.as_ref()?)[place?]);
+        let half = uncertainty(|known| &known.half_widths);
         let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
         Fitted {
-            name: own.name.clone(),
-            path: own.path.clone(),
+            name: parameter.name.clone(),
+            path: parameter.path.clone(),
             value: values[k],
             interval_95: half.map(|half| [values[k] - half, values[k] + half]),
-            standard_error: of(|known| &known.standard_errors),
-            shift_by_curve: of(|known| &known.shifts),
-            start: own.start,
-            range: own.range.map(finite),
+            standard_error: uncertainty(|known| &known.standard_errors),
+            shift_by_curve: uncertainty(|known| &known.shifts),
+            start: parameter.start,
+            range: parameter.range.map(finite),
             at_limit: at_limit[k],
         }
     };
-    let residual = |(point, own): (&MeasuredPoint, &Prediction)| point.capacitance - own.capacitance;
+    let residual =
+        |(point, prediction): (&MeasuredPoint, &Prediction)| point.capacitance - prediction.capacitance;
     let residuals = |all: &[Prediction]| -> Vec<f64> { points.iter().zip(all).map(residual).collect() };
-    let interpolation = found.iter().map(|own| own.interpolation_error);
+    let interpolation = found.iter().map(|prediction| prediction.interpolation_error);
     Ok(Fit {
         parameters: (0..parameters.len()).map(fitted).collect(),
         converged,
@@ -272,7 +277,7 @@ pub fn fit_with(
         correlated: names.iter().map(|name| (*name).to_owned()).collect(),
         condition: known.as_ref().map(|known| known.condition),
         findings,
-        curve_error_f: found.iter().map(|own| own.error).fold(0.0, f64::max),
+        curve_error_f: found.iter().map(|prediction| prediction.error).fold(0.0, f64::max),
         interpolation_error_f: interpolation.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten(),
         iterations,
         effort: curves.effort(),
@@ -291,8 +296,8 @@ pub fn fit_with(
 /// # Errors
 /// [`OverrideError`] where a path does not fit the text.
 pub fn fitted_case(source: &str, parameters: &[Parameter], fit: &Fit) -> Result<String, OverrideError> {
-    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (own, found)| {
-        with_value(&text, &own.path, &own.to_toml(found.value))
+    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (parameter, found)| {
+        with_value(&text, &parameter.path, &parameter.to_toml(found.value))
     })
 }
 
@@ -301,8 +306,8 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 /// "lower" or "upper", if a value is at a limit of its parameter.
-fn limit(own: &Parameter, value: f64) -> Option<&'static str> {
-    let [low, high] = own.range;
+fn limit(parameter: &Parameter, value: f64) -> Option<&'static str> {
+    let [low, high] = parameter.range;
     let near = |limit: f64| {
         let width = if low.is_finite() && high.is_finite() { high - low } else { limit.abs() };
         limit.is_finite() && (value - limit).abs() <= AT_LIMIT * width
@@ -324,8 +329,8 @@ fn linearise(
     inner: &[usize],
     noise_is_known: bool,
 ) -> Linearised {
-    let of_points = |of: &dyn Fn(usize) -> f64| {
-        DVector::from_iterator(points.len(), (0..points.len()).map(|k| of(k) / scales[k]))
+    let of_points = |value: &dyn Fn(usize) -> f64| {
+        DVector::from_iterator(points.len(), (0..points.len()).map(|k| value(k) / scales[k]))
     };
     Linearised {
         jacobian: DMatrix::from_fn(points.len(), inner.len(), |row, column| {

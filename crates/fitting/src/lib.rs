@@ -1,9 +1,10 @@
-//! Parameters of a case from measured data, and from what is wished for.
+//! Fits parameters of a case to measured data, and optimises its keys.
 //!
-//! The way of the data: the text of a case with `[measurement]` and the names of what is free -> [`parameter::Parameter`]s ->
-//! [`curves::Curves`], which gives the computed curve for any values of them and remembers it -> [`fit::fit`], least squares ->
-//! [`fit::Fit`] with intervals, correlations and words, by `uncertainty`. [`optimise::optimise`] asks the same curves for
-//! [`objective::Quantity`] in place of residuals.
+//! The flow of data: the text of a case with `[measurement]` and the names of free parameters ->
+//! [`parameter::Parameter`]s -> [`curves::Curves`], which computes the curve for any of their values and
+//! remembers it -> [`fit::fit`], least squares -> [`fit::Fit`] with intervals, correlations and findings, by
+//! `uncertainty` and `findings`. [`optimise::optimise`] evaluates [`objective::Quantity`] instead of
+//! residuals.
 //!
 //! Derivatives by keys of the case are differences of curves; those by offset, parasitic capacitance and gain are exact.
 

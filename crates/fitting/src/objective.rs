@@ -1,4 +1,4 @@
-//! Objectives of a search: a number that a case gives at a load, and limits on such numbers.
+//! Objectives of a search: quantities of a case at a load, and limits on them.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,10 +7,10 @@ use elastocap_case::{Amount, Case, Load, Scale};
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 
-/// A sensitivity is the difference between loads that are this share below and above.
+/// The distance of the loads of a difference quotient from the given load, over that load, for sensitivities.
 pub const DIFFERENCE: f64 = 0.15;
 
-/// A number that a case gives.
+/// A quantity of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
     /// `C0`: the capacitance without load, F.
@@ -28,17 +28,17 @@ pub enum Quantity {
 /// A load above zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AtLoad {
-    /// N.
+    /// A force, N.
     Force(f64),
-    /// U/H, below 1.
+    /// A compression U/H, below 1.
     Compression(f64),
 }
 
-/// Why a text does not name a quantity or a limit, or why several cannot be asked for together.
+/// The reason why a text does not name a quantity or a limit, or why several do not go together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WishError {
-    /// The quantity is not known.
+    /// The quantity is unknown.
     #[error(
         "`{0}` is not known; write C0, or one of `C`, `change`, `sensitivity` at a force or a compression, or `force` at a compression, \
          such as \"sensitivity at 0.1 N\" or \"change at 0.2\""
@@ -49,7 +49,7 @@ pub enum WishError {
         "`{0}` is not a load; write a force above zero with its unit, such as 0.1 N, or a compression between 0 and 1, such as 0.2"
     )]
     Load(String),
-    /// A force is asked for at a force.
+    /// A force is asked for at a force instead of a compression.
     #[error("`{0}`: a force is asked for at a compression, such as \"force at 0.2\"")]
     ForceAtForce(String),
     /// The limit has no `<` or `>`.
@@ -58,9 +58,9 @@ pub enum WishError {
     /// The limit has another unit than the quantity.
     #[error("`{text}`: the limit is {found}, and its unit must be {unit}")]
     Limit {
-        /// As it was written.
+        /// The text of the limit.
         text: String,
-        /// The dimension of the given amount with the article, or the reason why it is not an amount.
+        /// The dimension of the given amount with its article, or the reason why it is not an amount.
         found: String,
         /// The unit that it should have: F, F/N or N.
         unit: &'static str,
@@ -70,14 +70,14 @@ pub enum WishError {
     MixedLoads,
 }
 
-/// Why a run does not give a quantity.
+/// The reason why a run does not give a quantity.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoValue {
     /// No step has a load that the quantity needs.
     #[error("the run has no step at a load of {0}")]
     NoStep(f64),
-    /// A step has no capacitance; its status says why.
+    /// A step has no capacitance; the text is its status.
     #[error("{0}")]
     NoCapacitance(Box<Status>),
     /// A step has no force.
@@ -89,7 +89,7 @@ pub enum NoValue {
 }
 
 impl Quantity {
-    /// Its SI unit.
+    /// The SI unit of the quantity.
     pub fn unit(&self) -> &'static str {
         match self {
             Self::RestCapacitance | Self::Capacitance(_) | Self::Change(_) => "F",
@@ -106,40 +106,40 @@ impl Quantity {
         }
     }
 
-    /// The loads that it needs, besides the state without load.
+    /// The loads that the quantity needs, besides the state without load.
     fn needs(&self) -> Vec<f64> {
         let Some(load) = self.load() else { return Vec::new() };
-        let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
+        let (AtLoad::Force(load_value) | AtLoad::Compression(load_value)) = load;
         match (self, load) {
             (Self::Sensitivity(_), AtLoad::Force(_)) => {
-                vec![own * (1.0 - DIFFERENCE), own * (1.0 + DIFFERENCE)]
+                vec![load_value * (1.0 - DIFFERENCE), load_value * (1.0 + DIFFERENCE)]
             }
             // No compression reaches 1.
             (Self::Sensitivity(_), AtLoad::Compression(_)) => {
-                let step = (DIFFERENCE * own).min(0.5 * (1.0 - own));
-                vec![own - step, own + step]
+                let step = (DIFFERENCE * load_value).min(0.5 * (1.0 - load_value));
+                vec![load_value - step, load_value + step]
             }
-            _ => vec![own],
+            _ => vec![load_value],
         }
     }
 
-    /// Its value in a run of [`case_at`], in its SI unit, and what the bounds and stated errors leave open of it.
+    /// The value in a run of [`case_at`], in its SI unit, and its error from bounds and stated errors.
     ///
     /// # Errors
-    /// [`NoValue`] if a step that it needs is missing, or has no capacitance or force.
+    /// [`NoValue`] if a step that the quantity needs is missing, or has no capacitance or force.
     pub fn value(&self, outcome: &Outcome) -> Result<(f64, f64), NoValue> {
         let rest = step_at(outcome, 0.0)?;
         let (c0, e0) = capacitance(rest)?;
         let Some(load) = self.load() else { return Ok((c0, e0)) };
-        let (AtLoad::Force(own) | AtLoad::Compression(own)) = load;
+        let (AtLoad::Force(load_value) | AtLoad::Compression(load_value)) = load;
         match self {
             Self::RestCapacitance => Ok((c0, e0)),
-            Self::Capacitance(_) => capacitance(step_at(outcome, own)?),
+            Self::Capacitance(_) => capacitance(step_at(outcome, load_value)?),
             Self::Change(_) => {
-                let (c, e) = capacitance(step_at(outcome, own)?)?;
+                let (c, e) = capacitance(step_at(outcome, load_value)?)?;
                 Ok(((c - c0).abs(), e + e0))
             }
-            Self::Force(_) => force(step_at(outcome, own)?),
+            Self::Force(_) => force(step_at(outcome, load_value)?),
             Self::Sensitivity(_) => {
                 let around = self.needs();
                 let [low, high] = [around[0], around[1]].map(|load| step_at(outcome, load));
@@ -151,7 +151,7 @@ impl Quantity {
                     return Err(NoValue::ForceDoesNotGrow);
                 }
                 let value = ((c2 - c1) / width).abs();
-                // To first order in the errors of capacitances and forces.
+                // First order in the errors of capacitances and forces.
                 Ok((value, (e1 + e2 + value * (g1 + g2)) / width))
             }
         }
@@ -159,11 +159,11 @@ impl Quantity {
 }
 
 fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, NoValue> {
-    let is_there = |step: &&StepResult| match step.load {
+    let has_load = |step: &&StepResult| match step.load {
         StepLoad::None => load == 0.0,
-        StepLoad::Compression(own) | StepLoad::ForceN(own) => own == load,
+        StepLoad::Compression(step_load) | StepLoad::ForceN(step_load) => step_load == load,
     };
-    outcome.steps.iter().find(is_there).ok_or(NoValue::NoStep(load))
+    outcome.steps.iter().find(has_load).ok_or(NoValue::NoStep(load))
 }
 
 /// The force of a step and its stated error, N.
@@ -173,7 +173,7 @@ fn force(step: &StepResult) -> Result<(f64, f64), NoValue> {
     Ok((value, error * value.abs()))
 }
 
-/// The capacitance of a step and what its bounds and stated errors leave open of it, F.
+/// The capacitance of a step and its error from bounds and stated errors, F.
 fn capacitance(step: &StepResult) -> Result<(f64, f64), NoValue> {
     let no_capacitance = || NoValue::NoCapacitance(Box::new(step.row.status.clone()));
     let value = step.row.capacitance_f.ok_or_else(no_capacitance)?;
@@ -183,7 +183,7 @@ fn capacitance(step: &StepResult) -> Result<(f64, f64), NoValue> {
 /// The case with the loads that these quantities need, and no others.
 ///
 /// # Errors
-/// [`WishError::MixedLoads`] where some need forces and others compressions.
+/// [`WishError::MixedLoads`] if some need forces and others compressions.
 pub fn case_at(mut case: Case, quantities: &[Quantity]) -> Result<Case, WishError> {
     let kinds: Vec<AtLoad> = quantities.iter().filter_map(Quantity::load).collect();
     let by_force = kinds.iter().any(|load| matches!(load, AtLoad::Force(_)));
@@ -195,8 +195,8 @@ pub fn case_at(mut case: Case, quantities: &[Quantity]) -> Result<Case, WishErro
     loads.dedup();
     case.load = Some(if by_force { Load::Force(loads) } else { Load::Compression(loads) });
     case.poses = Vec::new();
-    if let Some(asked) = &mut case.electrostatics {
-        asked.change_tolerance = None;
+    if let Some(settings) = &mut case.electrostatics {
+        settings.change_tolerance = None;
     }
     Ok(case)
 }
@@ -252,18 +252,18 @@ impl FromStr for Quantity {
 /// A limit on a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constraint {
-    /// The quantity that is limited.
+    /// The limited quantity.
     pub quantity: Quantity,
-    /// Whether the limit is the least that is allowed; otherwise it is the greatest.
+    /// Whether the limit is a lower one; otherwise it is an upper one.
     pub at_least: bool,
-    /// In the SI unit of the quantity.
+    /// The limit, in the SI unit of the quantity.
     pub limit: f64,
-    /// How the limit was written.
+    /// The scale in which the limit was written.
     pub scale: Scale,
 }
 
 impl Constraint {
-    /// How far a value is on the allowed side, over the limit; negative if it is on the other one.
+    /// The distance of a value from the limit, over the limit; negative if the value is not allowed.
     pub fn margin(&self, value: f64) -> f64 {
         let beyond = if self.at_least { value - self.limit } else { self.limit - value };
         beyond / if self.limit == 0.0 { 1.0 } else { self.limit.abs() }
@@ -326,8 +326,8 @@ mod tests {
             ("C at 1 mm", "is not a load"),
             ("force at 0.1 N", "at a compression"),
         ] {
-            let said = text.parse::<Quantity>().unwrap_err().to_string();
-            assert!(said.contains(words), "{text}: {said}");
+            let message = text.parse::<Quantity>().unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
         }
         for (text, words) in [
             ("C0 = 1pF", "no < or >"),
@@ -335,8 +335,8 @@ mod tests {
             ("C0 > much", "not a number"),
             ("sensitivity at 0.1 N > 1 pF", "F/N"),
         ] {
-            let said = text.parse::<Constraint>().unwrap_err().to_string();
-            assert!(said.contains(words), "{text}: {said}");
+            let message = text.parse::<Constraint>().unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
         }
     }
 

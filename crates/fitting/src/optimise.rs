@@ -1,7 +1,7 @@
-//! Keys of a case varied until a quantity is largest or smallest, within limits on others.
+//! Varies keys of a case until a quantity is largest or smallest, within limits on others.
 //!
-//! By Powell's COBYLA, as NLopt has it: linear models of the quantity and of the limits through values at a few points, without
-//! derivatives. It finds a local optimum.
+//! The method is Powell's COBYLA, in the implementation of NLopt: linear models of the quantity and of the
+//! limits through values at a few points, without derivatives. It finds a local optimum.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,66 +19,66 @@ use crate::parameter::{Free, Parameter, ParameterError, parameters};
 
 /// The first step of each key over its range.
 const FIRST_STEP: f64 = 0.25;
-/// The largest number of evaluations, unless another one is asked for.
+/// The default of the largest number of evaluations.
 pub const MAX_EVALUATIONS: usize = 60;
-/// The value that a place without one is given, over the first value.
+/// The value given to a place without one, over the first value.
 const FAILED: f64 = 10.0;
 
 /// The task of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// The quantity that is made largest or smallest.
+    /// The quantity to be made largest or smallest.
     pub quantity: Quantity,
-    /// Whether the largest is wanted.
+    /// Whether the quantity is to be made largest.
     pub maximise: bool,
-    /// The limits to be kept.
+    /// The limits to be respected.
     pub constraints: Vec<Constraint>,
-    /// How well the keys should be known, over their ranges.
+    /// The wanted tolerance of the keys, over their ranges.
     pub tolerance: f64,
     /// The largest number of evaluations.
     pub max_evaluations: usize,
 }
 
-/// Why a search cannot be made.
+/// The reason why there is no search.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimiseError {
-    /// A key that varies is not in the case, or its range does not suit it.
+    /// A varied key is not in the case, or its range is unsuitable.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A key has no range.
     #[error("{0} needs a range to vary in, such as {0}=a..b")]
     Unbounded(String),
-    /// Loads of two kinds.
+    /// Some loads are forces and others compressions.
     #[error(transparent)]
     Wish(#[from] WishError),
-    /// The case has nothing that is pressed, or no capacitance; what is missing.
+    /// The case has no mechanics or no capacitance; the text names the missing part.
     #[error("the case needs [mechanics] and a capacitance for this search: {0}")]
     NoCurve(&'static str),
-    /// Nothing can be evaluated where the search begins.
+    /// The evaluation at the start fails.
     #[error("the search cannot begin at {place}: {reason}; give another start, such as KEY=a..b@start")]
     Start {
-        /// The values.
+        /// The values of the keys, in words.
         place: String,
-        /// Why.
+        /// The reason of the failure.
         reason: Box<EvaluationError>,
     },
-    /// The work was stopped on request before there was any value.
+    /// The work was stopped on request before the first value.
     #[error("stopped")]
     Stopped,
 }
 
-/// Why a place has no value.
+/// The reason why an evaluation has no value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluationError {
     /// A key cannot be set.
     #[error(transparent)]
     Path(#[from] OverrideError),
-    /// With these values the case is not valid; the first thing that is wrong with it, in one line.
+    /// The case is not valid with these values; the first error in it, in one line.
     #[error("{0}")]
     Case(String),
-    /// Loads of two kinds.
+    /// Some loads are forces and others compressions.
     #[error(transparent)]
     Wish(#[from] WishError),
     /// The run does not give a quantity.
@@ -89,28 +89,28 @@ pub enum EvaluationError {
     Stopped,
 }
 
-/// In words.
+/// Serialized as its message.
 impl Serialize for EvaluationError {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
 }
 
-/// One evaluation of a search: the values that were tried, and what they gave.
+/// One evaluation of a search: the values of the keys, and its results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
     /// The values of the keys, in SI units.
     pub values: Vec<f64>,
-    /// The value of the quantity that the search is to make as small or as large as possible, in its SI unit; `None` if it could not be
+    /// The value of the quantity to be made smallest or largest, in its SI unit; `None` if it could not be
     /// computed.
     pub objective: Option<f64>,
-    /// The error of the objective that the bounds and the stated errors leave open, in its SI unit.
+    /// The error of the objective from bounds and stated errors, in its SI unit.
     pub objective_error: Option<f64>,
     /// The values of the limited quantities, in their SI units; empty if they could not be computed.
     pub limited: Vec<f64>,
-    /// Whether all limits are kept.
+    /// Whether all limits are respected.
     pub is_allowed: bool,
-    /// Why the values could not be computed.
+    /// The reason why the values could not be computed.
     pub failure: Option<EvaluationError>,
     /// Wall-clock seconds of the evaluation.
     pub seconds: f64,
@@ -119,15 +119,15 @@ pub struct Evaluation {
 /// The result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Optimum {
-    /// The place of the best allowed evaluation in `evaluations`; `None` if none was allowed.
+    /// The position of the best allowed evaluation in `evaluations`; `None` if none was allowed.
     pub best: Option<usize>,
     /// All evaluations, in their order.
     pub evaluations: Vec<Evaluation>,
-    /// Whether the search ended because its steps had become as small as asked for.
+    /// Whether the search ended because its steps had become as small as the tolerance.
     pub converged: bool,
-    /// Whether it was stopped on request.
+    /// Whether the search was stopped on request.
     pub stopped: bool,
-    /// Names of keys that ended at a limit of their range.
+    /// The names of keys that ended at a limit of their range.
     pub at_limit: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ struct Evaluator<'a> {
 /// The keys that vary, with their ranges.
 ///
 /// # Errors
-/// [`OptimiseError`] where one is not in the case or has no range.
+/// [`OptimiseError`] if a key is not in the case or has no range.
 pub fn varied(free: &[Free], source: &str) -> Result<Vec<Parameter>, OptimiseError> {
     if let Some(open) = free.iter().find(|free| free.range.is_none()) {
         return Err(OptimiseError::Unbounded(open.name.clone()));
@@ -152,7 +152,8 @@ pub fn varied(free: &[Free], source: &str) -> Result<Vec<Parameter>, OptimiseErr
     Ok(parameters(free, source, None)?)
 }
 
-/// Searches from the values that the case has, or the middle of the ranges. `report` is told of each evaluation and its number.
+/// Searches from the values of the case, or from the middle of the ranges. `report` gets each evaluation and
+/// its number.
 ///
 /// # Errors
 /// [`OptimiseError`] where the search cannot begin.
@@ -166,8 +167,10 @@ pub fn optimise(
 ) -> Result<Optimum, OptimiseError> {
     let evaluator = Evaluator { source, origin, parameters, search, cancel, done: Mutex::default(), report };
     evaluator.check()?;
-    let unit = |own: &Parameter, value: f64| (value - own.range[0]) / (own.range[1] - own.range[0]);
-    let start: Vec<f64> = parameters.iter().map(|own| unit(own, own.start)).collect();
+    let unit = |parameter: &Parameter, value: f64| {
+        (value - parameter.range[0]) / (parameter.range[1] - parameter.range[0])
+    };
+    let start: Vec<f64> = parameters.iter().map(|parameter| unit(parameter, parameter.start)).collect();
     let first = evaluator.at(&start);
     let size = match (first.objective, first.failure) {
         (Some(value), None) if value != 0.0 => value.abs(),
@@ -191,7 +194,7 @@ pub fn optimise(
         }
     };
     let limits: Vec<_> = (0..search.constraints.len()).map(limit).collect();
-    let constraints: Vec<&dyn Func<()>> = limits.iter().map(|own| own as &dyn Func<()>).collect();
+    let constraints: Vec<&dyn Func<()>> = limits.iter().map(|limit| limit as &dyn Func<()>).collect();
     let tolerances = StopTols { xtol_abs: vec![search.tolerance; start.len()], ..StopTols::default() };
     let bounds = vec![(0.0, 1.0); start.len()];
     let ended = minimize(
@@ -217,11 +220,16 @@ pub fn optimise(
     let evaluations = evaluator.done.into_inner().unwrap_or_else(PoisonError::into_inner);
     let best = best(&evaluations, search.maximise);
     let at_limit = best.map_or_else(Vec::new, |k| {
-        let at = |(own, value): &(&Parameter, &f64)| {
-            let place = unit(own, **value);
+        let at = |(parameter, value): &(&Parameter, &f64)| {
+            let place = unit(parameter, **value);
             !(search.tolerance..=1.0 - search.tolerance).contains(&place)
         };
-        parameters.iter().zip(&evaluations[k].values).filter(at).map(|(own, _)| own.name.clone()).collect()
+        parameters
+            .iter()
+            .zip(&evaluations[k].values)
+            .filter(at)
+            .map(|(parameter, _)| parameter.name.clone())
+            .collect()
     });
     Ok(Optimum { best, evaluations, converged: converged && !stopped, stopped, at_limit })
 }
@@ -231,17 +239,16 @@ pub fn optimise(
 /// # Errors
 /// [`OverrideError`] where a path does not fit the text.
 pub fn case_of(source: &str, parameters: &[Parameter], values: &[f64]) -> Result<String, OverrideError> {
-    parameters
-        .iter()
-        .zip(values)
-        .try_fold(source.to_owned(), |text, (own, value)| with_value(&text, &own.path, &own.to_toml(*value)))
+    parameters.iter().zip(values).try_fold(source.to_owned(), |text, (parameter, value)| {
+        with_value(&text, &parameter.path, &parameter.to_toml(*value))
+    })
 }
 
 /// The best of the allowed evaluations.
 fn best(evaluations: &[Evaluation], maximise: bool) -> Option<usize> {
     let value = |k: &usize| {
-        let own = evaluations[*k].objective.unwrap_or(f64::NEG_INFINITY);
-        if maximise { own } else { -own }
+        let objective = evaluations[*k].objective.unwrap_or(f64::NEG_INFINITY);
+        if maximise { objective } else { -objective }
     };
     let allowed = (0..evaluations.len()).filter(|k| evaluations[*k].is_allowed);
     allowed.reduce(|best, k| if value(&k) > value(&best) { k } else { best })
@@ -254,9 +261,11 @@ impl Evaluator<'_> {
             .parameters
             .iter()
             .zip(x)
-            .map(|(own, x)| own.range[0] + x.clamp(0.0, 1.0) * (own.range[1] - own.range[0]))
+            .map(|(parameter, x)| {
+                parameter.range[0] + x.clamp(0.0, 1.0) * (parameter.range[1] - parameter.range[0])
+            })
             .collect();
-        let known = |all: &[Evaluation]| all.iter().find(|own| own.values == values).cloned();
+        let known = |done: &[Evaluation]| done.iter().find(|evaluation| evaluation.values == values).cloned();
         if let Some(known) = known(&self.done.lock().unwrap_or_else(PoisonError::into_inner)) {
             return known;
         }
@@ -278,13 +287,13 @@ impl Evaluator<'_> {
                     .constraints
                     .iter()
                     .zip(&limited)
-                    .all(|(own, value)| own.margin(*value) >= 0.0);
+                    .all(|(constraint, value)| constraint.margin(*value) >= 0.0);
                 (evaluation.objective, evaluation.objective_error) = (Some(value), Some(error));
                 evaluation.limited = limited;
             }
             Err(reason) => evaluation.failure = Some(reason),
         }
-        // What was cut short by a signal is not an evaluation.
+        // An evaluation cut short by a signal does not count.
         if !self.cancel.load(Ordering::Relaxed) {
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
             done.push(evaluation.clone());
@@ -305,7 +314,8 @@ impl Evaluator<'_> {
             return Err(EvaluationError::Stopped);
         }
         let objective = self.search.quantity.value(&outcome)?;
-        let limited = self.search.constraints.iter().map(|own| Ok(own.quantity.value(&outcome)?.0));
+        let limited =
+            self.search.constraints.iter().map(|constraint| Ok(constraint.quantity.value(&outcome)?.0));
         Ok((objective, limited.collect::<Result<_, NoValue>>()?))
     }
 
@@ -317,13 +327,13 @@ impl Evaluator<'_> {
     }
 
     fn quantities(&self) -> Vec<Quantity> {
-        let limited = self.search.constraints.iter().map(|own| own.quantity);
+        let limited = self.search.constraints.iter().map(|constraint| constraint.quantity);
         std::iter::once(self.search.quantity).chain(limited).collect()
     }
 
-    /// Whether the case has what the search asks for.
+    /// Checks that the case has the mechanics and the capacitance that the search needs.
     fn check(&self) -> Result<(), OptimiseError> {
-        let values: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
+        let values: Vec<f64> = self.parameters.iter().map(|parameter| parameter.start).collect();
         let case = self.case(&values).map_err(|reason| OptimiseError::Start {
             place: self.in_words(&values),
             reason: Box::new(reason),
@@ -343,7 +353,7 @@ impl Evaluator<'_> {
             .parameters
             .iter()
             .zip(values)
-            .map(|(own, value)| format!("{} = {}", own.name, own.show(*value, 5)));
+            .map(|(parameter, value)| format!("{} = {}", parameter.name, parameter.show(*value, 5)));
         shown.collect::<Vec<_>>().join(", ")
     }
 }

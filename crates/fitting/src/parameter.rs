@@ -4,21 +4,21 @@ use std::str::FromStr;
 
 use elastocap_case::{Amount, AmountError, MeasuredLoad, MeasuredPoints, OverrideError, Scale, value_at};
 
-/// Without a range, a key may go down to its present value over this, and up to its present value times this.
+/// The default range of a key: from its present value over this to its present value times this.
 const USUAL_RATIO: f64 = 100.0;
 
-/// A free parameter, as it is written in an argument: `NAME`, `NAME=a..b`, `NAME=a..b@start` or `NAME=@start`.
+/// A free parameter as the user writes it: `NAME`, `NAME=a..b`, `NAME=a..b@start` or `NAME=@start`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Free {
     /// The path of a key, or `offset`, `parasitic` or `gain`.
     pub name: String,
     /// The least and the greatest value.
     pub range: Option<[Amount; 2]>,
-    /// Where to begin.
+    /// The value to begin with.
     pub start: Option<Amount>,
 }
 
-/// Why something cannot be free.
+/// The reason why a parameter cannot be free.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
@@ -46,10 +46,10 @@ pub enum ParameterError {
         /// The dimension of the given value, with its article.
         found: &'static str,
     },
-    /// The range is empty, or the start lies outside of it.
+    /// The range is empty, or the start is outside of it.
     #[error("{0}: the range must go from a smaller to a larger value, and the start must lie in it")]
     Order(String),
-    /// The case does not have the key, and no range is given.
+    /// The case does not have the key, and there is no range.
     #[error("the case has no number at `{0}`; give a range, such as {0}=1..2, or check the path")]
     Absent(String),
     /// No range follows from the value in the case.
@@ -61,7 +61,7 @@ pub enum ParameterError {
     /// A parameter is given twice.
     #[error("{0} is given twice")]
     Twice(String),
-    /// A correction of measured points is given where there are none.
+    /// A correction of measured points where only keys of the case can vary.
     #[error("{0} is of a measurement; here only keys of the case can vary")]
     NotHere(String),
 }
@@ -98,11 +98,11 @@ impl FromStr for Free {
 /// The kind of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// A key of the case: each value has a curve of its own.
+    /// A key of the case: each of its values gives another curve.
     Key,
-    /// The offset that is taken off the measured loads.
+    /// The offset that is subtracted from the measured loads.
     Offset,
-    /// The parasitic capacitance that is taken off the measured capacitances, F.
+    /// The parasitic capacitance that is subtracted from the measured capacitances, F.
     Parasitic,
     /// The gain that the measured capacitances are divided by.
     Gain,
@@ -111,45 +111,45 @@ pub enum Quantity {
 /// A parameter with its range, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// As it was written in the argument.
+    /// The name as the user wrote it.
     pub name: String,
     /// The path of its key in the case file.
     pub path: String,
-    /// The kind of parameter that it is.
+    /// The kind of the parameter.
     pub quantity: Quantity,
-    /// How its values are written.
+    /// The scale in which its values are written.
     pub scale: Scale,
-    /// Least and greatest value; infinite where there is no limit.
+    /// The least and the greatest value; infinite without a limit.
     pub range: [f64; 2],
-    /// Where a search begins, in the range.
+    /// The value at which a search begins, in the range.
     pub start: f64,
 }
 
 impl Parameter {
-    /// A value as it stands in a case file.
+    /// A value as it is written in a case file.
     pub fn to_toml(&self, value: f64) -> String {
         self.scale.to_toml(value)
     }
 
-    /// A value for people.
+    /// A value as it is shown to the user.
     pub fn show(&self, value: f64, digits: usize) -> String {
         self.scale.show(value, digits)
     }
 }
 
-/// The parameters of a case, by its text. `measured` are its points, if a measurement may be corrected here.
+/// The parameters of a case with this text. `measured` are its points, if corrections may be free.
 ///
 /// # Errors
-/// [`ParameterError`] where one of them is not in the case, or its range is of another dimension or empty.
+/// [`ParameterError`] if a parameter is not in the case, or its range has another dimension or is empty.
 pub fn parameters(
     free: &[Free],
     source: &str,
     measured: Option<&MeasuredPoints>,
 ) -> Result<Vec<Parameter>, ParameterError> {
     let found = free.iter().map(|free| parameter(free, source, measured)).collect::<Result<Vec<_>, _>>()?;
-    for (k, own) in found.iter().enumerate() {
-        if found.iter().take(k).any(|other| other.path == own.path) {
-            return Err(ParameterError::Twice(own.name.clone()));
+    for (k, parameter) in found.iter().enumerate() {
+        if found.iter().take(k).any(|other| other.path == parameter.path) {
+            return Err(ParameterError::Twice(parameter.name.clone()));
         }
     }
     Ok(found)
@@ -182,16 +182,19 @@ fn parameter(
         (None, None) => None,
     };
     let kind = present.clone().or_else(written).ok_or_else(|| ParameterError::Absent(name.to_owned()))?;
-    // Where the case does not have the quantity, the unit of the argument reads better.
+    // If the case does not have the quantity, the unit of the argument reads better.
     let is_in_case = value_at(source, path)?.is_some();
-    let scale =
-        if is_in_case { kind.scale.clone() } else { written().map_or(kind.scale.clone(), |own| own.scale) };
-    for own in free.range.iter().flatten().chain(&free.start) {
-        if !own.scale.fits(&kind.scale) {
+    let scale = if is_in_case {
+        kind.scale.clone()
+    } else {
+        written().map_or(kind.scale.clone(), |amount| amount.scale)
+    };
+    for amount in free.range.iter().flatten().chain(&free.start) {
+        if !amount.scale.fits(&kind.scale) {
             return Err(ParameterError::Dimension {
                 name: name.to_owned(),
                 expected: kind.scale.dimension_name(),
-                found: own.scale.dimension_name(),
+                found: amount.scale.dimension_name(),
             });
         }
     }
@@ -218,7 +221,7 @@ fn parameter(
     Ok(Parameter { name: name.to_owned(), path: path.to_owned(), quantity, scale, range, start })
 }
 
-/// The correction that a case has, or none, in a unit that suits its points.
+/// The correction of a case, or none, in a unit that suits its points.
 fn usual(quantity: Quantity, measured: &MeasuredPoints) -> Amount {
     let correction = measured.correction;
     let largest_load = measured.points.iter().map(|point| point.load.abs()).fold(0.0, f64::max);
@@ -253,29 +256,29 @@ mod tests {
         }
     }
 
-    fn of(text: &str) -> Result<Parameter, ParameterError> {
+    fn parsed(text: &str) -> Result<Parameter, ParameterError> {
         Ok(parameters(&[text.parse()?], CASE, Some(&measured()))?.remove(0))
     }
 
     #[test]
     fn a_key_has_the_unit_and_the_start_of_the_case() {
-        let thickness = of("layer.thickness=0.2mm..1mm").unwrap();
+        let thickness = parsed("layer.thickness=0.2mm..1mm").unwrap();
         assert_eq!((thickness.range, thickness.start), ([2e-4, 1e-3], 450e-6));
         assert_eq!(thickness.to_toml(5e-4), "\"500 um\"");
-        assert_eq!(of("layer.relative_permittivity").unwrap().range, [2.8 / 100.0, 2.8 * 100.0]);
-        assert_eq!(of("layer.relative_permittivity=1..2").unwrap().start, 1.5);
-        assert_eq!(of("layer.relative_permittivity=1..4@3").unwrap().start, 3.0);
+        assert_eq!(parsed("layer.relative_permittivity").unwrap().range, [2.8 / 100.0, 2.8 * 100.0]);
+        assert_eq!(parsed("layer.relative_permittivity=1..2").unwrap().start, 1.5);
+        assert_eq!(parsed("layer.relative_permittivity=1..4@3").unwrap().start, 3.0);
     }
 
     #[test]
-    fn corrections_have_names_of_their_own() {
-        assert_eq!(of("gain").unwrap().start, 1.1);
-        let parasitic = of("parasitic").unwrap();
+    fn corrections_have_reserved_names() {
+        assert_eq!(parsed("gain").unwrap().start, 1.1);
+        let parasitic = parsed("parasitic").unwrap();
         assert_eq!(
             (parasitic.quantity, parasitic.start, parasitic.path.as_str()),
             (Quantity::Parasitic, 0.0, "measurement.parasitic")
         );
-        assert_eq!(of("offset=-1mN..10mN").unwrap().range, [-1e-3, 1e-2]);
+        assert_eq!(parsed("offset=-1mN..10mN").unwrap().range, [-1e-3, 1e-2]);
         assert!(matches!(
             parameters(&["gain".parse().unwrap()], CASE, None),
             Err(ParameterError::NotHere(_))
@@ -296,8 +299,8 @@ mod tests {
             ("layer..thickness", "missing before or after a dot"),
             ("offset=1mm..2mm", "a force"),
         ] {
-            let said = of(text).unwrap_err().to_string();
-            assert!(said.contains(words), "{text}: {said}");
+            let message = parsed(text).unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
         }
     }
 }

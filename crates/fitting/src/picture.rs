@@ -1,4 +1,4 @@
-//! `fit.svg`: measured points, the curve before and after the fit, and the residuals.
+//! The picture `fit.svg`: measured points, the curve before and after the fit, and the residuals.
 
 use elastocap_case::{Correction, MeasuredPoint, MeasuredPoints};
 use elastocap_results::load_curve::LoadCurve;
@@ -7,10 +7,10 @@ use elastocap_results::plot::{Axis, Chart, Panels, Scale, Series, Style};
 
 use crate::fit::Fit;
 
-/// Points of a drawn curve.
+/// The number of points of a drawn curve.
 const DRAWN: u32 = 120;
 
-/// The picture of a fit to these points: what the meter shows against the load that it was shown at.
+/// The picture of a fit to these points: the reading of the meter against the measured load.
 pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
     let curves = &fit.curves;
     let loads = measured.points.iter().map(|point| point.load);
@@ -25,12 +25,12 @@ pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
         (0..=DRAWN).map(at).collect()
     };
     let x = load_axis(measured.load);
-    // As they were measured, with the residuals of the fit in what the meter shows.
+    // The points as measured, with the residuals of the fit in the reading of the meter.
     let shown: Vec<ComparedPoint> = measured
         .points
         .iter()
         .zip(&fit.measured_points.points)
-        .map(|(point, own)| as_measured(point, own, &curves.correction))
+        .map(|(point, compared)| as_measured(point, compared, &curves.correction))
         .collect();
     let series = vec![
         Series {
@@ -53,15 +53,15 @@ pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
     Panels { title: format!("{title}: fit"), main, second: Some(second), third: None }
 }
 
-fn as_measured(point: &MeasuredPoint, own: &ComparedPoint, correction: &Correction) -> ComparedPoint {
+fn as_measured(point: &MeasuredPoint, compared: &ComparedPoint, correction: &Correction) -> ComparedPoint {
     let Correction { offset: _, parasitic, gain } = *correction;
     ComparedPoint {
         load: point.load,
         capacitance_f: point.capacitance,
         deviation_f: point.deviation,
-        computed_f: own.computed_f.map(|value| gain * value + parasitic),
-        residual_f: own.residual_f.map(|value| gain * value),
-        error_f: own.error_f.map(|value| gain * value),
-        ..*own
+        computed_f: compared.computed_f.map(|value| gain * value + parasitic),
+        residual_f: compared.residual_f.map(|value| gain * value),
+        error_f: compared.error_f.map(|value| gain * value),
+        ..*compared
     }
 }

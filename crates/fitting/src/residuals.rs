@@ -7,54 +7,57 @@ use rmpfit::{MPConfig, MPError, MPFitter, MPMaxFev, MPPar, MPResult, MPSide};
 use crate::curves::{CurveError, Curves, SolvedCurve};
 use crate::parameter::{Parameter, Quantity};
 
-/// The first step of a difference over the value of the parameter (or, at zero, over its range).
+/// The first step of a difference quotient, over the value of the parameter (or, at zero, over a tenth of its
+/// range).
 const FIRST_STEP: f64 = 0.02;
-/// A difference is trusted if it is this much larger than the stated error of the curve. The values are usually ten times nearer to the
-/// truth than the bounds, and their errors change little between neighbouring values.
+/// A difference is trusted if it is this many times larger than the stated error of the curve. The values are
+/// usually ten times more accurate than the bounds, and their errors vary little between neighbouring values
+/// of the parameter.
 const TRUSTED: f64 = 5.0;
-/// No step is longer than this share of the range.
+/// The largest step, over the range of the parameter.
 const LONGEST_STEP: f64 = 0.25;
 /// The largest number of iterations.
 const MAX_ITERATIONS: usize = 60;
 
-/// The prediction for a measured point.
+/// The predicted reading at a measured point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prediction {
-    /// The capacitance that the meter shows, F.
+    /// The capacitance that the meter should show, F.
     pub(crate) capacitance: f64,
-    /// The stated error of the curve there, in what the meter shows, F.
+    /// The stated error of the curve, in the reading, F.
     pub(crate) error: f64,
-    /// The estimated error of interpolation, in what the meter shows, F; `None` where nothing is known of it.
+    /// The estimated error of interpolation, in the reading, F; `None` where it is not known.
     pub(crate) interpolation_error: Option<f64>,
-    /// Both errors, or the first and that of any monotonic curve where no other is known of interpolation, F.
+    /// The sum of both errors, F; the interpolation error of any monotonic curve replaces an unknown one.
     pub(crate) whole_error: f64,
-    /// Its derivatives by offset, parasitic capacitance and gain.
+    /// The derivatives of the capacitance by offset, parasitic capacitance and gain.
     by_correction: [f64; 3],
 }
 
-/// The derivatives by one parameter, the stretch of the step that they took, and whether that was too small to be trusted.
+/// The derivatives by one parameter, the factor by which its step was stretched, and whether even that step
+/// was too small to be trusted.
 type Column = (Vec<f64>, f64, bool);
 
-/// Measured points, and the curves that should go through them.
+/// Measured points, and the curves to be fitted to them.
 pub(crate) struct Problem<'a> {
     curves: &'a Curves,
     parameters: &'a [Parameter],
     points: &'a [MeasuredPoint],
-    /// The correction of the case, for those of its parts that are not free.
+    /// The correction of the case, for its parts that are not free.
     correction: Correction,
-    /// The number that each residual is divided by, F.
+    /// The divisor of each residual, F.
     pub(crate) scales: Vec<f64>,
     bounds: Vec<MPPar>,
     config: MPConfig,
     /// The smallest sum of squares so far, and the values that gave it.
     pub(crate) best: Option<(f64, Vec<f64>)>,
-    /// Why the search had to end.
+    /// The error that ended the search.
     pub(crate) failure: Option<CurveError>,
-    /// How much longer the steps of the differences by each parameter have become.
+    /// The factors by which the difference steps of the parameters have been stretched.
     stretch: Vec<f64>,
-    /// Whether a difference stayed below what can be trusted.
+    /// Whether the curve changed too little with a parameter for a trusted difference.
     pub(crate) weak: Vec<bool>,
-    /// Jacobians so far.
+    /// The number of Jacobians so far.
     pub(crate) jacobians: usize,
 }
 
@@ -66,15 +69,15 @@ impl<'a> Problem<'a> {
         correction: Correction,
         scales: Vec<f64>,
     ) -> Self {
-        let bound = |own: &Parameter| MPPar {
-            limited_low: own.range[0].is_finite(),
-            limited_up: own.range[1].is_finite(),
-            limit_low: if own.range[0].is_finite() { own.range[0] } else { 0.0 },
-            limit_up: if own.range[1].is_finite() { own.range[1] } else { 0.0 },
+        let bound = |parameter: &Parameter| MPPar {
+            limited_low: parameter.range[0].is_finite(),
+            limited_up: parameter.range[1].is_finite(),
+            limit_low: if parameter.range[0].is_finite() { parameter.range[0] } else { 0.0 },
+            limit_up: if parameter.range[1].is_finite() { parameter.range[1] } else { 0.0 },
             side: MPSide::User,
             ..MPPar::new()
         };
-        // Solved curves are not smooth to more digits than these.
+        // The precision to which solved curves are smooth.
         let config = MPConfig {
             ftol: 1e-9,
             xtol: 1e-7,
@@ -109,7 +112,7 @@ impl<'a> Problem<'a> {
         correction_of(self.parameters, values, self.correction)
     }
 
-    /// The capacitances that the meter should show at each point, with their errors.
+    /// The predicted reading at each point, with its errors.
     pub(crate) fn predict(&self, values: &[f64]) -> Result<Vec<Prediction>, CurveError> {
         let solved = self.curve(values)?;
         let correction = self.correction(values);
@@ -130,15 +133,15 @@ impl<'a> Problem<'a> {
     /// The derivatives of the predictions, a column for each parameter: exact for the corrections, by differences for keys.
     pub(crate) fn columns(&mut self, values: &[f64]) -> Result<Vec<Vec<f64>>, CurveError> {
         self.jacobians += 1;
-        let here = self.predict(values)?;
+        let predictions = self.predict(values)?;
         // Curves of different keys are solved side by side.
         let found: Vec<Result<Column, CurveError>> = (0..self.parameters.len())
             .into_par_iter()
             .map(|k| match self.parameters[k].quantity {
-                Quantity::Key => self.difference(values, k, &here),
-                Quantity::Offset => Ok((pick(&here, 0), 1.0, false)),
-                Quantity::Parasitic => Ok((pick(&here, 1), 1.0, false)),
-                Quantity::Gain => Ok((pick(&here, 2), 1.0, false)),
+                Quantity::Key => self.difference(values, k, &predictions),
+                Quantity::Offset => Ok((pick(&predictions, 0), 1.0, false)),
+                Quantity::Parasitic => Ok((pick(&predictions, 1), 1.0, false)),
+                Quantity::Gain => Ok((pick(&predictions, 2), 1.0, false)),
             })
             .collect();
         let mut columns = Vec::with_capacity(found.len());
@@ -151,36 +154,36 @@ impl<'a> Problem<'a> {
     }
 
     /// The column of one key, the stretch of its step, and whether the difference is too small to be trusted.
-    fn difference(&self, values: &[f64], k: usize, here: &[Prediction]) -> Result<Column, CurveError> {
+    fn difference(&self, values: &[f64], k: usize, predictions: &[Prediction]) -> Result<Column, CurveError> {
         let [low, high] = self.parameters[k].range;
-        let own = values[k];
-        let size = if own == 0.0 { 0.1 * (high - low) } else { own.abs() };
+        let value = values[k];
+        let size = if value == 0.0 { 0.1 * (high - low) } else { value.abs() };
         let mut stretch = self.stretch[k];
         loop {
             let longest = LONGEST_STEP * (high - low);
             let step = (FIRST_STEP * stretch * size).min(longest);
-            let (below, above) = ((own - step).max(low), (own + step).min(high));
-            let at = |value: f64| {
+            let (below, above) = ((value - step).max(low), (value + step).min(high));
+            let at = |moved_value: f64| {
                 let mut moved = values.to_vec();
-                moved[k] = value;
+                moved[k] = moved_value;
                 self.predict(&moved)
             };
             let (below_found, above_found) = rayon::join(|| at(below), || at(above));
-            // Beyond the edge of what the case allows, the other side will do.
+            // If the case does not allow one side, the difference is one-sided.
             let sides = match (below_found, above_found) {
                 (Ok(before), Ok(after)) => ((below, before), (above, after)),
                 (Err(CurveError::Stopped), _) | (_, Err(CurveError::Stopped)) => {
                     return Err(CurveError::Stopped);
                 }
-                (Ok(before), Err(_)) if below < own => ((below, before), (own, here.to_vec())),
-                (Err(_), Ok(after)) if above > own => ((own, here.to_vec()), (above, after)),
+                (Ok(before), Err(_)) if below < value => ((below, before), (value, predictions.to_vec())),
+                (Err(_), Ok(after)) if above > value => ((value, predictions.to_vec()), (above, after)),
                 (Err(error), _) | (_, Err(error)) => return Err(error),
             };
             let ((from, before), (to, after)) = sides;
             let changes: Vec<f64> =
                 before.iter().zip(&after).map(|(a, b)| b.capacitance - a.capacitance).collect();
             let change = changes.iter().map(|change| change.abs()).fold(0.0, f64::max);
-            let error = here.iter().map(|own| own.error).fold(0.0, f64::max);
+            let error = predictions.iter().map(|prediction| prediction.error).fold(0.0, f64::max);
             let is_weak = change < TRUSTED * error;
             if !is_weak || step >= longest {
                 let column = changes.iter().map(|change| change / (to - from)).collect();
@@ -199,8 +202,8 @@ impl<'a> Problem<'a> {
     fn fill(&mut self, values: &[f64], deviates: &mut [f64]) -> MPResult<()> {
         match self.predict(values) {
             Ok(found) => {
-                for (k, (deviate, own)) in deviates.iter_mut().zip(&found).enumerate() {
-                    *deviate = (self.points[k].capacitance - own.capacitance) / self.scales[k];
+                for (k, (deviate, prediction)) in deviates.iter_mut().zip(&found).enumerate() {
+                    *deviate = (self.points[k].capacitance - prediction.capacitance) / self.scales[k];
                 }
                 self.note(values, deviates.iter().map(|deviate| deviate * deviate).sum());
                 Ok(())
@@ -209,7 +212,8 @@ impl<'a> Problem<'a> {
                 self.failure = Some(CurveError::Stopped);
                 Err(MPError::Eval)
             }
-            // Values that the case does not allow are worse than all others; the search then takes a shorter step.
+            // Values that the case does not allow count as worse than all others; the search then takes a
+            // shorter step.
             Err(_) => {
                 let worst = self.best.as_ref().map_or(1e6, |(least, _)| 1e3 * least.sqrt() + 1e3);
                 deviates.fill(worst);
@@ -220,26 +224,26 @@ impl<'a> Problem<'a> {
 }
 
 fn pick(predictions: &[Prediction], which: usize) -> Vec<f64> {
-    predictions.iter().map(|own| own.by_correction[which]).collect()
+    predictions.iter().map(|prediction| prediction.by_correction[which]).collect()
 }
 
 /// The keys of the case among the parameters, with their values as TOML.
 pub(crate) fn keys<'a>(parameters: &'a [Parameter], values: &[f64]) -> Vec<(&'a str, String)> {
-    let keys = parameters.iter().zip(values).filter(|(own, _)| own.quantity == Quantity::Key);
-    keys.map(|(own, value)| (own.path.as_str(), own.to_toml(*value))).collect()
+    let keys = parameters.iter().zip(values).filter(|(parameter, _)| parameter.quantity == Quantity::Key);
+    keys.map(|(parameter, value)| (parameter.path.as_str(), parameter.to_toml(*value))).collect()
 }
 
 pub(crate) fn correction_of(parameters: &[Parameter], values: &[f64], fixed: Correction) -> Correction {
-    let mut found = fixed;
-    for (own, value) in parameters.iter().zip(values) {
-        match own.quantity {
+    let mut correction = fixed;
+    for (parameter, value) in parameters.iter().zip(values) {
+        match parameter.quantity {
             Quantity::Key => {}
-            Quantity::Offset => found.offset = *value,
-            Quantity::Parasitic => found.parasitic = *value,
-            Quantity::Gain => found.gain = *value,
+            Quantity::Offset => correction.offset = *value,
+            Quantity::Parasitic => correction.parasitic = *value,
+            Quantity::Gain => correction.gain = *value,
         }
     }
-    found
+    correction
 }
 
 impl MPFitter for Problem<'_> {
@@ -275,8 +279,8 @@ impl MPFitter for Problem<'_> {
         };
         for (derivative, column) in derivs.iter_mut().zip(columns) {
             if let Some(out) = derivative {
-                for (k, (entry, own)) in out.iter_mut().zip(column).enumerate() {
-                    *entry = -own / self.scales[k];
+                for (k, (entry, slope)) in out.iter_mut().zip(column).enumerate() {
+                    *entry = -slope / self.scales[k];
                 }
             }
         }

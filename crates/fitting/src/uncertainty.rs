@@ -1,15 +1,16 @@
-//! The uncertainty of fitted parameters: covariances of a linearised least-squares fit, and whether the data tell the parameters apart.
+//! The uncertainty of fitted parameters: covariances of a linearised least-squares fit, and combinations that
+//! the data do not determine.
 
 use distrs::{Normal, StudentsT};
 use nalgebra::{DMatrix, DVector};
 
 /// A linearised fit: derivatives and residuals over the standard deviation (or any common scale) of each point.
 pub(crate) struct Linearised {
-    /// A row for each point, a column for each parameter.
+    /// The derivatives: a row for each point, a column for each parameter.
     pub(crate) jacobian: DMatrix<f64>,
     /// The residual of each point.
     pub(crate) residuals: DVector<f64>,
-    /// The error that the prediction of each point may have, in its scale.
+    /// The error of the prediction at each point, in its scale.
     pub(crate) errors: DVector<f64>,
     /// Whether the scales are the standard deviations of the points; otherwise these are estimated from the residuals.
     pub(crate) noise_is_known: bool,
@@ -18,32 +19,36 @@ pub(crate) struct Linearised {
 /// The uncertainty of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Uncertainty {
-    /// Standard errors.
+    /// The standard errors.
     pub(crate) standard_errors: Vec<f64>,
-    /// Half widths of the 95 % intervals.
+    /// The half widths of the 95 % intervals.
     pub(crate) half_widths: Vec<f64>,
-    /// By how much the errors of the curve may shift each parameter at most.
+    /// The largest shift of each parameter by errors of the curve.
     pub(crate) shifts: Vec<f64>,
-    /// Correlations of the estimates.
+    /// The correlations of the estimates.
     pub(crate) correlations: Vec<Vec<f64>>,
-    /// Condition of the Jacobian with columns of length one.
+    /// The condition number of the Jacobian with columns of length one.
     pub(crate) condition: f64,
-    /// The combination of parameters that the data say least of, in columns of length one.
+    /// The least determined combination of parameters, in columns of length one.
     pub(crate) weakest: Vec<f64>,
-    /// The standard deviation of the points over their scales: 1 if these are known.
+    /// The standard deviation of the points over their scales: 1 if the scales are standard deviations.
     pub(crate) noise: f64,
-    /// Sum of squares over the degrees of freedom.
+    /// The sum of squares over the degrees of freedom.
     pub(crate) reduced: f64,
-    /// Points less parameters.
+    /// The number of points less that of the parameters.
     pub(crate) freedom: usize,
 }
 
-/// A singular value less than this over the largest is nothing but rounding and noise of differences.
+/// The ratio to the largest singular value below which a singular value is only rounding and noise of
+/// differences.
 const SMALLEST: f64 = 1e-8;
 
 impl Linearised {
-    /// `None` if there are no more points than parameters, or if a combination of the parameters changes nothing at all; the second has
-    /// its condition and its weakest combination in the error.
+    /// The uncertainty of the parameters.
+    ///
+    /// # Errors
+    /// `None` if there are no more points than parameters; the condition number and the least determined
+    /// combination if that combination changes nothing at all.
     pub(crate) fn uncertainty(&self) -> Result<Uncertainty, Option<(f64, Vec<f64>)>> {
         let (points, count) = self.jacobian.shape();
         if points <= count || count == 0 {
@@ -76,7 +81,7 @@ impl Linearised {
         } else {
             StudentsT::ppf(0.975, freedom as f64)
         };
-        // The pseudo-inverse; its rows give the parameters from the points.
+        // The rows of the pseudo-inverse map the points to the parameters.
         let inverse = DMatrix::from_fn(count, points, |row, point| {
             (0..count).map(|s| v_t[(s, row)] / values[s] * u[(point, s)]).sum::<f64>() / lengths[row]
         });
@@ -103,7 +108,7 @@ impl Linearised {
 mod tests {
     use super::*;
 
-    /// A line through four points, of which the textbook has the errors.
+    /// A line through four points, whose standard errors are known in closed form.
     fn line(noise_is_known: bool) -> Linearised {
         let x = [0.0, 1.0, 2.0, 3.0];
         Linearised {
@@ -124,7 +129,8 @@ mod tests {
         assert!((found.correlations[0][1] + 6.0 / (4.0_f64 * 14.0).sqrt()).abs() < 1e-12);
         let known = line(true).uncertainty().unwrap();
         assert!((known.half_widths[1] - 1.959_963_984_540_054 / 5.0_f64.sqrt()).abs() < 1e-7);
-        // A shift of all points alike moves the intercept by it; the worst mixture of signs moves it more.
+        // An equal shift of all points moves the intercept by the same amount; the worst mixture of signs
+        // moves it more.
         assert!(known.shifts[0] >= 0.01);
     }
 

@@ -7,7 +7,7 @@ use elastocap_coupling::outcome::{Missed, Outcome, Row, Status, StepResult};
 
 use crate::pairs::{PairChange, matrix_of_changes};
 
-/// A number in the shortest form that reads back as the same one.
+/// A number in the shortest form that reads back as the same number.
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
@@ -24,8 +24,9 @@ pub fn optional(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
 
-/// A text as one field: in quotes where it holds what would end the field. A spreadsheet takes a field that begins with `=`,
-/// `+`, `-` or `@` for a formula, in quotes or not, and an apostrophe before it for a mark of text; such a text gets one.
+/// A text as one field, in quotes where it holds a separator or a quote. Spreadsheets take a field that
+/// begins with `=`, `+`, `-` or `@` for a formula, in quotes or not; such a text gets an apostrophe before
+/// it, which marks it as text.
 pub fn quoted(text: &str) -> String {
     if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
         return format!("\"'{}\"", text.replace('"', "\"\""));
@@ -56,12 +57,14 @@ pub fn curve(outcome: &Outcome) -> String {
 const CAPACITANCE_COLUMNS: &str = "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\
     change_f,change_lower_f,change_upper_f,unknowns,status";
 
-/// For each step, one line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for the two-terminal one
-/// where it is measured. The status of an entry is its own; where the step has another defect it is the step's.
+/// For each step, one line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for
+/// the two-terminal capacitance where it is measured. Each line has the status of its entry, or that of the
+/// step where the step has another defect.
 ///
 /// `row` and `column` name terminals; a two-terminal capacitance of one terminal is against `ground`.
 ///
-/// Each capacitance of a matrix has its change against the first step that has one, F, with limits by all errors that are known.
+/// Each capacitance of a matrix has its change against the first step that has one, F, with limits from all
+/// known errors.
 pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
     let mut out = format!("{CAPACITANCE_COLUMNS}\n");
     let first = outcome.steps.iter().find(|step| step.maxwell.is_some());
@@ -84,7 +87,7 @@ fn capacitances_of(
     let geometry = optional(step.row.geometry_error_estimate);
     let mut line =
         |quantity: &str, names: [&str; 2], c: Option<Bounded>, change: Option<PairChange>, status: &str| {
-            let of_change = |own: fn(&PairChange) -> f64| optional(change.as_ref().map(own));
+            let of_change = |value: fn(&PairChange) -> f64| optional(change.as_ref().map(value));
             let fields = [
                 step.index.to_string(),
                 quantity.to_owned(),
@@ -96,8 +99,8 @@ fn capacitances_of(
                 optional(c.map(|c| c.relative_error()).filter(|error| error.is_finite())),
                 geometry.clone(),
                 of_change(PairChange::change),
-                of_change(|own| own.limits[0]),
-                of_change(|own| own.limits[1]),
+                of_change(|change| change.limits[0]),
+                of_change(|change| change.limits[1]),
                 unknowns.clone(),
                 quoted(status),
             ];
@@ -108,16 +111,16 @@ fn capacitances_of(
     let change = |i: usize, j: usize| *changes.get(i)?.get(j)?;
     let step_status = step.row.status.to_string();
     let status_of = |i: usize, j: usize| {
-        let own = step.entry_status.as_ref().and_then(|all| all.get(i)?.get(j).copied());
-        match (&step.row.status, own) {
-            // What the field leaves open, it leaves open of each entry by itself.
+        let entry_status = step.entry_status.as_ref().and_then(|matrix| matrix.get(i)?.get(j).copied());
+        match (&step.row.status, entry_status) {
+            // These defects of the field are those of each entry.
             (
                 Status::Ok
                 | Status::OkToDiagonal
                 | Status::OkInModel
                 | Status::ToleranceNotReached(Missed::Field | Missed::Change),
-                Some(own),
-            ) => own.to_string(),
+                Some(entry_status),
+            ) => entry_status.to_string(),
             _ => step_status.clone(),
         }
     };
@@ -153,8 +156,8 @@ fn capacitances_of(
     if let Some(names) = pair {
         line("two_terminal", names, step.two_terminal, None, &two_terminal);
     }
-    if let Some(Measurement::Guarded([own, guard])) = measurement {
-        line("guarded", [name(own), name(guard)], step.measured, None, &two_terminal);
+    if let Some(Measurement::Guarded([measured, guard])) = measurement {
+        line("guarded", [name(measured), name(guard)], step.measured, None, &two_terminal);
     }
     out
 }
@@ -247,13 +250,13 @@ mod tests {
     #[test]
     fn a_mutual_capacitance_is_minus_its_entry_within_limits_that_have_changed_places() {
         let lines = lines(&["a", "b", "c"], &step(3, None));
-        let of = |quantity: &str| lines.iter().filter(|line| line[0] == quantity).collect::<Vec<_>>();
+        let lines_of = |quantity: &str| lines.iter().filter(|line| line[0] == quantity).collect::<Vec<_>>();
         let numbers = |line: &[String]| [3, 4, 5, 6].map(|k| line[k].parse::<f64>().unwrap());
-        assert_eq!((of("maxwell").len(), of("mutual").len(), lines.len()), (9, 3, 12));
-        let names: Vec<_> = of("mutual").iter().map(|line| [line[1].as_str(), &line[2]]).collect();
+        assert_eq!((lines_of("maxwell").len(), lines_of("mutual").len(), lines.len()), (9, 3, 12));
+        let names: Vec<_> = lines_of("mutual").iter().map(|line| [line[1].as_str(), &line[2]]).collect();
         assert_eq!(names, [["a", "b"], ["a", "c"], ["b", "c"]]);
-        for line in of("mutual") {
-            let entry = of("maxwell").into_iter().find(|entry| entry[1..3] == line[1..3]).unwrap();
+        for line in lines_of("mutual") {
+            let entry = lines_of("maxwell").into_iter().find(|entry| entry[1..3] == line[1..3]).unwrap();
             let ([value, lower, upper, error], [entry, least, most, same]) = (numbers(line), numbers(entry));
             assert_eq!([value, lower, upper], [-entry, -most, -least]);
             assert!(lower < value && value < upper);
@@ -268,9 +271,9 @@ mod tests {
     #[test]
     fn each_entry_has_a_status_of_its_own_unless_the_whole_step_has_missed_something_else() {
         let mut step = step(2, Some(Bounded { value: 2.0, lower: 1.9, upper: 2.1 }));
-        let own =
+        let statuses =
             [EntryStatus::Ok, EntryStatus::ToDiagonal, EntryStatus::ToDiagonal, EntryStatus::NotReached];
-        step.entry_status = Some(own.chunks(2).map(<[_]>::to_vec).collect());
+        step.entry_status = Some(statuses.chunks(2).map(<[_]>::to_vec).collect());
         let mut statuses = |status: Status| {
             step.row.status = status;
             lines(&["a", "b"], &step).into_iter().map(|line| line[12].clone()).collect::<Vec<_>>()

@@ -1,4 +1,4 @@
-//! The files with the fields of a run: their names, and what could not be written.
+//! The files with the fields of a run: their names and their warnings.
 
 use std::collections::BTreeMap;
 

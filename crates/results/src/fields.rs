@@ -1,4 +1,4 @@
-//! The fields of a run, written while it works: kept in memory until its end they would be too large.
+//! Writes the fields of a run while it works, since they would be too large to keep in memory until its end.
 
 use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
@@ -18,7 +18,7 @@ use elastocap_geometry::export::vtk::vtu;
 
 use crate::field_files::{FieldFile, FieldFiles, field_file};
 use crate::layer_files::LayerFiles;
-use crate::own_files::read_own;
+use crate::own_files::read_bounded;
 use crate::plot::Section;
 use crate::section::{MOST_SECTIONS, of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};
@@ -36,12 +36,12 @@ pub struct FieldWriter<'a> {
     loaded_at: Option<[f64; 2]>,
     files: Mutex<FieldFiles>,
     broken: Mutex<Option<OutputError>>,
-    /// Whether files are still taken: a run that was left behind goes on after its results are written.
+    /// Whether files are still accepted: a run that was left behind goes on after its results are written.
     is_open: RwLock<bool>,
 }
 
 impl<'a> FieldWriter<'a> {
-    /// Writes into `folder`; `watcher` is told of the progress.
+    /// Writes into `folder`; `watcher` gets the progress.
     pub fn new(folder: &'a OutputFolder, watcher: &'a dyn Observer) -> Self {
         Self {
             folder,
@@ -56,7 +56,7 @@ impl<'a> FieldWriter<'a> {
         }
     }
 
-    /// Writes only what is wanted.
+    /// Writes only the wanted files.
     #[must_use]
     pub fn writing(self, wanted: Wanted) -> Self {
         Self { wanted, ..self }
@@ -66,20 +66,20 @@ impl<'a> FieldWriter<'a> {
     #[must_use]
     pub fn drawing_sections(self, plan: &Plan, case: &Case) -> Self {
         let ends = [plan.steps.first(), plan.steps.last()].into_iter().flatten();
-        let own = ends.map(|step| step.same_as.unwrap_or(step.index)).collect();
-        Self { sections: (own, case.title.clone()), loaded_at: loaded_at(case), ..self }
+        let numbers = ends.map(|step| step.same_as.unwrap_or(step.index)).collect();
+        Self { sections: (numbers, case.title.clone()), loaded_at: loaded_at(case), ..self }
     }
 
-    /// Takes the steps that a stopped run has finished, and their fields, from there.
+    /// Takes the finished steps of a stopped run, and their fields, from `folder`.
     #[must_use]
     pub fn going_on_from(self, resume: Option<Resume>) -> Self {
         Self { resume, ..self }
     }
 
-    /// The files of a run that has ended, those of repeated steps among them. From now on no more are staged: a thread that still solves
-    /// is stopped where it would stage one.
+    /// The files of a run that has ended, including those of repeated steps. From now on no more are staged:
+    /// a thread that still solves is stopped when it would stage one.
     ///
-    /// # Errors
+    /// If a file could not be written; the run was stopped then.
     /// When a file could not be written; the run was stopped then.
     pub fn finish(&self, outcome: &Outcome) -> Result<FieldFiles, OutputError> {
         *self.is_open.write().unwrap_or_else(PoisonError::into_inner) = false;
@@ -126,14 +126,14 @@ impl<'a> FieldWriter<'a> {
     }
 
     /// Stages the pictures of a step where they are wanted as files, and keeps them for the report.
-    fn keep_sections(&self, index: usize, all: Vec<String>) -> ControlFlow<()> {
+    fn keep_sections(&self, index: usize, svgs: Vec<String>) -> ControlFlow<()> {
         if self.wanted.has(FileGroup::Sections) {
-            for (number, svg) in all.iter().enumerate() {
+            for (number, svg) in svgs.iter().enumerate() {
                 self.stage(&section_file(index, number), svg.as_bytes())?;
             }
         }
         if self.wanted.has(FileGroup::Report) {
-            self.files().sections.insert(index, all);
+            self.files().sections.insert(index, svgs);
         }
         ControlFlow::Continue(())
     }
@@ -163,19 +163,20 @@ impl Observer for FieldWriter<'_> {
         }
     }
 
-    /// A step whose field or whose picture is not there any more is solved again.
+    /// A step whose field or picture has gone is solved again.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
         let (step, folder, field) = self.resume.as_ref()?.step(index)?;
         let mut sections = Vec::new();
         if self.is_drawn(index) {
-            let read =
-                |number| String::from_utf8(read_own(&folder.join(section_file(index, number))).ok()?).ok();
+            let read = |number| {
+                String::from_utf8(read_bounded(&folder.join(section_file(index, number))).ok()?).ok()
+            };
             sections.push(read(0)?);
             sections.extend((1..MOST_SECTIONS).map_while(read));
         }
         if let Some(field) = field {
             let name = field_file(index);
-            // A field that cannot be copied is solved again.
+            // A step whose field cannot be copied is solved again.
             let _open = self.is_open.read().ok().filter(|is_open| **is_open)?;
             self.folder.stage_from(&field, &name).ok()?;
             self.files().set_name(index, name);
@@ -190,7 +191,7 @@ impl Observer for FieldWriter<'_> {
         self.watcher.step_begun(index);
     }
 
-    /// A field that the format cannot hold is a warning.
+    /// A field that the format cannot hold gives a warning.
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
         let start = Instant::now();
         let drawn = self.is_drawn(step.index);
@@ -201,9 +202,9 @@ impl Observer for FieldWriter<'_> {
                 let first = 1 + scene.scene.dielectrics().count() as i32;
                 let metal = first..first + scene.scene.conductors().count() as i32;
                 let planes = std::mem::take(&mut field.sections).into_iter().filter(|_| drawn);
-                let section = |own: FieldSection| {
-                    let slab = scene_files::field_grid(&scene.scene, own.field);
-                    of_slab(step, &title(), (own.plane, &slab), metal.clone())
+                let section = |section: FieldSection| {
+                    let slab = scene_files::field_grid(&scene.scene, section.field);
+                    of_slab(step, &title(), (section.plane, &slab), metal.clone())
                 };
                 let sections: Vec<Section> = planes.filter_map(section).collect();
                 (written.then(|| vtu(&scene_files::field_grid(&scene.scene, field))), sections)

@@ -1,5 +1,8 @@
-//! `curve.svg`: by how much the capacitance changes under load, with its error, above the capacitance itself beside that of
-//! parallel plates; or force against compression. `approach.svg`: the same against the distance of the indenter, before contact.
+//! The charts of a run: capacitance or force under load, and the approach before contact.
+//!
+//! `curve.svg` has the change of the capacitance, with its error, above the capacitance itself beside that of
+//! parallel plates; or the force against the compression. `approach.svg` has the same against the distance of
+//! the indenter, before contact.
 
 use crate::measured::{self, Comparison, load_axis};
 use crate::pairs::{PairChange, measured_changes};
@@ -14,7 +17,7 @@ fn axis(label: &str, unit: &str) -> Axis {
     Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear }
 }
 
-/// For the plot, which leaves out what is no number.
+/// The value, or NaN, which the plot leaves out.
 fn known(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
@@ -76,7 +79,7 @@ fn places_on(outcome: &Outcome, load: MeasuredLoad) -> Vec<Place> {
     steps.map(|(k, step)| (k, known(on_axis(&step.row)))).collect()
 }
 
-/// The change over the capacitance itself, against the places of some steps on an axis.
+/// The change above the capacitance itself, against the places of some steps on an axis.
 fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[Place]) -> Panels {
     let whole = capacitance(outcome, x, places);
     match change(outcome, x, places) {
@@ -106,23 +109,26 @@ fn force(outcome: &Outcome) -> Chart {
     }
 }
 
-/// The change of each capacitance that `[measure]` names since the first step, %, against the load; `None` where it names one, and with fewer
-/// than two steps.
+/// The change of each capacitance that `[measure]` names since the first step, %, against the load; `None` if
+/// it names only one, and with fewer than two steps.
 pub(crate) fn measured_changes_chart(case: &Case, outcome: &Outcome) -> Option<Chart> {
     let steps = measured_changes(case, outcome);
     let (x, loads) = load(outcome);
-    // Steps that are shifted or tilted besides are in the table.
+    // Steps that are shifted or tilted besides are shown in the table only.
     let curve = by_pose(outcome, &loads.into_iter().enumerate().collect::<Vec<_>>()).curve;
     let place = |step: &StepResult| curve.iter().find(|(k, _)| *k == step.index).map(|(_, x)| *x);
     let of_entry = |k: usize| {
-        let own = || steps.iter().filter_map(|(step, changes)| Some((place(step)?, changes.get(k)?)));
-        let percent = |own: &PairChange, change: f64| 100.0 * change / own.values[0].abs();
-        let (what, of) = own().next().map(|(_, own)| in_words(own.measurement(), &outcome.conductors))?;
+        let changes = || steps.iter().filter_map(|(step, changes)| Some((place(step)?, changes.get(k)?)));
+        let percent = |change: &PairChange, farads: f64| 100.0 * farads / change.values[0].abs();
+        let (_, first) = changes().next()?;
+        let (what, terminals) = in_words(first.measurement(), &outcome.conductors);
         Some(Series {
-            name: format!("{what} of {}", of.unwrap_or_default()),
-            points: own().map(|(x, own)| (x, percent(own, own.change()))).collect(),
+            name: format!("{what} of {}", terminals.unwrap_or_default()),
+            points: changes().map(|(x, change)| (x, percent(change, change.change()))).collect(),
             band: Some(
-                own().map(|(_, own)| (percent(own, own.limits[0]), percent(own, own.limits[1]))).collect(),
+                changes()
+                    .map(|(_, change)| (percent(change, change.limits[0]), percent(change, change.limits[1])))
+                    .collect(),
             ),
             style: Style::LineAndMarkers,
         })
@@ -135,7 +141,8 @@ pub(crate) fn measured_changes_chart(case: &Case, outcome: &Outcome) -> Option<C
     })
 }
 
-/// The axis and the values that the capacitance is drawn against: the force, or the compression where a step that is known has no force.
+/// The axis and the values that the capacitance is drawn against: the force, or the compression where a step
+/// with a capacitance has no force.
 fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
     let rows = || outcome.steps.iter().map(|step| &step.row);
     let without_force =
@@ -147,7 +154,7 @@ fn load(outcome: &Outcome) -> (Axis, Vec<f64>) {
     }
 }
 
-/// Names the limits of the bands: the bounds, and the estimated errors where there are any.
+/// The words for the limits of the bands: the bounds, and the estimated errors where there are any.
 fn limits(outcome: &Outcome) -> &'static str {
     match outcome.steps.iter().any(|step| step.row.estimated_errors() > 0.0) {
         true => "its bounds with all estimated errors",
@@ -180,8 +187,8 @@ fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
     })
 }
 
-/// A line with its bounds through the steps that are alike but for the load, and markers with bars for those that are shifted or
-/// tilted: a line from one to the other would be a curve of nothing.
+/// A line with its bounds through the steps that differ in the load alone, and markers with bars for those
+/// that are shifted or tilted, which no line may join.
 fn series(
     name: &str,
     outcome: &Outcome,
@@ -189,7 +196,7 @@ fn series(
     value: impl Fn(&Row) -> f64,
     bounds: impl Fn(&Row) -> (f64, f64),
 ) -> Vec<Series> {
-    let of = |name: String, places: &[Place], style| {
+    let of_steps = |name: String, places: &[Place], style| {
         let rows = || places.iter().map(|(k, x)| (*x, &outcome.steps[*k].row));
         Series {
             name,
@@ -199,18 +206,18 @@ fn series(
         }
     };
     let ByPose { curve, beside } = by_pose(outcome, places);
-    let curve = of(name.to_owned(), &curve, Style::LineAndMarkers);
-    let beside = beside.into_iter().map(|(name, places)| of(name, &places, Style::Markers));
+    let curve = of_steps(name.to_owned(), &curve, Style::LineAndMarkers);
+    let beside = beside.into_iter().map(|(name, places)| of_steps(name, &places, Style::Markers));
     std::iter::once(curve).chain(beside).collect()
 }
 
 fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
     let value = |row: &Row| known(row.capacitance_f);
     let bounds = |row: &Row| ends(row.capacitance_limits());
-    let words = outcome.measurement.map(|own| in_words(own, &outcome.conductors));
-    let (label, of) = words.unwrap_or_default();
-    let of = of.map_or_else(String::new, |names| format!("{names}, "));
-    let name = format!("{of}with the fringing field, and {}", limits(outcome));
+    let words = outcome.measurement.map(|measurement| in_words(measurement, &outcome.conductors));
+    let (label, terminals) = words.unwrap_or_default();
+    let terminals = terminals.map_or_else(String::new, |names| format!("{names}, "));
+    let name = format!("{terminals}with the fringing field, and {}", limits(outcome));
     let mut series = series(&name, outcome, places, value, bounds);
     let curve = by_pose(outcome, places).curve;
     let plates: Vec<(f64, f64)> =
@@ -324,18 +331,18 @@ mod tests {
             for joined in &chart.series[..beside] {
                 assert_eq!(xs(joined), [0, 1, 2, 5].map(force));
             }
-            for (own, name, k) in [
+            for (marked, name, k) in [
                 (&chart.series[beside], "shift 100\u{a0}\u{b5}m along x1", 3),
                 (&chart.series[beside + 1], "tilt 0.2\u{b0} about x1", 4),
             ] {
-                assert_eq!((own.name.as_str(), own.style), (name, Style::Markers));
-                assert_eq!(xs(own), [force(k)]);
-                assert!(own.band.as_ref().is_some_and(|band| band.len() == 1));
+                assert_eq!((marked.name.as_str(), marked.style), (name, Style::Markers));
+                assert_eq!(xs(marked), [force(k)]);
+                assert!(marked.band.as_ref().is_some_and(|band| band.len() == 1));
             }
         }
         let row = &outcome.steps[3].row;
         assert_eq!(whole.series[2].points[0].1, row.capacitance_f.unwrap());
-        // Many poses have one entry of the legend.
+        // Many poses share one entry of the legend.
         for (k, step) in outcome.plan.steps.iter_mut().enumerate().skip(2) {
             step.pose = elastocap_case::Pose { shift: [k as f64 * 1e-5, 0.0], ..Default::default() };
         }

@@ -1,4 +1,5 @@
-//! The indenter that presses on the layer, for a viewer, where it is no part of the field: its working face and a part of what is above it.
+//! The shape of the indenter on the layer for a viewer, where it is no part of the field: its working face
+//! and a part above it.
 
 use elastocap_case::{Case, Indenter, Mechanics, SolidIndenter};
 use elastocap_geometry::export::surfaces::{Corners, prism};
@@ -8,7 +9,7 @@ use elastocap_geometry::scene::Box3;
 const PLATE: f64 = 0.12;
 /// Height up to which other indenters are shown, over the thickness of the layer.
 const SHOWN: f64 = 0.8;
-/// Pieces of half a circle.
+/// The number of pieces of half a circle.
 const PIECES: usize = 32;
 
 /// The indenter with its lowest point at this height above the substrate, m; `None` where nothing presses.
@@ -83,8 +84,8 @@ pub(crate) fn of_box(Box3 { min, max }: &Box3) -> Vec<Corners> {
     prism(2, [min[2], max[2]], &outline)
 }
 
-/// How far out and how high the right side of a body with a flat face, as far as `flat` from its middle, and a rounded corner is: from
-/// the end of the flat upward, as far as `most`.
+/// The right side of a body with a flat face of half-width `flat` and a corner of this radius: points
+/// (distance from the middle, height) from the end of the flat upward, up to the height `most`.
 fn side(flat: f64, radius: f64, most: f64) -> Vec<[f64; 2]> {
     let up_to = if radius > most { (1.0 - most / radius).acos() } else { 0.5 * std::f64::consts::PI };
     let arc = (0..=PIECES).map(|k| up_to * k as f64 / PIECES as f64);
@@ -96,14 +97,15 @@ fn side(flat: f64, radius: f64, most: f64) -> Vec<[f64; 2]> {
     side
 }
 
-/// Such a body in the plane, with the middle of its face at `at`.
+/// The outline of such a body in the plane, with the middle of its face at `at`.
 fn profile(flat: f64, radius: f64, most: f64, at: [f64; 2]) -> Vec<[f64; 2]> {
     let right = side(flat, radius, most);
     let left = right.iter().rev().filter(|p| p[0] > 0.0).map(|p| [-p[0], p[1]]);
     right.iter().copied().chain(left).map(|p| [at[0] + p[0], at[1] + p[1]]).collect()
 }
 
-/// A ball, up to the height `most` above its lowest point and closed on top there if it is higher.
+/// The surface of a ball up to the height `most` above its lowest point, closed on top there if the ball is
+/// higher.
 fn ball(radius: f64, most: f64, height: f64) -> Vec<Corners> {
     let angle = |k: usize| std::f64::consts::PI * k as f64 / PIECES as f64;
     let up_to = (1.0 - most / radius).max(-1.0).acos();
@@ -124,31 +126,31 @@ fn block(half_widths: [f64; 2], radius: f64, most: f64, height: f64) -> Vec<Corn
         [[a, b], [a, -b], [-a, -b], [-a, b]].map(|[x, z]| [x, height + up, z]).to_vec()
     };
     let rings: Vec<_> = side(0.0, radius, most).into_iter().map(ring).collect();
-    // Anticlockwise as seen from above, as those of the ball.
+    // Anticlockwise as seen from above, as the rings of the ball.
     lofted(&rings)
 }
 
 /// The surface of the body between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
 fn lofted(rings: &[Vec<[f64; 3]>]) -> Vec<Corners> {
-    let mut all = Vec::new();
+    let mut triangles = Vec::new();
     for pair in rings.windows(2) {
         let [low, high] = [&pair[0], &pair[1]];
         for k in 0..low.len() {
             let next = (k + 1) % low.len();
-            all.push([low[k], low[next], high[next]]);
-            all.push([low[k], high[next], high[k]]);
+            triangles.push([low[k], low[next], high[next]]);
+            triangles.push([low[k], high[next], high[k]]);
         }
     }
     for (ring, below) in [(rings.first(), true), (rings.last(), false)] {
         let Some(ring) = ring else { continue };
         for k in 1..ring.len().saturating_sub(1) {
             let [a, b, c] = [ring[0], ring[k], ring[k + 1]];
-            all.push(if below { [a, c, b] } else { [a, b, c] });
+            triangles.push(if below { [a, c, b] } else { [a, b, c] });
         }
     }
     // The lowest ring of a ball is a point.
-    all.retain(|[a, b, c]| a != b && b != c && c != a);
-    all
+    triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    triangles
 }
 
 #[cfg(test)]
@@ -173,9 +175,9 @@ mod tests {
         let path =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/pair-under-sphere.toml");
         let text = std::fs::read_to_string(&path).unwrap();
-        let own = "[mechanics.solid.indenter.sphere]\nradius = \"600 um\"";
-        assert!(text.contains(own));
-        elastocap_case::parse(&text.replace(own, indenter), &path).unwrap()
+        let sphere = "[mechanics.solid.indenter.sphere]\nradius = \"600 um\"";
+        assert!(text.contains(sphere));
+        elastocap_case::parse(&text.replace(sphere, indenter), &path).unwrap()
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! The fields of a run kept in memory, for a program that calls the library and may write them, or not, when the run is over.
+//! Keeps the fields of a run in memory, for a caller of the library that decides after the run whether to
+//! write them.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -17,14 +18,14 @@ use elastocap_coupling::step::StepField;
 use crate::layer_files::{self, LayerFiles};
 use crate::{FieldWriter, OutputError, OutputFolder, Request, Saved, save};
 
-/// An observer that keeps the fields of a run, and passes on what it sees to another observer.
+/// An observer that keeps the fields of a run, and passes its notifications on to another observer.
 ///
 /// A field takes some 100 bytes for each node of its grid, and a few hundred for each node of tetrahedra.
 pub struct KeptFields<'a> {
     watcher: &'a dyn Observer,
     /// Whether fields, those of the layer among them, are kept.
     wanted: bool,
-    kept: Mutex<StepFields>,
+    fields: Mutex<StepFields>,
 }
 
 /// The fields of a run that has ended.
@@ -42,14 +43,14 @@ impl StepFields {
 }
 
 impl<'a> KeptFields<'a> {
-    /// Keeps fields only if they are `wanted`; `watcher` is told of the progress.
+    /// Keeps fields only if they are `wanted`; `watcher` gets the progress.
     pub fn new(wanted: bool, watcher: &'a dyn Observer) -> Self {
-        Self { watcher, wanted, kept: Mutex::default() }
+        Self { watcher, wanted, fields: Mutex::default() }
     }
 
     /// The fields of a run that has ended.
     pub fn finish(self) -> StepFields {
-        self.kept.into_inner().unwrap_or_else(PoisonError::into_inner)
+        self.fields.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -61,7 +62,7 @@ impl Observer for KeptFields<'_> {
     fn layer_solved(&self, solution: &Solution) -> ControlFlow<()> {
         if self.wanted {
             let files = layer_files::files(solution);
-            self.kept.lock().unwrap_or_else(PoisonError::into_inner).layer = files;
+            self.fields.lock().unwrap_or_else(PoisonError::into_inner).layer = files;
         }
         self.watcher.layer_solved(solution)
     }
@@ -75,7 +76,7 @@ impl Observer for KeptFields<'_> {
     }
 
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner).steps.insert(step.index, field);
+        self.fields.lock().unwrap_or_else(PoisonError::into_inner).steps.insert(step.index, field);
         ControlFlow::Continue(())
     }
 
@@ -84,12 +85,14 @@ impl Observer for KeptFields<'_> {
     }
 }
 
-/// Writes the files of a run that has ended into `folder`, as a run that writes them while it works: see [`save`].
+/// Writes the files of a run that has ended into `folder`, as [`save`] does for a run that writes its fields
+/// while it works.
 ///
 /// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the report.
 ///
 /// # Errors
-/// [`OutputError`], where the folder cannot be made or holds files of somebody else that a run would replace; then it is as it was before.
+/// [`OutputError`], if the folder cannot be made or holds files of others that a run would replace; then it
+/// is unchanged.
 pub fn save_kept(
     case: &Case,
     outcome: &Outcome,
@@ -107,7 +110,7 @@ pub fn save_kept(
     let request = Request { case_text, ..Request::of(options) };
     let writer = FieldWriter::new(&folder, &()).writing(request.wanted);
     let writer = writer.drawing_sections(&outcome.plan, case);
-    // Where staging breaks off, `finish` has the reason.
+    // If staging stops early, `finish` reports the reason.
     let _ = stage(&writer, outcome, fields);
     let files = writer.finish(outcome)?;
     save(case, outcome, options, &request, &folder, &files, started, planning)

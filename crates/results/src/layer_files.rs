@@ -1,4 +1,4 @@
-//! Files of the finite-element layer: fields for viewers, profiles along lines, and a table of how well it is known.
+//! Files of the finite-element layer: fields for viewers, profiles along lines, and a table of its errors.
 
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray, body_vtu};
 use elastocap_geometry::export::vtk::pvd;
@@ -15,13 +15,13 @@ use elastocap_coupling::outcome::Outcome;
 /// The files of a finite-element layer, ready to be written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LayerFiles {
-    /// Name and content of each.
+    /// The name and the content of each file.
     pub(crate) files: Vec<(String, Vec<u8>)>,
     /// Warnings about what the formats cannot hold.
     pub(crate) warnings: Vec<String>,
 }
 
-/// The fields and profiles of every load that was reached.
+/// The fields and profiles at every load that was reached.
 pub(crate) fn files(solution: &Solution) -> LayerFiles {
     match solution {
         Solution::Plane(pressing) => files_of(pressing, |model, pressed| {
@@ -32,16 +32,16 @@ pub(crate) fn files(solution: &Solution) -> LayerFiles {
     }
 }
 
-/// Body and profiles, as `of` makes them, of every load that was reached.
+/// The files at every load that was reached, with body and profiles by `body_and_profiles`.
 fn files_of<S: Dimension>(
     pressing: &Pressing<S>,
-    of: impl Fn(&LayerModel<S>, &Pressed<S>) -> (BodyMesh, String),
+    body_and_profiles: impl Fn(&LayerModel<S>, &Pressed<S>) -> (BodyMesh, String),
 ) -> LayerFiles {
     let mut all = LayerFiles::default();
     let mut series = Vec::new();
     for (index, pressed) in pressing.goals.iter().enumerate() {
         let Ok(pressed) = pressed else { continue };
-        let (body, profiles) = of(pressing.model_of(pressed), pressed);
+        let (body, profiles) = body_and_profiles(pressing.model_of(pressed), pressed);
         match body_vtu(&body) {
             Ok(bytes) => {
                 let name = format!("layer_{index:03}.vtu");
@@ -62,8 +62,8 @@ fn files_of<S: Dimension>(
 }
 
 fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
-    let of = model.equations().body();
-    let samples: Vec<Sample> = (0..of.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
+    let layer = model.equations().body();
+    let samples: Vec<Sample> = (0..layer.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
     let each = |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).collect::<Vec<f64>>();
     let displacement =
@@ -73,14 +73,14 @@ fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh 
         .flat_map(|s| [s.stress.s11, s.stress.s22, s.stress.s33, s.stress.s12, 0.0, 0.0])
         .collect::<Vec<_>>();
     let mut body_names = vec!["layer".to_owned()];
-    body_names.extend((1..of.rubbers.len()).map(|k| format!("electrode {k}")));
+    body_names.extend((1..layer.rubbers.len()).map(|k| format!("electrode {k}")));
     BodyMesh {
         element: Element::Quadrilateral,
         points: samples
             .iter()
             .map(|s| [s.reference[0] + s.displacement[0], s.reference[1] + s.displacement[1], 0.0])
             .collect(),
-        nodes: of.mesh.elements.iter().flatten().copied().collect(),
+        nodes: layer.mesh.elements.iter().flatten().copied().collect(),
         arrays: vec![
             array("displacement", 3, displacement),
             array("cauchy_stress", 6, stress),
@@ -89,7 +89,7 @@ fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh 
             array("contact_pressure", 1, model.contact_pressure(&pressed.state, &each(&|s| s.stress.s22))),
         ],
         in_elements: Vec::new(),
-        body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
+        body_id: layer.material.iter().map(|m| i32::from(*m)).collect(),
         body_names,
     }
 }

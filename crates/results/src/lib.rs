@@ -1,4 +1,4 @@
-//! Results on disk.
+//! The results of a run on disk: files, figures, reports, and forces read from them.
 
 pub mod comparison;
 pub mod csv;
@@ -40,7 +40,7 @@ pub use json::{RunSeconds, document};
 pub use kept::{KeptFields, StepFields, save_kept};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed, Unfinished};
 use output_folder::{INDEX, MESH_INDEX, RESUME, is_result_name};
-pub use own_files::{fault, read_own};
+pub use own_files::{fault, read_bounded};
 pub use report::MeasuredPoint;
 use report::{REPORT, Report};
 pub use resume::{Resume, ResumeError};
@@ -54,17 +54,17 @@ use elastocap_coupling::plan::{Kind, Options};
 /// The files that a run has put on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
-    /// The folder: that asked for, or the one for unfinished results beside it.
+    /// The folder: the requested one, or the one for unfinished results beside it.
     pub folder: PathBuf,
     /// The files, sorted.
     pub files: Vec<PathBuf>,
     /// The text of `result.json`.
     pub json: String,
-    /// Warnings about what could not be shown; the numbers are not touched by it.
+    /// Warnings about what could not be shown; the numbers are not affected.
     pub warnings: Vec<String>,
 }
 
-/// The times and files of a field series: compressions where there is a load.
+/// The parameter and the file of each field of a series: the parameter is the compression if there is a load.
 fn series(steps: &[StepResult], fields: &FieldFiles) -> Vec<(f64, String)> {
     let time = |step: &StepResult| step.row.compression.unwrap_or(step.index as f64);
     steps.iter().filter_map(|step| Some((time(step), fields.name(step.index)?.to_owned()))).collect()
@@ -102,7 +102,7 @@ fn stage_scene(folder: &OutputFolder, shown: &Shown) -> Result<Option<String>, O
 /// The requests for a run besides its results.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Request<'a> {
-    /// Which files are written.
+    /// The files to be written.
     pub wanted: Wanted,
     /// The text of the case file, for result.json and the report.
     pub case_text: Option<&'a str>,
@@ -111,18 +111,19 @@ pub struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// All files that the options leave.
+    /// A request for all files that the options of the run ask for.
     pub fn of(options: &Options) -> Self {
         Self { wanted: Wanted::of(options), ..Self::default() }
     }
 }
 
-/// Writes what a run found, beside the fields staged before, and puts all of it in place: see [`OutputFolder::commit_run`].
+/// Writes the results of a run, beside the fields staged before, and puts all of it in place: see
+/// [`OutputFolder::commit_run`].
 ///
-/// `started` is when the run began, `planning` how long reading and planning took.
+/// `started` is the time when the run began, `planning` the time that reading and planning took.
 ///
 /// # Errors
-/// When a file cannot be written; then the folder is as it was before.
+/// If a file cannot be written; then the folder is unchanged.
 pub fn save(
     case: &Case,
     outcome: &Outcome,
@@ -225,7 +226,7 @@ pub fn save(
 /// `steps` must come from [`elastocap_coupling::run::deform`].
 ///
 /// # Errors
-/// When a file cannot be written; then the folder is as it was before.
+/// If a file cannot be written; then the folder is unchanged.
 pub fn save_mesh(case: &Case, steps: &[StepResult], folder: OutputFolder) -> Result<Placed, OutputError> {
     let mut warnings: Vec<String> =
         stage_scene(&folder, &scene_files::shown(case, steps))?.into_iter().collect();

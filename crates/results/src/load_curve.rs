@@ -1,42 +1,46 @@
-//! The computed capacitance against the load, between the steps too, with what is known of its errors.
+//! The computed capacitance against the load, at and between the steps, with its known errors.
 
 use elastocap_case::{Case, MeasuredLoad};
 use elastocap_coupling::outcome::{Outcome, StepResult};
 
 use crate::force_answer::{CurveLimits, MonotoneCubic};
 
-/// The curve at one load. Capacitances and errors in F.
+/// A value of the curve at one load. Capacitances and errors in F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveValue {
     /// The capacitance.
     pub capacitance: f64,
     /// Its derivative by the load, F/N, F/m or F.
     pub slope: f64,
-    /// The error that the proved bounds and the stated errors of mechanics, geometry and force leave open, to either side.
+    /// The error from the proved bounds and the stated errors of mechanics, geometry and force, to either
+    /// side.
     pub error: f64,
-    /// The estimated error of interpolation, to either side, in addition; `None` where the steps say nothing of it, as two of them do.
+    /// The estimated error of interpolation, to either side, in addition; `None` where the steps give no
+    /// estimate, such as with two steps.
     pub interpolation_error: Option<f64>,
-    /// The error of interpolation of any monotonic curve through the two steps around, to either side, F: its limit where no other is known.
+    /// The error of interpolation for any monotonic curve through the two neighbouring steps, to either side,
+    /// F: its limit where no estimate is known.
     pub monotonic_error: f64,
 }
 
 impl CurveValue {
-    /// All errors together, to either side, F.
+    /// The sum of all errors, to either side, F.
     pub fn whole_error(&self) -> f64 {
         self.error + self.interpolation_error.unwrap_or(self.monotonic_error)
     }
 }
 
-/// A step as the curve needs it, in SI units.
+/// A step in the form that the curve needs, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveStep {
-    /// N, m, or U/H.
+    /// The load: N, m, or U/H.
     pub load: f64,
     /// The stated error of the load, in its unit; zero where it is exact.
     pub load_error: f64,
-    /// F.
+    /// The capacitance, F.
     pub capacitance: f64,
-    /// Half the distance between its bounds and the stated errors of mechanics and geometry, F.
+    /// Half the distance between the bounds of the capacitance, with the stated errors of mechanics and
+    /// geometry, F.
     pub error: f64,
 }
 
@@ -47,9 +51,9 @@ pub struct CurveStep {
     .load.name()
 )]
 pub struct NoCurve {
-    /// How many steps there are.
+    /// The number of suitable steps.
     pub steps: usize,
-    /// The kind of load that they should have.
+    /// The kind of load that the curve is over.
     pub load: MeasuredLoad,
 }
 
@@ -58,7 +62,8 @@ pub struct NoCurve {
 pub struct LoadCurve {
     steps: Vec<CurveStep>,
     cubic: MonotoneCubic,
-    /// The error of the interpolation between each step and the next, F; `None` where the steps say nothing of it.
+    /// The error of the interpolation between each step and the next, F; `None` where the steps give no
+    /// estimate.
     interpolation_errors: Vec<Option<f64>>,
 }
 
@@ -73,7 +78,7 @@ impl LoadCurve {
         Self::through(steps).map_err(|steps| NoCurve { steps, load })
     }
 
-    /// Through steps in any order; a load that is there twice counts once.
+    /// The curve through steps in any order; of steps with the same load, one counts.
     ///
     /// # Errors
     /// The number of different loads, if it is below two.
@@ -110,16 +115,16 @@ impl LoadCurve {
         &self.steps
     }
 
-    /// The curve at a load; `None` outside of [`LoadCurve::range`]. Where the curve begins without load, it is at rest below that: a
-    /// load below zero is one before contact.
+    /// The value of the curve at a load; `None` outside of [`LoadCurve::range`]. A curve that begins without
+    /// load is continued below it with its value at rest: a load below zero is one before contact.
     pub fn at(&self, load: f64) -> Option<CurveValue> {
         let [first, last] = self.range();
         let reached = load <= last && (load >= first || first == 0.0);
         reached.then(|| self.continued(load))
     }
 
-    /// The curve continued beyond its ends: below a first step without load as at rest, elsewhere along its tangent. For a search that may
-    /// lead there; no result should rest on it.
+    /// The curve continued beyond its ends: at rest below a first step without load, elsewhere along its
+    /// tangent. A search may pass through there; no result should rest on it.
     pub fn continued(&self, load: f64) -> CurveValue {
         let [first, last] = self.range();
         let end = self.within(load.clamp(first, last));
@@ -155,16 +160,16 @@ impl LoadCurve {
 fn curve_step(step: &StepResult, load: MeasuredLoad) -> Option<CurveStep> {
     let row = &step.row;
     let layer = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
-    let (own, load_error) = match load {
+    let (load_value, load_error) = match load {
         MeasuredLoad::Force => (row.force_n?, layer.unwrap_or(0.0) * row.force_n?),
         MeasuredLoad::Displacement => (row.top_displacement_m?, 0.0),
         MeasuredLoad::Compression => (row.compression?, 0.0),
     };
     let capacitance = row.capacitance_f?;
-    // A load that is read off a curve is that of its model.
+    // The load read off a curve is that of the layer's model, so that the error within the model counts.
     let error = capacitance.abs() * row.error_in_model().unwrap_or(0.0);
-    let is_sound = [own, load_error, capacitance, error].iter().all(|number| number.is_finite());
-    is_sound.then_some(CurveStep { load: own, load_error, capacitance, error })
+    let is_sound = [load_value, load_error, capacitance, error].iter().all(|number| number.is_finite());
+    is_sound.then_some(CurveStep { load: load_value, load_error, capacitance, error })
 }
 
 #[cfg(test)]

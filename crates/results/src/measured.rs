@@ -1,4 +1,4 @@
-//! Measured points beside the computed curve: residuals, and what share of them the errors explain.
+//! Measured points beside the computed curve: residuals, and the share of them within the errors.
 
 use elastocap_case::{Case, MeasuredLoad, MeasuredPoint};
 use elastocap_coupling::outcome::Outcome;
@@ -10,15 +10,16 @@ use crate::plot::{Axis, Chart, Panels, Scale, Series, Style};
 /// The measured points of a case beside its curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The file of the points, as the case has it.
+    /// The file of the points, as the case names it.
     pub file: String,
     /// "force", "displacement" or "compression".
     pub load: &'static str,
-    /// In the order of the file.
+    /// The points, in the order of the file.
     pub points: Vec<ComparedPoint>,
-    /// Points whose residual is at most the errors: bounds, stated errors, interpolation, and deviation of the point.
+    /// The number of points whose residual is at most the errors: bounds, stated errors, interpolation, and
+    /// deviation of the point.
     pub within_error: usize,
-    /// Points whose load the curve does not reach; they are not compared.
+    /// The number of points whose load the curve does not reach; they are not compared.
     pub beyond_curve: usize,
     /// Share of the compared points that are within the error; `None` if none could be compared.
     pub fraction_within_error: Option<f64>,
@@ -26,32 +27,32 @@ pub struct Comparison {
     pub rms_residual_f: Option<f64>,
     /// The largest residual, by size, F.
     pub max_residual_f: Option<f64>,
-    /// The largest estimated error of interpolation at a point, F; `None` where nothing is known of it.
+    /// The largest estimated error of interpolation at a point, F; `None` where it is not known.
     pub max_interpolation_error_f: Option<f64>,
 }
 
-/// A measured point and what the curve has at its load.
+/// A measured point and the value of the curve at its load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ComparedPoint {
-    /// The line of the file.
+    /// The line of the point in the file.
     pub line: u64,
-    /// N, m, or U/H; the offset is taken off.
+    /// The load less the offset: N, m, or U/H.
     pub load: f64,
-    /// Measured, F; parasitic capacitance and gain are taken off.
+    /// The measured capacitance, F; parasitic capacitance and gain are taken off.
     pub capacitance_f: f64,
-    /// Its standard deviation, F; `None` where it is not known.
+    /// The standard deviation of the measured capacitance, F; `None` where it is not known.
     pub deviation_f: Option<f64>,
-    /// By the curve, F; `None` where the curve does not reach the load.
+    /// The capacitance of the curve, F; `None` where the curve does not reach the load.
     pub computed_f: Option<f64>,
-    /// Measured less computed, F.
+    /// The residual, measured less computed, F.
     pub residual_f: Option<f64>,
-    /// Bounds, stated errors, error of interpolation and deviation, F.
+    /// The error: bounds, stated errors, interpolation and deviation, F.
     pub error_f: Option<f64>,
     /// Whether the residual is at most the error.
     pub within_error: Option<bool>,
 }
 
-/// Compares the measured points of a case with what a run of it found; `None` if the case has none.
+/// Compares the measured points of a case with the curve of a run; `None` if the case has none.
 ///
 /// # Errors
 /// [`NoCurve`] if the run has fewer than two steps to compare them with.
@@ -65,14 +66,16 @@ pub fn compare(case: &Case, outcome: &Outcome) -> Option<Result<Comparison, NoCu
 }
 
 impl Comparison {
-    /// Compares points, which are corrected already, with a curve over loads of the same kind; `file` is where the points come from.
+    /// Compares points, which are already corrected, with a curve over loads of the same kind; `file` is the
+    /// source of the points.
     pub fn new(file: &str, load: MeasuredLoad, points: &[MeasuredPoint], curve: &LoadCurve) -> Self {
         let mut interpolation = Some(0.0_f64);
         let mut compared = |point: &MeasuredPoint| {
             let value = curve.at(point.load);
             let residual = value.map(|value| point.capacitance - value.capacitance);
             if let Some(value) = value {
-                interpolation = interpolation.zip(value.interpolation_error).map(|(most, own)| most.max(own));
+                interpolation =
+                    interpolation.zip(value.interpolation_error).map(|(most, error)| most.max(error));
             }
             let error = value.map(|value| value.whole_error() + point.deviation.unwrap_or(0.0));
             ComparedPoint {
@@ -104,13 +107,14 @@ impl Comparison {
         }
     }
 
-    /// How many points the curve reaches.
+    /// The number of points within the range of the curve.
     pub fn compared(&self) -> usize {
         self.points.len() - self.beyond_curve
     }
 }
 
-/// The curve of a case with its measured points over it, the residuals below, and at the bottom what else there was to draw.
+/// The curve of a case with its measured points over it, the residuals below, and the second chart of the
+/// figure at the bottom.
 pub(crate) fn panels(
     title: String,
     curve: Chart,

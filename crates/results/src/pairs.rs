@@ -1,4 +1,4 @@
-//! Changes of the entries of a matrix: which capacitance has the largest one that is certain.
+//! Changes of the entries of a capacitance matrix, and the largest one whose sign is certain.
 
 use elastocap_case::{Case, Measurement, Mechanics};
 use elastocap_coupling::outcome::{Outcome, Row, StepResult};
@@ -7,11 +7,12 @@ use elastocap_electrostatics::Bounded;
 /// The change between two steps of a mutual capacitance, or of one against ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairChange {
-    /// The places of its terminals in [`Outcome::conductors`]; the same place twice for a capacitance against ground.
+    /// The positions of its terminals in [`Outcome::conductors`]; the same position twice for a capacitance
+    /// against ground.
     pub terminals: [usize; 2],
     /// The capacitance at both steps, F.
     pub values: [f64; 2],
-    /// The relative errors of both by all that is known.
+    /// The relative errors of both capacitances, from bounds and estimates.
     pub errors: [f64; 2],
     /// The limits of the change, F: its bounds, moved apart by the estimated errors of both capacitances.
     pub limits: [f64; 2],
@@ -31,13 +32,14 @@ impl PairChange {
         }
     }
 
-    /// Whether the limits leave one sign alone.
+    /// Whether both limits have the same sign.
     pub fn is_certain(&self) -> bool {
         self.limits[0] > 0.0 || self.limits[1] < 0.0
     }
 }
 
-/// The first step with a capacitance and the first one under the largest load: later ones may have been shifted or tilted besides.
+/// The first step with a capacitance, and the first one under the largest load, since later steps may be
+/// shifted or tilted besides.
 pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
     let solved = || outcome.steps.iter().filter(|step| step.row.capacitance_f.is_some());
     let compression = |step: &StepResult| step.row.compression.unwrap_or(0.0);
@@ -49,10 +51,10 @@ pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
 /// terminals. Empty unless a matrix is measured, and is known at both steps.
 pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> Vec<PairChange> {
     let Some(Measurement::Matrix { terminals: count, .. }) = outcome.measurement else { return Vec::new() };
-    let asked = case.measured_entries();
-    let pairs = match asked.as_slice() {
+    let measured = case.measured_entries();
+    let pairs = match measured.as_slice() {
         [] => (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect(),
-        _ => asked,
+        _ => measured,
     };
     let share = model_share(case, steps.map(|step| &step.row));
     pairs.into_iter().filter_map(|pair| change_of(pair, steps, share)).collect()
@@ -84,8 +86,9 @@ pub(crate) fn matrix_of_changes(
 
 /// The change of one capacitance, where `share` is the error of the model over a change.
 ///
-/// The errors of a row are those of the capacitance that the curve shows. Those of the layer's mesh and of flat faces are taken to be the
-/// same share of every capacitance, that of the model of the layer the same share of every change.
+/// The estimated errors of a row are those of the capacitance in the curve. Those of the layer's mesh and of
+/// the faceting are taken as the same share of every capacitance, that of the layer's model as the same share
+/// of every change.
 fn change_of([i, j]: [usize; 2], steps: [&StepResult; 2], share: f64) -> Option<PairChange> {
     let entry = |step: &StepResult| {
         let entry = step.maxwell.as_ref()?.get(i)?.get(j)?;
@@ -99,11 +102,12 @@ fn change_of([i, j]: [usize; 2], steps: [&StepResult; 2], share: f64) -> Option<
 
 /// The certain change that is largest in F.
 pub fn largest_certain(changes: &[PairChange]) -> Option<&PairChange> {
-    let certain = changes.iter().filter(|own| own.is_certain());
+    let certain = changes.iter().filter(|change| change.is_certain());
     certain.max_by(|a, b| a.change().abs().total_cmp(&b.change().abs()))
 }
 
-/// The error of the model over the change of the capacitance that rows are of. Finite elements in space have none.
+/// The error of the layer's model over the change of the capacitance in the rows. Finite elements in space
+/// have none.
 fn model_share(case: &Case, [first, last]: [&Row; 2]) -> f64 {
     if let None | Some(Mechanics::Solid(_)) = case.mechanics {
         return 0.0;
@@ -111,7 +115,7 @@ fn model_share(case: &Case, [first, last]: [&Row; 2]) -> f64 {
     let absolute = |row: &Row| Some(row.model_error_estimate? * row.capacitance_f?.abs());
     let errors = absolute(first).zip(absolute(last)).map_or(f64::INFINITY, |(a, b)| a + b);
     let change = first.capacitance_f.zip(last.capacitance_f).map_or(0.0, |(a, b)| (b - a).abs());
-    // Where nothing changes, no share is known.
+    // The share is undefined where nothing changes.
     Some(errors / change).filter(|share| !share.is_nan()).unwrap_or(f64::INFINITY)
 }
 
@@ -130,7 +134,9 @@ fn pair_change(
     };
     let on_mesh = [on_mesh(first, before.value), on_mesh(last, after.value)];
     let besides = on_mesh[0] + on_mesh[1] + of_model;
-    let relative = |own: &Bounded, estimated: f64| own.relative_error() + estimated / own.value.abs();
+    let relative = |capacitance: &Bounded, estimated: f64| {
+        capacitance.relative_error() + estimated / capacitance.value.abs()
+    };
     PairChange {
         terminals,
         values,
@@ -156,15 +162,17 @@ mod tests {
         let small = change([0, 2], [bounded(5.0, 0.01), bounded(5.1, 0.01)], &exact, 0.0);
         let larger = change([1, 2], [bounded(5.0, 0.01), bounded(4.5, 0.01)], &exact, 0.0);
         assert_eq!((hidden.limits, hidden.is_certain()), ([-3.0, 1.0], false));
-        assert_eq!(largest_certain(&[hidden, small, larger]).map(|own| own.terminals), Some([1, 2]));
+        assert_eq!(largest_certain(&[hidden, small, larger]).map(|change| change.terminals), Some([1, 2]));
         assert!(largest_certain(&[hidden]).is_none());
         // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the change hides every change.
         let rough = Row { mechanics_error_estimate: Some(0.06), ..Row::default() };
         let pair = [bounded(5.0, 0.0), bounded(4.5, 0.0)];
         assert!(!change([1, 2], pair, &rough, 0.0).is_certain());
-        let own = change([1, 2], pair, &exact, 0.9);
+        let uncertain = change([1, 2], pair, &exact, 0.9);
         assert!(
-            own.is_certain() && (own.limits[1] + 0.05).abs() < 1e-12 && (own.errors[1] - 0.1).abs() < 1e-12
+            uncertain.is_certain()
+                && (uncertain.limits[1] + 0.05).abs() < 1e-12
+                && (uncertain.errors[1] - 0.1).abs() < 1e-12
         );
         for share in [1.1, f64::INFINITY] {
             assert!(!change([1, 2], pair, &exact, share).is_certain());

@@ -1,4 +1,4 @@
-//! How steps are shifted and tilted: in words, and which of them a line may join.
+//! The shift and tilt of steps: in words, and which steps a line may join.
 
 use elastocap_case::Pose;
 use elastocap_coupling::outcome::{Outcome, StepResult};
@@ -7,10 +7,10 @@ use elastocap_coupling::words::prefixed;
 use crate::csv::number;
 use crate::typeset::quantity;
 
-/// More poses than this beside the curve get one entry of a legend together.
+/// If more poses than this are beside the curve, they share one entry of the legend.
 const MOST_ENTRIES: usize = 3;
 
-/// How attached bodies are moved at a step, besides what the load does to them.
+/// The displacement of the attached bodies at a step, besides that by the load.
 fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
@@ -39,10 +39,10 @@ fn words(pose: &Pose, length: impl Fn(f64) -> String, degrees: &str) -> Option<S
     (!words.is_empty()).then(|| words.join(", "))
 }
 
-/// The values that are not zero among the two, in words, each with its axis.
+/// The nonzero ones of two values, in words, each with its axis.
 fn parts(values: [f64; 2], shown: impl Fn(f64) -> String, axes: [&str; 2]) -> Vec<String> {
-    let own = values.into_iter().zip(axes).filter(|(value, _)| *value != 0.0);
-    own.map(|(value, axis)| format!("{} {axis}", shown(value))).collect()
+    let nonzero = values.into_iter().zip(axes).filter(|(value, _)| *value != 0.0);
+    nonzero.map(|(value, axis)| format!("{} {axis}", shown(value))).collect()
 }
 
 /// A step, by its position in the outcome, and where it is on an axis.
@@ -51,8 +51,8 @@ pub(crate) type Place = (usize, f64);
 /// Steps of a chart by how they are shifted and tilted.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ByPose {
-    /// The steps that a line may join, since they differ in the load or the distance alone: those that are neither shifted nor tilted, or those
-    /// with the pose of the first step where there are none.
+    /// The steps that a line may join, since they differ in the load or the distance alone: the steps without
+    /// shift and tilt, or, if there are none, those with the pose of the first step.
     pub(crate) curve: Vec<Place>,
     /// The others, each with words for a legend.
     pub(crate) beside: Vec<(String, Vec<Place>)>,
@@ -63,15 +63,15 @@ fn sideways(pose: Pose) -> Pose {
     Pose { distance: 0.0, ..pose }
 }
 
-/// Which of these poses are those of a curve, that is of the steps that are neither shifted nor tilted, or where there are none, of the
-/// steps with the shift and tilt of the first one.
+/// Which poses belong to the curve: those without shift and tilt, or, if there are none, those with the shift
+/// and tilt of the first one.
 pub(crate) fn on_curve(poses: &[Pose]) -> Vec<bool> {
     let aligned = poses.iter().any(Pose::is_aligned);
     let of_curve = poses.first().filter(|_| !aligned).copied().map(sideways).unwrap_or_default();
     poses.iter().map(|pose| sideways(*pose) == of_curve).collect()
 }
 
-/// Tells steps apart by their poses, and keeps their order.
+/// Sorts steps by their poses; steps of one pose keep their order.
 pub(crate) fn by_pose(outcome: &Outcome, places: &[Place]) -> ByPose {
     let pose =
         |(k, _): &Place| outcome.steps.get(*k).map(|step| sideways(pose(outcome, step))).unwrap_or_default();
@@ -79,7 +79,7 @@ pub(crate) fn by_pose(outcome: &Outcome, places: &[Place]) -> ByPose {
     let mut sorted = ByPose { curve: Vec::new(), beside: Vec::new() };
     let mut beside: Vec<(Pose, Vec<Place>)> = Vec::new();
     for ((place, pose), on_curve) in places.iter().zip(&poses).zip(on_curve(&poses)) {
-        match beside.iter_mut().find(|(own, _)| own == pose) {
+        match beside.iter_mut().find(|(other, _)| other == pose) {
             _ if on_curve => sorted.curve.push(*place),
             Some((_, places)) => places.push(*place),
             None => beside.push((*pose, vec![*place])),

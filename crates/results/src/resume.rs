@@ -1,4 +1,4 @@
-//! The record that a stopped run keeps beside its files, so that another run goes on from there.
+//! The record that a stopped run leaves beside its files, from which another run resumes.
 
 use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
@@ -12,44 +12,44 @@ use elastocap_coupling::plan::Options;
 use serde::{Deserialize, Serialize};
 
 use crate::output_folder::{RESUME, is_result_name};
-use crate::own_files::{fault, read_own};
+use crate::own_files::{fault, read_bounded};
 use crate::{FieldFiles, FileGroup, Wanted};
 
-/// Why a run cannot go on from an earlier one.
+/// The reason why a run cannot resume an earlier one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResumeError {
-    /// There is nothing to go on from.
+    /// There is no stopped run.
     #[error("there is no stopped run to go on from: `{}` cannot be read ({source}); leave out --resume to begin", file.display())]
     Nothing {
-        /// The file that should say what was found.
+        /// The file that the record should be in.
         file: PathBuf,
         /// The error that the system reports.
         source: io::Error,
     },
-    /// The file is not one of this program.
+    /// The file is not a record of this program.
     #[error("`{}` is damaged: {fault}; leave out --resume to begin anew", file.display())]
     Damaged {
         /// The file.
         file: PathBuf,
-        /// Where, and how.
+        /// The position of the error and its kind.
         fault: String,
     },
-    /// The stopped run was another one.
+    /// The stopped run was a different one.
     #[error("the run in `{}` was stopped with another {what}: its steps are not those of this run; leave out --resume to begin anew", folder.display())]
     Differs {
-        /// Where it is.
+        /// The folder of the stopped run.
         folder: PathBuf,
-        /// The part that is different, in words.
+        /// The part that differs, in words.
         what: &'static str,
     },
 }
 
-/// A stopped run: what it was, and the steps that it finished.
+/// A stopped run: its inputs, and the steps that it finished.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stopped {
     version: String,
-    /// The [`fingerprint`] of the case as it was read, bodies and meshes from other files included.
+    /// The [`fingerprint`] of the case, with the bodies and meshes from other files.
     case: u64,
     prune: bool,
     fields: bool,
@@ -72,13 +72,13 @@ pub struct Resume {
 }
 
 impl Resume {
-    /// Reads what a run of this case left in `folder` when it was stopped.
+    /// Reads the record that a run of this case left in `folder` when it was stopped.
     ///
     /// # Errors
-    /// [`ResumeError`] where there is nothing, or where it was not this run.
+    /// [`ResumeError`] if there is no record, or if it is that of a different run.
     pub fn read(folder: &Path, case: &Case, options: &Options, wanted: &Wanted) -> Result<Self, ResumeError> {
         let file = folder.join(RESUME);
-        let text = match read_own(&file) {
+        let text = match read_bounded(&file) {
             Ok(text) => text,
             Err(error) => return Err(ResumeError::Nothing { file, source: error.into() }),
         };
@@ -86,7 +86,7 @@ impl Resume {
             Ok(stopped) => stopped,
             Err(error) => return Err(ResumeError::Damaged { file, fault: fault(&error) }),
         };
-        // A changed file must not have others copied into the results.
+        // A manipulated record must not have other files copied into the results.
         let names = stopped.steps.iter().filter_map(|step| step.field.as_deref());
         if !names.into_iter().all(is_result_name) {
             return Err(ResumeError::Damaged {
@@ -99,7 +99,7 @@ impl Resume {
             (stopped.case == fingerprint(case), "case"),
             (stopped.prune == options.prune, "choice of --no-prune"),
             (stopped.fields == options.fields, "choice of --no-fields"),
-            // Without the file of its field, a step would have to be solved again for it.
+            // A step without its field file would have to be solved again for it.
             (stopped.files == wanted.names(), "choice of --only, --no-fields or --no-scene"),
         ];
         match same.into_iter().find(|(same, _)| !same) {
@@ -108,12 +108,12 @@ impl Resume {
         }
     }
 
-    /// How many steps need not be solved again.
+    /// The number of steps that need not be solved again.
     pub fn steps(&self) -> usize {
         self.steps.len()
     }
 
-    /// A step as it was found, the folder of the stopped run, and the file with the step's field.
+    /// The result of a step, the folder of the stopped run, and the file with the step's field.
     pub(crate) fn step(&self, index: usize) -> Option<(FinishedStep, &Path, Option<PathBuf>)> {
         let step = self.steps.iter().find(|step| step.found.index == index)?;
         let field = step.field.as_ref().map(|name| self.folder.join(name));
@@ -121,9 +121,10 @@ impl Resume {
     }
 }
 
-/// The text of [`RESUME`]. Steps are left out that are solved again as quickly as they are read, or cannot be written down.
+/// The text of [`RESUME`]. It leaves out steps that are as quickly solved as read, and those that cannot be
+/// written down.
 ///
-/// # Errors
+/// An error of serialization, which is not expected.
 /// None that is known.
 pub(crate) fn document(
     case: &Case,
@@ -132,7 +133,7 @@ pub(crate) fn document(
     steps: &[StepResult],
     fields: &FieldFiles,
 ) -> serde_json::Result<String> {
-    let kept = |step: &StepResult| {
+    let saved = |step: &StepResult| {
         let field = fields.name(step.index).map(str::to_owned);
         let whole = field.is_some() || !wanted.has(FileGroup::Fields);
         FinishedStep::of(step).filter(|_| whole).map(|found| KeptStep { found, field })
@@ -143,12 +144,12 @@ pub(crate) fn document(
         prune: options.prune,
         fields: options.fields,
         files: wanted.names(),
-        steps: steps.iter().filter_map(kept).collect(),
+        steps: steps.iter().filter_map(saved).collect(),
     };
     serde_json::to_string(&stopped)
 }
 
-/// A number that another case does not have. The name of the file is not part of it.
+/// A hash that distinguishes cases. The file name of the case does not enter it.
 fn fingerprint(case: &Case) -> u64 {
     struct Text(DefaultHasher);
     impl fmt::Write for Text {
@@ -158,7 +159,7 @@ fn fingerprint(case: &Case) -> u64 {
         }
     }
     let mut text = Text(DefaultHasher::new());
-    // Every number is written with all its digits. Writing to a hasher does not fail.
+    // Debug output has all digits of every number. Writing to a hasher does not fail.
     let _ = write!(text, "{:?}", Case { source: PathBuf::new(), measured_points: None, ..case.clone() });
     text.0.finish()
 }

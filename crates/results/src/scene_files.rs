@@ -16,14 +16,14 @@ use elastocap_coupling::words::prefixed;
 
 use crate::indenter::{indenter, of_box, plate};
 
-/// How far outside their place walls are drawn, as a share of their extent: faces in one plane flicker in a viewer.
+/// The gap between bodies and drawn walls, as a share of their extent: coplanar faces flicker in a viewer.
 const APART: f64 = 2e-3;
 /// Thickness of the substrate where none is part of the field, over that of the layer.
 const SLAB: f64 = 0.25;
 /// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest extent.
 const BAR: [f64; 3] = [0.4, 0.01, 0.05];
 
-/// Where a body is in a state of the scene, if it is there.
+/// The place of a body in a state of the scene, if the body is there.
 type Pose<'a> = &'a dyn Fn(&DeformedScene) -> Option<Box3>;
 
 /// The bodies of a case with their pose at every step that has one, and labels of those steps.
@@ -57,7 +57,7 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
         let name = &dielectric.body.name;
         for k in 0..dielectric.body.parts.len() {
             add(&part_name(name, k), BodyRole::from(dielectric.body), &|s| {
-                // A body may drop out where a moving wall passes it.
+                // A moving wall may remove a body from the scene.
                 let same = s.scene.dielectrics().find(|d| d.body.name == *name)?;
                 let region = same.body.parts.get(k)?.as_box()?;
                 solid(intersection(&intersection(&region, &s.scene.domain), &window))
@@ -77,7 +77,8 @@ fn height(case: &Case, step: &StepResult) -> Option<f64> {
     Some(case.layer.as_ref()?.thickness - step.row.top_displacement_m? + distance)
 }
 
-/// Adds the plate that presses, if it is one, and a substrate where the field ends at the bottom of the layer.
+/// Adds the pressing plate, if the indenter is one, and a substrate where the field ends at the bottom of the
+/// layer.
 fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Vec<SceneBody>) {
     let Some(layer) = &case.layer else { return };
     let poses = |role| bodies.iter().find(|body| body.role == role).map(|body| body.poses.clone());
@@ -90,7 +91,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
             poses: layers.iter().map(|pose| slab(pose, layer.thickness)).collect(),
         });
     }
-    // No farther than the layer is shown, and above what lies on the layer.
+    // The plate reaches no farther than the layer is shown, and lies above the bodies on the layer.
     let over = |(k, (step, layer)): (usize, (&&StepResult, &Box3))| {
         let mut plate = plate(case, height(case, step)?)?;
         let lift = on_layer(bodies, k, &plate) - plate.min[1];
@@ -107,7 +108,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
     }
 }
 
-/// The highest end, m, of the bodies under a plate at a step; minus infinity without any.
+/// The highest end, m, of the bodies under a plate at a step; minus infinity without such bodies.
 fn on_layer(bodies: &[SceneBody], step: usize, plate: &Box3) -> f64 {
     let solid = bodies.iter().filter(|body| match body.role {
         BodyRole::Conductor
@@ -123,11 +124,12 @@ fn on_layer(bodies: &[SceneBody], step: usize, plate: &Box3) -> f64 {
         | BodyRole::Indenter
         | BodyRole::ScaleBar => false,
     });
-    let under = |own: &&Box3| [0, 2].iter().all(|&a| own.min[a] < plate.max[a] && plate.min[a] < own.max[a]);
+    let under =
+        |pose: &&Box3| [0, 2].iter().all(|&a| pose.min[a] < plate.max[a] && plate.min[a] < pose.max[a]);
     solid
         .filter_map(|body| body.poses.get(step))
         .filter(under)
-        .map(|own| own.max[1])
+        .map(|pose| pose.max[1])
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
@@ -159,7 +161,8 @@ fn bar_before(bounds: &Box3) -> Option<(String, Box3)> {
     Some((format!("scale bar {words}"), Box3 { min, max }))
 }
 
-/// The outer walls: one box where they are all alike, else one sheet for each; open space as a box of what is shown.
+/// The outer walls: one box where all have the same condition, else one sheet for each; an open boundary as a
+/// box around what is shown.
 fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRole, Pose<'_>)) {
     let kinds = first.scene.walls;
     let shown = |scene: &DeformedScene| intersection(&scene.scene.domain, window);
@@ -218,7 +221,7 @@ fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String
     (bodies, labels)
 }
 
-/// The bodies of all steps, as a viewer is shown them.
+/// The bodies of all steps, for a viewer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shown {
     /// Boxes with their poses, and the labels of the steps; without bodies where no step has a scene.
@@ -227,7 +230,7 @@ pub enum Shown {
     Surfaces(Vec<(String, Vec<SurfaceBody>)>),
 }
 
-/// The bodies of all steps: as boxes where they are known as boxes at every step.
+/// The bodies of all steps: as boxes if they are boxes at every step, otherwise as surfaces.
 pub fn shown(case: &Case, steps: &[StepResult]) -> Shown {
     match surfaces(case, steps) {
         Some(surfaces) => Shown::Surfaces(surfaces),
@@ -238,7 +241,7 @@ pub fn shown(case: &Case, steps: &[StepResult]) -> Shown {
     }
 }
 
-/// The bodies of all steps by their surfaces, where those of one are known by nothing else.
+/// The bodies of all steps by their surfaces; `None` if boxes describe those of every step.
 pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
     let clothed = |step: &StepResult| step.layer.as_ref().is_some_and(|layer| !layer.skin.layer.is_empty());
     if !steps.iter().any(|step| clothed(step) || !step.surfaces.is_empty()) {
@@ -246,21 +249,22 @@ pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<Su
     }
     let shown =
         steps.iter().filter(|step| clothed(step) || step.scene.is_some() || !step.surfaces.is_empty());
-    let mut all: Vec<(String, Vec<SurfaceBody>)> =
+    let mut states: Vec<(String, Vec<SurfaceBody>)> =
         shown.map(|step| (label(step), surfaces_of(case, step))).collect();
-    let bodies = all.iter().flat_map(|(_, bodies)| bodies);
+    let bodies = states.iter().flat_map(|(_, bodies)| bodies);
     let corners = bodies.flat_map(|body| body.triangles.as_flattened());
-    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p));
+    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|bounds, p| bounds.union(&p));
     if let Some((name, bar)) = bounds.and_then(|bounds| bar_before(&bounds)) {
-        for (_, bodies) in &mut all {
+        for (_, bodies) in &mut states {
             let (name, triangles) = (name.clone(), of_box(&bar));
             bodies.push(SurfaceBody { name, role: BodyRole::ScaleBar, triangles });
         }
     }
-    Some(all)
+    Some(states)
 }
 
-/// The bodies of a step. What finite elements know of the layer and the electrodes in it is shown as they know it.
+/// The bodies of a step. The layer and the electrodes in it are shown with the surfaces of the finite-element
+/// mesh, if there is one.
 fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
     let mut bodies: Vec<SurfaceBody> = if step.surfaces.is_empty() {
         let (bodies, _) = bodies(case, std::slice::from_ref(step));
@@ -279,24 +283,26 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
             | BodyRole::Layer
             | BodyRole::Dielectric => true,
         });
-        let of = |body: SceneBody| SurfaceBody {
+        let surface = |body: SceneBody| SurfaceBody {
             triangles: body.poses.first().map(of_box).unwrap_or_default(),
             name: body.name,
             role: body.role,
         };
-        shown.map(of).collect()
+        shown.map(surface).collect()
     } else {
         step.surfaces.clone()
     };
     if let Some(skin) = step.layer.as_ref().map(|layer| &layer.skin) {
-        // Those on a wire have the name of the terminal; what is shown of several on one wire are their boxes.
-        let named = |name: &'static str| match case.terminals.iter().find(|own| own.holds(name)) {
+        // An electrode that is alone on its wire has the name of the terminal; electrodes that share a wire
+        // are shown as boxes.
+        let named = |name: &'static str| match case.terminals.iter().find(|terminal| terminal.holds(name)) {
             None => Some(name),
-            Some(own) => (own.conductors.len() == 1).then_some(own.name.as_str()),
+            Some(terminal) => (terminal.conductors.len() == 1).then_some(terminal.name.as_str()),
         };
         let names = case.electrodes.iter().flat_map(|electrodes| electrodes.names().map(named));
-        let electrodes =
-            names.zip(&skin.electrodes).filter_map(|(name, own)| Some((name?, BodyRole::Conductor, own)));
+        let electrodes = names
+            .zip(&skin.electrodes)
+            .filter_map(|(name, triangles)| Some((name?, BodyRole::Conductor, triangles)));
         for (name, role, triangles) in electrodes.chain([("layer", BodyRole::Layer, &skin.layer)]) {
             let triangles = triangles.clone();
             match bodies.iter_mut().find(|body| body.name == name) {
@@ -309,7 +315,7 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
     let corners = of_layer.flat_map(|body| body.triangles.as_flattened());
     let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p));
     if let (Some(layer), Some(bounds)) = (&case.layer, bounds) {
-        // A substrate that is part of the field reaches as far as the field; what is shown of it, as far as the layer.
+        // A substrate in the field is as large as the field, but is shown only under the layer.
         bodies.retain(|body| body.role != BodyRole::Substrate);
         let triangles = of_box(&slab(&bounds, layer.thickness));
         bodies.push(SurfaceBody { name: "substrate".into(), role: BodyRole::Substrate, triangles });
@@ -337,7 +343,7 @@ pub(crate) fn label(step: &StepResult) -> String {
 }
 
 fn intersection(a: &Box3, b: &Box3) -> Box3 {
-    let pick = |x: [f64; 3], y: [f64; 3], of: fn(f64, f64) -> f64| [0, 1, 2].map(|k| of(x[k], y[k]));
+    let pick = |x: [f64; 3], y: [f64; 3], choose: fn(f64, f64) -> f64| [0, 1, 2].map(|k| choose(x[k], y[k]));
     Box3 { min: pick(a.min, b.min, f64::max), max: pick(a.max, b.max, f64::min) }
 }
 
@@ -350,14 +356,14 @@ fn solid(region: Box3) -> Option<Box3> {
     (0..3).all(|a| region.extent(a) > 0.0).then_some(region)
 }
 
-/// The names of the bodies that the ids of a field file stand for: the surroundings, then dielectrics, then conductors.
+/// The names of the bodies by their ids in a field file: the surroundings, then dielectrics, then conductors.
 fn body_names(scene: &Scene) -> Vec<String> {
     let dielectrics = scene.dielectrics().map(|d| d.body);
     let named = dielectrics.chain(scene.conductors().map(|c| c.body)).map(|body| body.name.clone());
     std::iter::once("surroundings".to_owned()).chain(named).collect()
 }
 
-/// The solver's field as the exporter takes it.
+/// The solver's field in the form that the exporter takes.
 pub fn field_grid(scene: &Scene, field: Field) -> FieldGrid {
     let dielectrics = scene.dielectrics().count();
     // As in `body_names`: the background, the dielectrics, the conductors.
@@ -377,7 +383,7 @@ pub fn field_grid(scene: &Scene, field: Field) -> FieldGrid {
     }
 }
 
-/// The scene on a graded grid like those the solver begins with, whole and without a field.
+/// The scene on a graded grid like the solver's first one, without symmetry and without a field.
 pub fn geometry_grid(scene: &Scene) -> FieldGrid {
     let resolution = Resolution { order: 4, levels: 2, ratio: 0.15, slope: 1.0, first: 1 };
     let axes = [0, 1, 2].map(|axis| {
@@ -418,7 +424,8 @@ pub fn geometry_grid(scene: &Scene) -> FieldGrid {
     }
 }
 
-/// The planes of the scene across an axis, those of conductors marked, and where the axis ends.
+/// The planes of the scene across an axis, those of conductors marked, and the conditions at both ends of the
+/// axis.
 fn planes(scene: &Scene, axis: usize) -> (Vec<Plane>, [End; 2]) {
     let bounds = |region: Box3, edge: bool| {
         [region.min[axis], region.max[axis]]
@@ -439,10 +446,10 @@ fn planes(scene: &Scene, axis: usize) -> (Vec<Plane>, [End; 2]) {
             _ => distinct.push(plane),
         }
     }
-    let all = metal().reduce(|a, b| a.union(&b));
-    let all = all.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
-    let reach = (0..3).map(|a| all.extent(a)).fold(0.0, f64::max);
-    let pole = 0.5 * (all.min[axis] + all.max[axis]);
+    let bounds = metal().reduce(|a, b| a.union(&b));
+    let bounds = bounds.unwrap_or(Box3 { min: [0.0; 3], max: [1.0; 3] });
+    let reach = (0..3).map(|a| bounds.extent(a)).fold(0.0, f64::max);
+    let pole = 0.5 * (bounds.min[axis] + bounds.max[axis]);
     let end = |side: usize| match scene.walls[axis][side] {
         Wall::Open => End::Open { pole, reach, radius: reach },
         Wall::Insulated | Wall::Grounded => End::Closed,

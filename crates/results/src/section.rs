@@ -1,5 +1,7 @@
-//! `section_NNN.svg`: the potential in a plane through the gap, or through the place where the load acts.
-//! `section_NNN_electrodes.svg`: the same where the electrodes are, if the load acts elsewhere.
+//! Pictures of the potential in plane sections through the field.
+//!
+//! `section_NNN.svg` is in a plane through the gap, or through the place where the load acts;
+//! `section_NNN_electrodes.svg` is in a plane through the electrodes, if the load acts elsewhere.
 
 use std::collections::HashMap;
 
@@ -13,7 +15,7 @@ use elastocap_geometry::section::SectionPlane;
 
 use crate::plot::{Axis, Scale, Section, SectionCell};
 
-/// How much around the conductors is shown, as a share of their largest extent in the plane.
+/// The margin shown around the conductors, over their largest extent in the plane.
 const AROUND: f64 = 0.3;
 
 /// The name of a section of a step by its number: the first one, or the one through the electrodes.
@@ -24,18 +26,18 @@ pub(crate) fn section_file(index: usize, number: usize) -> String {
     }
 }
 
-/// The most sections of a step.
+/// The largest number of sections of a step.
 pub(crate) const MOST_SECTIONS: usize = 2;
 
 /// A conductor or one of its parts: its name and its bounds.
 type Metal = (String, Box3);
 
-/// The conductors of a step with their bounds, those of curved ones from their surfaces.
+/// The conductors of a step with their bounds; those of curved conductors come from their surfaces.
 fn metal(step: &StepResult) -> Vec<Metal> {
     let surfaces = (step.surfaces.iter())
         .filter(|body| matches!(body.role, BodyRole::Conductor | BodyRole::FloatingConductor));
     let bounds = |corners: &[[f64; 3]]| {
-        corners.iter().map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
+        corners.iter().map(|&p| Box3 { min: p, max: p }).reduce(|bounds, p| bounds.union(&p))
     };
     let of_surfaces: Vec<Metal> = surfaces
         .filter_map(|body| Some((body.name.clone(), bounds(body.triangles.as_flattened())?)))
@@ -61,7 +63,7 @@ pub(crate) fn of_slab(
     let metal = metal(step);
     let axis = plane.axis;
     let [p, q] = across(axis);
-    // In the middle of its last cell: below it may be the mirror image.
+    // In the middle of the last cell: below the slab may be its mirror image.
     let nodes = &grid.axes[axis];
     let layer = nodes.len().checked_sub(2)?;
     let t = 0.5;
@@ -78,7 +80,7 @@ pub(crate) fn of_slab(
         };
         (1.0 - t) * value(layer) + t * value(layer + 1)
     };
-    // A component of the field on one side of a node.
+    // A component of the field at a node, as the limit from one side.
     let field = |i: usize, j: usize, a: usize, above: usize| {
         let value = |k: usize| {
             let [i, j, k] = place(i, j, k);
@@ -86,7 +88,7 @@ pub(crate) fn of_slab(
         };
         (1.0 - t) * value(layer) + t * value(layer + 1)
     };
-    // Where a node of the plane is; on a grid that is bent the plane is bent along.
+    // The position of a node of the plane; the plane of a bent grid is bent too.
     let position = |i: usize, j: usize| match &grid.bent {
         None => [grid.axes[p][i], grid.axes[q][j]],
         Some(bent) => {
@@ -111,8 +113,9 @@ pub(crate) fn of_slab(
                 continue;
             }
             let at = |s: usize, t: usize| {
-                // The limit from inside the cell: above its lower corners, below its upper ones. The potential falls along the field. On a bent
-                // grid the slope along one axis takes all components of the field, from the side of the cell along that axis.
+                // The limit from inside the cell: above its lower corners, below its upper ones. The
+                // potential falls along the field. On a bent grid the slope along one axis involves all
+                // components of the field, from the side of the cell along that axis.
                 let along = |above: usize, from: [f64; 2], to: [f64; 2]| {
                     let field = [p, q].map(|a| field(i + s, j + t, a, above));
                     -(0..2).map(|k| field[k] * (to[k] - from[k])).sum::<f64>()
@@ -130,7 +133,7 @@ pub(crate) fn of_slab(
             let [m, n] = [pieces(&grid.axes[p], i, all_p), pieces(&grid.axes[q], j, all_q)];
             let corner = |(k, l): (usize, usize)| {
                 let (place, value) = patch.at(k as f64 / m as f64, l as f64 / n as f64);
-                // Neighbours have as many pieces along the side that they share.
+                // Neighbours have the same number of pieces along their common side.
                 let key = |i: usize, k: usize, m: usize| {
                     let (i, k) = if k == m { (i + 1, 0) } else { (i, k) };
                     (i * MOST_PIECES + k) as u64
@@ -148,7 +151,7 @@ pub(crate) fn of_slab(
     section(step, title, &metal, plane, cells)
 }
 
-/// Pieces of a cell are no larger than this share of the picture, unless they would be too many.
+/// The largest size of a piece of a cell, over that of the picture, unless that gives too many pieces.
 const FINE: f64 = 0.02;
 const MOST_PIECES: usize = 4;
 
@@ -156,8 +159,8 @@ fn extent(nodes: &[f64]) -> f64 {
     nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)
 }
 
-/// A corner of a cell: where it is, m, the potential there, V, and by how much that would rise along both sides of the cell if it went on
-/// as it does there, V.
+/// A corner of a cell: its position, m, its potential, V, and the rises of the potential along both sides of
+/// the cell if its slope there were constant, V.
 #[derive(Clone, Copy)]
 struct Corner {
     place: [f64; 2],
@@ -170,9 +173,9 @@ struct Corner {
 struct Patch([[Corner; 2]; 2]);
 
 impl Patch {
-    /// The place and the potential at these shares of the way along both axes.
+    /// The position and the potential at the fractions `s` and `t` of the sides.
     fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
-        // Of values and of slopes, at the lower end and at the upper one.
+        // Weights of the values and of the slopes, at the lower end and at the upper one.
         let weights = |s: f64| {
             let (r, s2) = (1.0 - s, s * s);
             ([r * r * (1.0 + 2.0 * s), s2 * (3.0 - 2.0 * s)], [s * r * r, -s2 * r])
@@ -186,7 +189,7 @@ impl Patch {
                 value += of_s.0[k] * of_t.1[l] * corner.rises[1];
             }
         }
-        // The ends to the last bit.
+        // Exact at both ends.
         let between = |a: f64, b: f64, s: f64| if s == 1.0 { b } else { a + s * (b - a) };
         let place = [0, 1].map(|a| {
             let [low, high] = [0, 1].map(|k| between(self.0[k][0].place[a], self.0[k][1].place[a], t));
@@ -196,7 +199,8 @@ impl Patch {
     }
 }
 
-/// The sections through a field on tetrahedra, in a scene that is loaded around this place if around any.
+/// The sections through a field on tetrahedra; `loaded_at` is the place where the load acts, if it acts at
+/// one place.
 pub(crate) fn of_tetrahedra(
     step: &StepResult,
     title: &str,
@@ -255,16 +259,17 @@ fn section(
     let [p, q] = across(plane.axis);
     let corners = || cells.iter().flat_map(|cell| cell.corners.iter().map(|(_, at)| [at[0], at[1]]));
     let cut: Vec<&Metal> = metal.iter().filter(|(_, bounds)| plane.cuts(bounds)).collect();
-    let whole = |parts: &[&Metal]| parts.iter().map(|(_, own)| *own).reduce(|all, own| all.union(&own));
+    let whole =
+        |parts: &[&Metal]| parts.iter().map(|(_, part)| *part).reduce(|whole, part| whole.union(&part));
     // A plane that cuts no conductor shows what lies beside all of them.
-    let all = whole(&cut).or_else(|| whole(&metal.iter().collect::<Vec<_>>()))?;
-    let margin = AROUND * all.extent(p).max(all.extent(q));
-    // No farther than the field is known.
+    let shown = whole(&cut).or_else(|| whole(&metal.iter().collect::<Vec<_>>()))?;
+    let margin = AROUND * shown.extent(p).max(shown.extent(q));
+    // Not beyond the known field.
     let ends = |k: usize, a: usize| {
         let known = corners()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at[k]), high.max(at[k])));
         let [low, high] = if a == 1 { layer(step) } else { [f64::INFINITY, f64::NEG_INFINITY] };
-        ((all.min[a] - margin).min(low).max(known.0), (all.max[a] + margin).max(high).min(known.1))
+        ((shown.min[a] - margin).min(low).max(known.0), (shown.max[a] + margin).max(high).min(known.1))
     };
     let window = [ends(0, p), ends(1, q)];
     if window.iter().any(|(low, high)| low.partial_cmp(high) != Some(std::cmp::Ordering::Less)) {
@@ -274,7 +279,7 @@ fn section(
     let sheets = flat.map(|(_, b)| [[b.min[p], b.min[q]], [b.max[p], b.max[q]]]).collect();
     let mut bounds: HashMap<&str, Box3> = HashMap::new();
     for (name, part) in cut {
-        bounds.entry(name).and_modify(|all| *all = all.union(part)).or_insert(*part);
+        bounds.entry(name).and_modify(|whole| *whole = whole.union(part)).or_insert(*part);
     }
     let middle = |b: &Box3| [p, q].map(|a| 0.5 * (b.min[a] + b.max[a]));
     let mut names: Vec<_> = bounds.iter().map(|(name, b)| ((*name).to_owned(), middle(b))).collect();
@@ -308,9 +313,9 @@ mod tests {
                 (StepField::Grid(field), Some(scene)) => {
                     let first = 1 + scene.scene.dielectrics().count() as i32;
                     let metal = first..first + scene.scene.conductors().count() as i32;
-                    let drawn = |own: elastocap_electrostatics::FieldSection| {
-                        let slab = crate::scene_files::field_grid(&scene.scene, own.field);
-                        of_slab(step, "a section", (own.plane, &slab), metal.clone())
+                    let drawn = |section: elastocap_electrostatics::FieldSection| {
+                        let slab = crate::scene_files::field_grid(&scene.scene, section.field);
+                        of_slab(step, "a section", (section.plane, &slab), metal.clone())
                     };
                     field.sections.into_iter().filter_map(drawn).collect()
                 }
@@ -416,10 +421,12 @@ mod tests {
             relative_tolerance = 5e-2
         "#;
         let found = sections_of(&elastocap_case::parse(text, Path::new("beside.toml")).unwrap());
-        let planes: Vec<(&str, usize)> = found.iter().map(|own| (&*own.plane, own.names.len())).collect();
+        let planes: Vec<(&str, usize)> =
+            found.iter().map(|section| (&*section.plane, section.names.len())).collect();
         assert_eq!(planes, [("plane x3 = 0 m", 0), ("plane x3 = 1.25 mm", 2)]);
-        // Between the electrodes the potential goes from the one to the other; beside them it does not come near.
-        let largest = |own: &Section| corners(own).map(|p| p[2].abs()).fold(0.0, f64::max);
+        // Between the electrodes the potential runs from one to the other; beside them it stays away from
+        // theirs.
+        let largest = |section: &Section| corners(section).map(|p| p[2].abs()).fold(0.0, f64::max);
         assert!(
             largest(&found[1]) > 0.998 && largest(&found[0]) < 0.9,
             "{} {}",

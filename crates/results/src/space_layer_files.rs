@@ -8,14 +8,14 @@ use elastocap_mechanics::solid::space::stress::SpaceStress;
 
 use super::csv::number;
 
-/// The deformed quarter with its fields, and `profile_NNN.csv`.
+/// The deformed quarter of the layer with its fields, and the content of `profile_NNN.csv`.
 pub(super) fn of(model: &LayerModel<Space>, pressed: &Pressed<Space>) -> (BodyMesh, String) {
     let stress = model.equations().nodal_stress(&pressed.state);
     (body(model, pressed, &stress), profiles(model, pressed, &stress))
 }
 
 fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> BodyMesh {
-    let of = model.equations().body();
+    let layer = model.equations().body();
     let displacement = &pressed.state.displacement;
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
     let each = |value: &dyn Fn(&SpaceStress) -> f64| stress.iter().map(value).collect::<Vec<f64>>();
@@ -23,8 +23,8 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
     let contact = model.contact_pressure(&pressed.state, &each(&|s| s.cauchy[1]));
     BodyMesh {
         element: Element::Hexahedron,
-        points: of.mesh.nodes.iter().zip(displacement.chunks_exact(3)).map(moved).collect(),
-        nodes: of.mesh.elements.iter().flatten().copied().collect(),
+        points: layer.mesh.nodes.iter().zip(displacement.chunks_exact(3)).map(moved).collect(),
+        nodes: layer.mesh.elements.iter().flatten().copied().collect(),
         arrays: vec![
             array("displacement", 3, displacement.clone()),
             array("cauchy_stress", 6, stress.iter().flat_map(|s| s.cauchy).collect()),
@@ -33,7 +33,7 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
             array("contact_pressure", 1, contact),
         ],
         in_elements: Vec::new(),
-        body_id: of.material.iter().map(|m| i32::from(*m)).collect(),
+        body_id: layer.material.iter().map(|m| i32::from(*m)).collect(),
         body_names: vec!["layer".to_owned()],
     }
 }
@@ -48,7 +48,7 @@ fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[Space
         "line,x1_m,x2_m,x3_m,u1_m,u2_m,u3_m,sigma11_pa,sigma22_pa,sigma33_pa,sigma12_pa,sigma23_pa,\
                    sigma13_pa,pressure_pa,j\n"
             .to_owned();
-    // Name, two coordinates that are fixed, and where they are.
+    // Name, two coordinates with fixed values, and these values.
     let lines = [
         ("bottom", [1, 2], [0.0, 0.0]),
         ("top", [1, 2], [top, 0.0]),
@@ -63,9 +63,9 @@ fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[Space
         line.sort_by(|&a, &b| nodes[a][along].total_cmp(&nodes[b][along]));
         for n in line {
             out.push_str(name);
-            let own = [stress[n].pressure(), stress[n].j];
+            let invariants = [stress[n].pressure(), stress[n].j];
             let values = nodes[n].iter().chain(&pressed.state.displacement[3 * n..3 * n + 3]);
-            for value in values.chain(&stress[n].cauchy).chain(&own) {
+            for value in values.chain(&stress[n].cauchy).chain(&invariants) {
                 out.push(',');
                 out.push_str(&number(*value));
             }

@@ -1,4 +1,4 @@
-//! Quantities as they are printed on a page.
+//! Quantities as they are printed on the page.
 
 use elastocap_coupling::words::prefixed;
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use elastocap_coupling::plan::{Decision, LeftOut, Options, Plan};
 
-/// Files that are asked for together, by one word.
+/// A group of files that one word asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FileGroup {
     /// `curve.csv`, `curve.svg` and `approach.svg`.
@@ -29,7 +29,7 @@ pub enum FileGroup {
 }
 
 impl FileGroup {
-    /// All of them.
+    /// Every group.
     pub const ALL: [Self; 9] = [
         Self::Curve,
         Self::Capacitance,
@@ -42,7 +42,7 @@ impl FileGroup {
         Self::Layer,
     ];
 
-    /// The word for it.
+    /// The word that asks for the group.
     pub fn name(self) -> &'static str {
         match self {
             Self::Curve => "curve",
@@ -84,7 +84,7 @@ impl fmt::Display for FileGroup {
     }
 }
 
-/// A word that names no files of a run.
+/// A word that is not the name of a group.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` names no files of a run: curve, capacitance, json, report, scene, fields, sections, mechanics, layer"
@@ -114,13 +114,13 @@ impl Default for Wanted {
 }
 
 impl Wanted {
-    /// These alone, and `result.json`, which is always there.
+    /// These groups alone, and `result.json`, which is always written.
     pub fn only(groups: &[FileGroup]) -> Self {
-        let asked = |group| group == FileGroup::Json || groups.contains(&group);
-        Self(FileGroup::ALL.map(asked))
+        let is_wanted = |group| group == FileGroup::Json || groups.contains(&group);
+        Self(FileGroup::ALL.map(is_wanted))
     }
 
-    /// The files that the options of a run leave.
+    /// The files that the options of a run ask for.
     pub fn of(options: &Options) -> Self {
         let mut wanted = Self::default();
         if !options.scene {
@@ -132,19 +132,19 @@ impl Wanted {
         wanted
     }
 
-    /// All but these.
+    /// The same files without these groups.
     #[must_use]
     pub fn without(self, groups: &[FileGroup]) -> Self {
-        let mut own = self;
-        for (wanted, group) in own.0.iter_mut().zip(FileGroup::ALL) {
+        let mut remaining = self;
+        for (wanted, group) in remaining.0.iter_mut().zip(FileGroup::ALL) {
             *wanted &= group == FileGroup::Json || !groups.contains(&group);
         }
-        own
+        remaining
     }
 
     /// Whether these files are written.
     pub fn has(&self, group: FileGroup) -> bool {
-        FileGroup::ALL.iter().zip(self.0).any(|(own, wanted)| *own == group && wanted)
+        FileGroup::ALL.iter().zip(self.0).any(|(known, wanted)| *known == group && wanted)
     }
 
     /// Whether the fields must be evaluated: for their files, or for the pictures of them.
@@ -157,26 +157,27 @@ impl Wanted {
         self.has(FileGroup::Sections) || self.has(FileGroup::Report)
     }
 
-    /// The words for what is wanted, in their order.
+    /// The words for the wanted groups, in the order of [`FileGroup::ALL`].
     pub fn names(&self) -> Vec<String> {
         FileGroup::ALL
             .iter()
             .zip(self.0)
             .filter(|(_, wanted)| *wanted)
-            .map(|(own, _)| own.to_string())
+            .map(|(group, _)| group.to_string())
             .collect()
     }
 
-    /// Makes a plan say which files are written, and which are not since the caller does without them.
+    /// Makes a plan say which files are written, and which are left out because the caller does not want
+    /// them.
     pub fn note_in(&self, plan: &mut Plan) {
         let mut unwanted: Vec<String> = Vec::new();
         for planned in plan.solved.iter_mut().filter(|planned| planned.part == "files") {
-            let (kept, left): (Vec<&str>, Vec<&str>) = planned
+            let (wanted, left_out): (Vec<&str>, Vec<&str>) = planned
                 .what
                 .split(", ")
-                .partition(|file| FileGroup::of(file).is_none_or(|own| self.has(own)));
-            unwanted.extend(left.iter().map(|file| (*file).to_owned()));
-            planned.what = kept.join(", ");
+                .partition(|file| FileGroup::of(file).is_none_or(|group| self.has(group)));
+            unwanted.extend(left_out.iter().map(|file| (*file).to_owned()));
+            planned.what = wanted.join(", ");
         }
         if !unwanted.is_empty() {
             plan.left_out.push(LeftOut {

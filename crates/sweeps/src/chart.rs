@@ -1,4 +1,5 @@
-//! `sweep.svg`: the capacitance over what is varied, over the load for a family of cases, or with a band for scattered values.
+//! `sweep.svg`: the capacitance over a varied key, over the load for a family of cases, or with a band for
+//! scattered values.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +11,10 @@ use crate::record::{CaseRecord, StepRecord};
 use crate::statistics::Moments;
 use crate::table::Column;
 
-/// The largest number of lines in a chart: more cannot be told apart.
+/// The largest number of lines in a chart; more could not be distinguished.
 const MAX_LINES: usize = 8;
 
-/// The quantity drawn against the load: the capacitance, or the force where there are no conductors.
+/// The quantity drawn against the load: the capacitance, or the force without conductors.
 struct Quantity {
     column: &'static str,
     label: &'static str,
@@ -23,11 +24,11 @@ struct Quantity {
 const CAPACITANCE: Quantity = Quantity { column: "capacitance_f", label: "capacitance", unit: "F" };
 const FORCE: Quantity = Quantity { column: "force_n", label: "force", unit: "N" };
 
-/// The chart of a sweep; `None` where no case has anything to draw.
+/// The chart of a sweep; `None` if no case has a value to draw.
 pub(crate) fn chart(manifest: &Manifest, records: &[Option<CaseRecord>]) -> Option<Chart> {
     let records: Vec<&CaseRecord> = records.iter().flatten().filter(|r| !r.steps.is_empty()).collect();
-    let has = |of: &Quantity| {
-        records.iter().any(|record| record.steps.iter().any(|step| step.number(of.column).is_some()))
+    let has = |quantity: &Quantity| {
+        records.iter().any(|record| record.steps.iter().any(|step| step.number(quantity.column).is_some()))
     };
     let quantity = [CAPACITANCE, FORCE].into_iter().find(has)?;
     let columns = Column::all(manifest);
@@ -48,7 +49,7 @@ fn is_varied(column: &Column) -> bool {
     column.texts.windows(2).any(|two| two[0] != two[1])
 }
 
-/// The key with the most different numbers; the first of several.
+/// The key with the largest number of different values; the first of several.
 fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
     let numbers = |column: &Column| column.numbers.iter().copied().collect::<Option<Vec<f64>>>();
     let counted = columns.iter().filter_map(|column| {
@@ -62,7 +63,7 @@ fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
     counted.into_iter().find(|(count, _)| *count == most).map(|(_, column)| column)
 }
 
-/// At most as many as a chart has lines, spread evenly, with the first and the last.
+/// At most as many items as a chart has lines, evenly chosen, with the first and the last.
 fn some_of<T>(all: Vec<T>) -> Vec<T> {
     let count = all.len();
     if count <= MAX_LINES {
@@ -72,7 +73,8 @@ fn some_of<T>(all: Vec<T>) -> Vec<T> {
     all.into_iter().enumerate().filter(|(k, _)| wanted.contains(k)).map(|(_, one)| one).collect()
 }
 
-/// One key across: a line for each load step; with other keys a line for each of their values, at the last step.
+/// The chart over one key: a line for each load step; with other varied keys a line for each of their values,
+/// at the last step.
 fn over_a_key(
     across: &Column,
     varied: &[&Column],
@@ -132,7 +134,7 @@ fn family(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     (load.axis(), some_of(records.to_vec()).iter().map(curve).collect())
 }
 
-/// Scattered values: the median with the band that holds nine cases of ten, and the extremes.
+/// The chart of scattered values: the median with the band of nine cases of ten, and the extremes.
 fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     let load = Load::of(records, quantity);
     let mut by_step: BTreeMap<usize, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
@@ -145,11 +147,11 @@ fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
             }
         }
     }
-    let of = |values: &[f64], percent: f64| {
+    let percentile = |values: &[f64], percent: f64| {
         let found = Moments::of(values)?.percentiles.into_iter().find(|(p, _)| *p == percent);
         found.map(|(_, value)| value)
     };
-    let known = |values: &[f64], percent: f64| of(values, percent).unwrap_or(f64::NAN);
+    let known = |values: &[f64], percent: f64| percentile(values, percent).unwrap_or(f64::NAN);
     let median = by_step.values().map(|(x, y)| (known(x, 50.0), known(y, 50.0))).collect();
     let middle = by_step.values().map(|(_, y)| (known(y, 5.0), known(y, 95.0))).collect();
     let extreme = |greatest: bool| {
@@ -174,7 +176,8 @@ fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     (load.axis(), series)
 }
 
-/// The quantity that curves are drawn against: the compression where all cases have the same, else the force, else the number of the step.
+/// The quantity that curves are drawn over: the compression if it is known at all steps, else the force, else
+/// the number of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Load {
     Compression,
@@ -223,7 +226,7 @@ fn line(name: String, points: Vec<(f64, f64)>) -> Series {
     Series { name, points, band: None, style: Style::LineAndMarkers }
 }
 
-/// The last part of the path of a key: `gap` of `electrodes.in_plane_pair.gap`.
+/// The last part of the path of a key: `gap` for `electrodes.in_plane_pair.gap`.
 fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
@@ -236,7 +239,7 @@ fn load_in_words(step: &StepRecord, index: usize) -> String {
     }
 }
 
-/// The SI unit of what is written with a prefix; empty for units that are more than a prefix and a symbol.
+/// The SI unit of a unit with a prefix; empty for units other than a prefix and a symbol.
 fn si_unit(unit: &str) -> String {
     let known = ["Pa", "N", "V", "F", "C", "m"].into_iter().find(|symbol| unit.ends_with(symbol));
     match (unit, known) {

@@ -1,14 +1,15 @@
-//! Which cases a sweep has: the values of its keys, case by case, with numbers that stay.
+//! The design of a sweep: the values of its keys in each case, with permanent case numbers.
 
 use chacha20::ChaCha12Rng;
 use rand::SeedableRng as _;
 
 use crate::settings::{MAX_CASES, Setting, Values};
 
-/// The values of one case, in the order of the keys, as they are written in a case file; `None` leaves what the file has.
+/// The values of one case, in the order of the keys, as a case file has them; `None` keeps the value of the
+/// file.
 pub type CaseValues = Vec<Option<String>>;
 
-/// Which cases a sweep has. The index of a case is its place, and stays the same whatever is solved first.
+/// The cases of a sweep. The index of a case does not depend on the order of the solves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Design {
     keys: Vec<String>,
@@ -16,23 +17,23 @@ pub struct Design {
     kind: DesignKind,
 }
 
-/// Where the cases come from.
+/// The origin of the cases.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DesignKind {
-    /// Every value with every other one.
+    /// Every combination of values.
     Grid,
-    /// The rows of a table, each with every value of the grid if there is one.
+    /// The rows of a table, each combined with every value of the grid, if there is one.
     List,
-    /// Drawn at random.
+    /// Cases drawn at random.
     Random {
         /// The seed of the random generator.
         seed: u64,
-        /// The distribution of each key as it was written; `None` for a value that is the same in all cases.
+        /// The distribution of each key as the user wrote it; `None` for a constant value.
         distributions: Vec<Option<String>>,
     },
 }
 
-/// Why settings or a list give no cases to solve.
+/// The reason why settings or a list give no cases.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DesignError {
@@ -78,18 +79,19 @@ pub enum DesignError {
     RowLength {
         /// The line, counted from 1.
         line: u64,
-        /// The fields of the row.
+        /// The number of fields of the row.
         found: usize,
-        /// The fields of the header.
+        /// The number of fields of the header.
         header: usize,
     },
 }
 
 impl Design {
-    /// Cases given one by one; `keys` are paths, and each case has a value for each of them.
+    /// A design of given cases; `keys` are paths, and each case has a value for each of them.
     ///
     /// # Errors
-    /// A key that is there twice, no cases or too many, or a case with more or fewer values than there are keys (its place counts as line).
+    /// A repeated key, no cases or too many, or a case with more or fewer values than there are keys (its
+    /// position counts as line).
     pub fn of_cases(keys: Vec<String>, cases: Vec<CaseValues>) -> Result<Self, DesignError> {
         check_keys(&keys)?;
         if cases.is_empty() {
@@ -102,7 +104,7 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::List })
     }
 
-    /// Every value with every other one: the values of the last setting change fastest.
+    /// The design of all combinations: the values of the last setting change fastest.
     ///
     /// # Errors
     /// No settings, a key that is set twice, a distribution, or too many cases.
@@ -114,8 +116,8 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::Grid })
     }
 
-    /// The rows of a table of comma-separated values, whose header holds the paths of keys; with settings, each row with every value of their
-    /// grid, which changes fastest.
+    /// The rows of a table of comma-separated values, whose header has the paths of keys; with settings, each
+    /// row is combined with all of their values, which change fastest.
     ///
     /// # Errors
     /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many cases.
@@ -125,8 +127,8 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::List })
     }
 
-    /// `count` cases drawn at random, by ChaCha with 12 rounds; each case has a stream of its own, so that more cases begin with the same
-    /// ones.
+    /// `count` cases drawn at random, by ChaCha with 12 rounds. Each case has a separate stream, so that a
+    /// larger count begins with the same cases.
     ///
     /// # Errors
     /// No distribution, a key that is set twice or has several values, or too many cases.
@@ -158,12 +160,12 @@ impl Design {
         Ok(Self { keys, cases, kind: DesignKind::Random { seed, distributions } })
     }
 
-    /// This design with the same cases and another kind, for designs that are read from a manifest.
+    /// The same cases as another kind of design, for designs read from a manifest.
     pub(crate) fn with_kind(self, kind: DesignKind) -> Self {
         Self { kind, ..self }
     }
 
-    /// The paths of the keys that are varied.
+    /// The paths of the varied keys.
     pub fn keys(&self) -> &[String] {
         &self.keys
     }
@@ -173,7 +175,7 @@ impl Design {
         &self.cases
     }
 
-    /// Where the cases come from.
+    /// The origin of the cases.
     pub fn kind(&self) -> &DesignKind {
         &self.kind
     }
@@ -189,7 +191,7 @@ fn check_keys(keys: &[String]) -> Result<(), DesignError> {
     }
 }
 
-/// `None` stands for more than can be counted.
+/// Checks the number of cases; `None` is a number that overflows.
 fn check_count(count: Option<usize>) -> Result<(), DesignError> {
     match count {
         Some(count) if count <= MAX_CASES => Ok(()),
@@ -198,7 +200,7 @@ fn check_count(count: Option<usize>) -> Result<(), DesignError> {
     }
 }
 
-/// Each row with every value of the settings.
+/// Each row combined with all values of the settings.
 fn product(
     settings: &[Setting],
     mut keys: Vec<String>,
@@ -226,7 +228,7 @@ fn product(
     Ok((keys, rows))
 }
 
-/// Header and rows of a list. Lines that begin with `#` are comments.
+/// The header and the rows of a list. Lines that begin with `#` are comments.
 fn read_list(table: &str) -> Result<(Vec<String>, Vec<CaseValues>), DesignError> {
     let mut lines = Lines::new(table.strip_prefix('\u{feff}').unwrap_or(table));
     let (_, keys) = lines.next().unwrap_or_default();
@@ -247,11 +249,11 @@ fn read_list(table: &str) -> Result<(Vec<String>, Vec<CaseValues>), DesignError>
     Ok((keys, rows))
 }
 
-/// The rows of a table of comma-separated values, each with the line that it begins in.
+/// The rows of a table of comma-separated values, each with the line where it begins.
 struct Lines<'a> {
     reader: csv_core::Reader,
     rest: &'a [u8],
-    /// The fields of a row, one after the other, and where each ends. They grow as needed.
+    /// The fields of a row, one after the other, and their ends. They grow as needed.
     bytes: Vec<u8>,
     ends: Vec<usize>,
 }
@@ -276,7 +278,7 @@ impl Iterator for Lines<'_> {
             match result {
                 csv_core::ReadRecordResult::Record => break,
                 csv_core::ReadRecordResult::End => return None,
-                // Called again with nothing left, the reader ends the last row.
+                // Called again without input, the reader ends the last row.
                 csv_core::ReadRecordResult::InputEmpty => {}
                 csv_core::ReadRecordResult::OutputFull => self.bytes.resize(2 * self.bytes.len(), 0),
                 csv_core::ReadRecordResult::OutputEndsFull => self.ends.resize(2 * self.ends.len(), 0),
@@ -339,7 +341,7 @@ mod tests {
         assert_eq!(few.cases(), &many.cases()[..5]);
         assert_ne!(few.cases(), Design::random(&settings, 5, 2).unwrap().cases());
         assert!(few.cases().iter().all(|case| case[2].as_deref() == Some("7")));
-        // Written down once, so that another machine or another version of the generator is noticed.
+        // Fixed values, which reveal a change of machine or of the generator's version.
         assert_eq!(shown(&few)[0], "\"49.4458732 um\" 1.25455176 7");
     }
 

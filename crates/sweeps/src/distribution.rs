@@ -5,25 +5,25 @@ use rand::{Rng, RngExt as _};
 
 use crate::splitting::split_at_commas;
 
-/// How a value scatters. Numbers are in the unit of the first parameter.
+/// The distribution of a value. Numbers are in the unit of the first parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     shape: Shape,
-    /// The unit of the first parameter, which is that of the values.
+    /// The unit of the first parameter, and so of the values.
     scale: Scale,
-    /// As it was written.
+    /// The text as the user wrote it.
     text: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shape {
-    /// Between `limits`, if there are any, by drawing again.
+    /// A normal distribution, between `limits`, if there are any, by drawing again.
     Normal {
         mean: f64,
         deviation: f64,
         limits: Option<(f64, f64)>,
     },
-    /// `deviation` is that of the logarithm.
+    /// A lognormal distribution; `deviation` is that of the logarithm.
     LogNormal {
         median: f64,
         deviation: f64,
@@ -43,7 +43,7 @@ enum Shape {
     },
 }
 
-/// Why a distribution cannot be used.
+/// The reason why a distribution cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DistributionError {
@@ -56,9 +56,9 @@ pub enum DistributionError {
     /// There are too few parameters, or too many.
     #[error("`{text}` has {found} parameters; write {form}")]
     Parameters {
-        /// As it was written.
+        /// The text of the distribution.
         text: String,
-        /// How many there are.
+        /// The number of parameters.
         found: usize,
         /// The right form.
         form: &'static str,
@@ -66,7 +66,7 @@ pub enum DistributionError {
     /// A parameter is not a number.
     #[error("`{text}`: {why}")]
     Number {
-        /// As it was written.
+        /// The text of the distribution.
         text: String,
         /// The error.
         why: AmountError,
@@ -74,7 +74,7 @@ pub enum DistributionError {
     /// The parameters have units of different kinds.
     #[error("`{text}` has {first} and {other}; give all parameters the same kind of unit")]
     Kinds {
-        /// As it was written.
+        /// The text of the distribution.
         text: String,
         /// The kind of the first parameter.
         first: &'static str,
@@ -84,9 +84,9 @@ pub enum DistributionError {
     /// The parameters are outside the range of this distribution.
     #[error("`{text}`: {why}")]
     Range {
-        /// As it was written.
+        /// The text of the distribution.
         text: String,
-        /// The error, with its cure.
+        /// The error, with a remedy.
         why: &'static str,
     },
 }
@@ -99,7 +99,8 @@ const FORMS: [(&str, &str); 5] = [
     ("triangular", "triangular(lowest, most likely, highest)"),
 ];
 
-/// Draws until one lies between the limits; they hold a share of at least some 3e-4 of all.
+/// The largest number of draws until one lies between the limits, which contain a share of at least some 3e-4
+/// of all draws.
 const MAX_DRAWS: usize = 1_000_000;
 
 impl Distribution {
@@ -114,22 +115,23 @@ impl Distribution {
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
             return Ok(None);
         }
-        let own = || text.to_owned();
-        let inside = rest.strip_suffix(')').ok_or_else(|| DistributionError::Open(own()))?;
-        let parts = split_at_commas(inside).ok_or_else(|| DistributionError::Open(own()))?;
+        let owned = || text.to_owned();
+        let inside = rest.strip_suffix(')').ok_or_else(|| DistributionError::Open(owned()))?;
+        let parts = split_at_commas(inside).ok_or_else(|| DistributionError::Open(owned()))?;
         let (_, form) = *FORMS
             .iter()
             .find(|(known, _)| *known == name)
             .ok_or_else(|| DistributionError::Unknown(name.to_owned()))?;
-        let wrong = || DistributionError::Parameters { text: own(), found: parts.len(), form };
-        let amount =
-            |part: &str| part.parse::<Amount>().map_err(|why| DistributionError::Number { text: own(), why });
+        let wrong = || DistributionError::Parameters { text: owned(), found: parts.len(), form };
+        let amount = |part: &str| {
+            part.parse::<Amount>().map_err(|why| DistributionError::Number { text: owned(), why })
+        };
         let first = amount(parts.first().copied().unwrap_or(""))?;
         let in_unit = |part: &str| {
             let other = amount(part)?;
             if !other.scale.fits(&first.scale) {
                 let (first, other) = (first.scale.dimension_name(), other.scale.dimension_name());
-                return Err(DistributionError::Kinds { text: own(), first, other });
+                return Err(DistributionError::Kinds { text: owned(), first, other });
             }
             Ok(other.number_in(&first.scale))
         };
@@ -139,7 +141,7 @@ impl Distribution {
                 .trim()
                 .parse::<f64>()
                 .map(|percent| first.number.abs() * percent / 100.0)
-                .map_err(|_| DistributionError::Range { text: own(), why: "write a percentage as 4%" }),
+                .map_err(|_| DistributionError::Range { text: owned(), why: "write a percentage as 4%" }),
             None => in_unit(part),
         };
         let shape = match (name, parts.as_slice()) {
@@ -157,7 +159,7 @@ impl Distribution {
                     None => spread.parse(),
                 };
                 let why = "the deviation of the logarithm is a bare number, such as 0.1, or a percentage";
-                let deviation = factor.map_err(|_| DistributionError::Range { text: own(), why })?;
+                let deviation = factor.map_err(|_| DistributionError::Range { text: owned(), why })?;
                 Shape::LogNormal { median: first.number, deviation }
             }
             ("uniform", [_, high]) => Shape::Uniform { low: first.number, high: in_unit(high)? },
@@ -167,17 +169,17 @@ impl Distribution {
             }
             _ => return Err(wrong()),
         };
-        shape.check().map_err(|why| DistributionError::Range { text: own(), why })?;
+        shape.check().map_err(|why| DistributionError::Range { text: owned(), why })?;
         Ok(Some(Self { shape, scale: first.scale, text: text.to_owned() }))
     }
 
-    /// As it was written.
+    /// The text as the user wrote it.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// A value as it is written in a case file, such as `"49.3 um"`, with nine digits: differences of logarithms in the last digit between
-    /// machines do not show in them.
+    /// A drawn value as a case file has it, such as `"49.3 um"`, with nine digits, which hide differences of
+    /// logarithms between machines in the last digit.
     pub fn draw(&self, random: &mut impl Rng) -> String {
         let value = self.shape.draw(random);
         let rounded = format!("{value:.8e}").parse().unwrap_or(value);
@@ -251,7 +253,7 @@ impl Shape {
     }
 }
 
-/// With mean 0 and deviation 1, by Marsaglia's polar method: exact up to a logarithm and a root.
+/// A draw with mean 0 and deviation 1, by Marsaglia's polar method: exact up to a logarithm and a root.
 fn standard_normal(random: &mut impl Rng) -> f64 {
     loop {
         let [x, y] = [0; 2].map(|_| 2.0 * random.random::<f64>() - 1.0);

@@ -1,4 +1,4 @@
-//! Why a sweep cannot begin, go on or be gathered.
+//! Errors of sweeps.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use elastocap_case::{CaseError, OverrideError};
 
 use crate::shard::Shard;
 
-/// Why the record of a case is not used; the case is solved again.
+/// The reason why the record of a case is not used; the case is then solved again.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -28,27 +28,27 @@ pub enum RecordError {
     OtherCase,
 }
 
-/// Why a sweep cannot begin, go on or be gathered.
+/// The reason why a sweep cannot begin, resume or be gathered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// The case file is refused as it stands.
+    /// The case file is invalid.
     #[error(transparent)]
     Case(#[from] CaseError),
     /// A key cannot be set.
     #[error("case {case}: {source}")]
     Override {
-        /// Which case.
+        /// The case.
         case: usize,
-        /// Why.
+        /// The reason.
         source: OverrideError,
     },
-    /// Every case is refused by validation: a key or a unit is wrong, most likely.
+    /// Every case is invalid, most likely because of a wrong key or unit.
     #[error("none of the {count} cases is valid; of case 0 it is said:\n{first}")]
     NoneValid {
-        /// How many cases.
+        /// The number of cases.
         count: usize,
-        /// The error of the first one.
+        /// The error of the first case.
         first: CaseError,
     },
     /// The folder holds another sweep.
@@ -73,10 +73,10 @@ pub enum SweepError {
         folder: PathBuf,
         /// The shard that it holds.
         found: Shard,
-        /// The shard that was asked for.
+        /// The requested shard.
         asked: Shard,
     },
-    /// The folder has files that would be replaced and are from something else.
+    /// The folder has files of other origin that would be replaced.
     #[error(
         "`{}` is not from a sweep of elastocap, or its {manifest} is gone, and would be replaced: move it away, or name another folder \
          with -o",
@@ -99,7 +99,7 @@ pub enum SweepError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The folder holds no sweep that can be read.
+    /// The folder holds no readable sweep.
     #[error("`{}` holds no sweep of this version: {why}; name another folder, or move its files away", folder.display())]
     NoSweep {
         /// The folder.
@@ -133,7 +133,7 @@ pub enum SweepError {
     ShardsDiffer {
         /// A folder.
         first: PathBuf,
-        /// One that does not belong with it.
+        /// A folder that holds another sweep.
         second: PathBuf,
         /// The parts that differ, in words.
         differences: Vec<String>,
@@ -143,7 +143,7 @@ pub enum SweepError {
     ShardTwice {
         /// A folder.
         first: PathBuf,
-        /// Another one.
+        /// Another folder.
         second: PathBuf,
         /// The shard that both hold.
         shard: Shard,
@@ -151,9 +151,9 @@ pub enum SweepError {
     /// Not all shards are among the folders.
     #[error("{} missing: {} of {of}; run them, and name all folders", if missing.len() == 1 { "a shard is" } else { "shards are" }, listed(missing))]
     ShardsMissing {
-        /// Which, counted from 1.
+        /// The missing shards, counted from 1.
         missing: Vec<usize>,
-        /// How many there are in all.
+        /// The number of shards.
         of: usize,
     },
     /// A shard is not finished.
@@ -163,15 +163,15 @@ pub enum SweepError {
         folder.display()
     )]
     ShardUnfinished {
-        /// Its folder.
+        /// The folder of the shard.
         folder: PathBuf,
-        /// Which.
+        /// The shard.
         shard: Shard,
-        /// How many cases have no result.
+        /// The number of cases without a result.
         missing: usize,
-        /// How many cases it has.
+        /// The number of cases of the shard.
         count: usize,
-        /// The first without a result.
+        /// The first case without a result.
         first: usize,
     },
     /// Threads cannot be started.
@@ -180,7 +180,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Whether the arguments or the files that they name are at fault; otherwise it is the system.
+    /// Whether the error is in the arguments or in the files that they name; otherwise it is in the system.
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Case(_)
@@ -201,7 +201,7 @@ impl SweepError {
     }
 }
 
-/// At most ten numbers, and how many more.
+/// A list of at most ten numbers, and the number of further ones.
 fn listed(numbers: &[usize]) -> String {
     let shown: Vec<String> = numbers.iter().take(10).map(usize::to_string).collect();
     let more = numbers.len() - shown.len();

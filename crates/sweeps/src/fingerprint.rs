@@ -1,4 +1,5 @@
-//! The fingerprint of a sweep: the inputs of its results, so that results of another sweep are never taken for its own.
+//! The fingerprint of a sweep, made from all inputs of its results, so that results of different sweeps are
+//! never mixed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,9 +14,9 @@ use crate::design::CaseValues;
 /// The program that solves the cases.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
-    /// Its version.
+    /// The version.
     pub version: String,
-    /// The SHA-256 of its file, in hexadecimal digits, which tells one build of it from another.
+    /// The SHA-256 of its file, in hexadecimal digits, which distinguishes builds.
     pub build: String,
 }
 
@@ -23,7 +24,7 @@ impl Program {
     /// The program that this process runs.
     ///
     /// # Errors
-    /// Its file cannot be found or read.
+    /// An error if the file of the program cannot be found or read.
     pub fn of_this_process() -> io::Result<Self> {
         Self::of_file(&std::env::current_exe()?)
     }
@@ -31,7 +32,7 @@ impl Program {
     /// The program in a file: an executable, or the library that a process has loaded.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// An error if the file cannot be read.
     pub fn of_file(file: &Path) -> io::Result<Self> {
         Ok(Self { version: env!("CARGO_PKG_VERSION").to_owned(), build: sha256_of_file(file)? })
     }
@@ -40,13 +41,13 @@ impl Program {
 /// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
-    /// Version of the program.
+    /// The version of the program.
     pub version: String,
-    /// Its build.
+    /// The build of the program.
     pub build: String,
     /// The text of the case file.
     pub case: String,
-    /// The files that the case names, with any of the values: `missing` for those that are not there.
+    /// The files that the case names, with any of the values; `missing` for files that do not exist.
     pub files: BTreeMap<String, String>,
     /// The keys and the values of all cases.
     pub values: String,
@@ -55,9 +56,9 @@ pub struct Fingerprint {
 }
 
 impl Fingerprint {
-    /// One SHA-256 of all of it.
+    /// The SHA-256 of the whole fingerprint.
     pub fn digest(&self) -> String {
-        // A map in order of its keys and plain texts: the same on every machine.
+        // A map sorted by keys, and plain texts: the same on every machine.
         sha256(&serde_json::to_vec(self).unwrap_or_default())
     }
 
@@ -99,7 +100,7 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-/// The most that is read of a file, bytes: a case refuses larger ones.
+/// The largest part of a file that is hashed, bytes: a case refuses larger files.
 const LARGEST_FILE: u64 = 1 << 30;
 
 /// SHA-256 of the content of a file, in hexadecimal digits.

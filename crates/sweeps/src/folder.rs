@@ -1,14 +1,15 @@
-//! The folder of a sweep: a manifest, and a file for each case that is finished.
+//! The folder of a sweep: a manifest, and a file for each finished case.
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `manifest.json` | what the results depend on, the text of the case file, keys and values of all cases |
+//! | `manifest.json` | the inputs of the results, the text of the case file, keys and values of all cases |
 //! | `cases/000042.jsonl` | the record of case 42 in the first line; in the second its SHA-256 and that of the sweep |
-//! | `.lock` | locked by the process that works in the folder |
+//! | `.lock` | the lock of the process that works in the folder |
 //!
-//! Each file is written under another name and then renamed: a killed process leaves it whole or not at all. Records are not synced one by
-//! one, since a record that the disk has lost is noticed by its checksum and solved again. The folder may come from elsewhere, and what is
-//! read is a regular file; `cases` is a folder itself and no link to one.
+//! Each file is written under another name and then renamed: a killed process leaves it whole or not at all.
+//! Records are not synced one by one, since the checksum reveals a record that the disk has lost, which is
+//! then solved again. The folder may come from others, so that only regular files are read, and `cases` must
+//! be a folder itself and not a link.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -37,12 +38,12 @@ struct Seal {
     sha256: String,
 }
 
-/// The finished part of a sweep.
+/// The finished cases of a sweep.
 #[derive(Debug, Default)]
 pub struct Finished {
-    /// Sound records, by case.
+    /// The valid records, by case.
     pub records: Vec<Option<CaseRecord>>,
-    /// Cases whose file is not used, and why.
+    /// Cases whose file is not used, with the reason.
     pub damaged: Vec<(usize, RecordError)>,
 }
 
@@ -51,18 +52,19 @@ pub struct Finished {
 pub struct SweepFolder {
     path: PathBuf,
     manifest: Manifest,
-    /// Whether all cases are solved anew, in place of the sweep that the folder holds.
+    /// Whether all cases are solved anew, replacing the sweep in the folder.
     replaces: bool,
-    /// Kept open for its lock, which ends with the process however that ends.
+    /// The lock file, open as long as the process works in the folder.
     _lock: Option<File>,
 }
 
 impl SweepFolder {
-    /// Opens the folder of a sweep, and makes it if it is not there. With `overwrite` the files of another sweep stay until those of this
-    /// one replace them.
+    /// Opens the folder of a sweep, and makes it if it does not exist. With `overwrite` the files of another
+    /// sweep stay until those of this one replace them.
     ///
     /// # Errors
-    /// A folder that holds another sweep, another shard or something else, one in which another process works, or one that cannot be written to.
+    /// A folder that holds another sweep, another shard or other files, that another process works in, or
+    /// that is not writable.
     pub fn open(path: &Path, manifest: Manifest, overwrite: bool) -> Result<Self, SweepError> {
         let folder = || path.to_owned();
         let write = |file: PathBuf| move |source| SweepError::Write { file, source };
@@ -91,8 +93,8 @@ impl SweepFolder {
             }
         }
         let cases = path.join(CASES);
-        // A link would have files written, and removed, in a folder that nobody has named.
-        if cases.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
+        // Through a link, files would be written and removed in a folder that the user did not name.
+        if cases.symlink_metadata().is_ok_and(|data| !data.is_dir()) {
             return Err(SweepError::NoFolder { file: cases });
         }
         fs::create_dir_all(&cases).map_err(write(cases.clone()))?;
@@ -109,8 +111,8 @@ impl SweepFolder {
         Ok(opened)
     }
 
-    /// Removes what is left of another sweep once the files of this one are in place: tables that are not among `files`, and with
-    /// `--overwrite` records of cases that are not in `records`.
+    /// Removes the rest of another sweep once the files of this one are in place: tables that are not among
+    /// `files`, and with `--overwrite` records of cases that are not in `records`.
     pub(crate) fn remove_others(
         &self,
         files: &[String],
@@ -138,17 +140,17 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// Where it is.
+    /// The path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The sweep that it holds.
+    /// The manifest of the sweep in the folder.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// Reads and checks all records; none of them counts where the sweep is to be replaced.
+    /// Reads and checks all records; none counts if the sweep is to be replaced.
     pub fn finished(&self) -> Finished {
         if self.replaces {
             return Finished { records: vec![None; self.manifest.cases.len()], damaged: Vec::new() };
@@ -156,10 +158,10 @@ impl SweepFolder {
         finished(&self.path, &self.manifest)
     }
 
-    /// Keeps the record of a case.
+    /// Writes the record of a case.
     ///
     /// # Errors
-    /// When it cannot be written; then what was there before is still there.
+    /// [`SweepError`] if the record cannot be written; an earlier one is then still there.
     pub fn save(&self, record: &CaseRecord) -> Result<(), SweepError> {
         let name = format!("{CASES}/{}", file_name(record.case));
         let failed = |error: serde_json::Error| SweepError::Write {
@@ -187,7 +189,7 @@ fn file_name(case: usize) -> String {
 /// Reads and checks the records of a folder.
 pub(crate) fn finished(folder: &Path, manifest: &Manifest) -> Finished {
     let mut found = Finished { records: vec![None; manifest.cases.len()], damaged: Vec::new() };
-    for case in manifest.own_cases() {
+    for case in manifest.cases_of_shard() {
         match read_record(folder, manifest, case) {
             Ok(record) => {
                 if let Some(place) = found.records.get_mut(case) {
@@ -223,7 +225,7 @@ fn read_record(folder: &Path, manifest: &Manifest, case: usize) -> Result<Option
     }
 }
 
-/// Locks a folder; `None` where the file system knows no locks.
+/// Locks a folder; `None` if the file system has no locks.
 fn lock(folder: &Path) -> Result<Option<File>, SweepError> {
     let file = folder.join(LOCK);
     let opened = open_lock_file(&file).map_err(|source| SweepError::Write { file, source })?;

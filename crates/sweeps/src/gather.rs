@@ -1,4 +1,4 @@
-//! The shards of a sweep joined: one folder as a single run would have made it.
+//! Joins the shards of a sweep into a folder as a single run would have made it.
 
 use std::path::{Path, PathBuf};
 
@@ -8,11 +8,12 @@ use crate::manifest::Manifest;
 use crate::results::{Summary, write_results};
 use crate::shard::Shard;
 
-/// Joins the folders of all shards of a sweep in a new one. Records are read and checked, and copied with the rest.
+/// Joins the folders of all shards of a sweep in a new folder. Records are read and checked, and copied with
+/// the rest.
 ///
 /// # Errors
-/// A folder without a sweep, folders of different sweeps, a shard that is there twice, missing or unfinished, or an output folder that holds
-/// something else or cannot be written to. Then nothing was written.
+/// A folder without a sweep, folders of different sweeps, a shard that is given twice, missing or unfinished,
+/// or an output folder that holds other files or is not writable. Then nothing was written.
 pub fn gather(folders: &[PathBuf], into: &Path, overwrite: bool) -> Result<Summary, SweepError> {
     let mut shards: Vec<(&Path, Manifest)> = Vec::new();
     for folder in folders {
@@ -40,17 +41,17 @@ pub fn gather(folders: &[PathBuf], into: &Path, overwrite: bool) -> Result<Summa
     let Some((_, one)) = shards.first() else {
         return Err(SweepError::ShardsMissing { missing: vec![1], of: 1 });
     };
-    let of = one.shard.of;
-    let is_there = |number: &usize| shards.iter().any(|(_, manifest)| manifest.shard.number == *number);
-    let missing: Vec<usize> = (1..=of).filter(|number| !is_there(number)).collect();
+    let count = one.shard.of;
+    let is_present = |number: &usize| shards.iter().any(|(_, manifest)| manifest.shard.number == *number);
+    let missing: Vec<usize> = (1..=count).filter(|number| !is_present(number)).collect();
     if !missing.is_empty() {
-        return Err(SweepError::ShardsMissing { missing, of });
+        return Err(SweepError::ShardsMissing { missing, of: count });
     }
     let manifest = Manifest { shard: Shard::WHOLE, ..one.clone() };
     let mut records = vec![None; manifest.cases.len()];
-    for (folder, own) in &shards {
-        let found = finished(folder, own);
-        let cases: Vec<usize> = own.own_cases().collect();
+    for (folder, shard_manifest) in &shards {
+        let found = finished(folder, shard_manifest);
+        let cases: Vec<usize> = shard_manifest.cases_of_shard().collect();
         let absent: Vec<usize> = cases
             .iter()
             .copied()
@@ -59,7 +60,7 @@ pub fn gather(folders: &[PathBuf], into: &Path, overwrite: bool) -> Result<Summa
         if let Some(first) = absent.first() {
             return Err(SweepError::ShardUnfinished {
                 folder: folder.to_path_buf(),
-                shard: own.shard,
+                shard: shard_manifest.shard,
                 missing: absent.len(),
                 count: cases.len(),
                 first: *first,

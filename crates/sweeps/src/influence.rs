@@ -1,40 +1,41 @@
-//! Which of the scattered values a result depends on most: squared standardised rank regression coefficients.
+//! The influence of scattered values on a result, by squared standardised rank regression coefficients.
 //!
-//! Values and results are replaced by their ranks, and the ranks of the result are fitted by a linear function of those of the values. Of
-//! independent values, the square of each standardised coefficient is the share of the variance of the ranks that the value accounts for,
-//! and the shares add up to R^2. What is missing to 1 is not monotonic or an interaction of several values, which this method does not
-//! tell apart: Saltelli, Ratto et al., Global Sensitivity Analysis, The Primer (2008), section 1.2.5.
+//! Values and results are replaced by their ranks, and a linear function of the ranks of the values is fitted
+//! to those of the result. For independent values, the square of each standardised coefficient is the share
+//! of the variance of the ranks that the value explains, and the shares add up to R^2. The rest up to 1 comes
+//! from non-monotonic dependence or interactions of several values, which this method does not distinguish:
+//! Saltelli, Ratto et al., Global Sensitivity Analysis, The Primer (2008), section 1.2.5.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::table::Column;
 
-/// How much each value accounts for.
+/// The influence of the values on a result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influence {
-    /// Share of the variance of the ranks that all values together account for; from 0 to 1.
+    /// The share of the variance of the ranks that all values together explain; from 0 to 1.
     pub r_squared: f64,
-    /// By falling share.
+    /// The shares of the keys, in falling order.
     pub shares: Vec<Share>,
 }
 
-/// How much one value accounts for.
+/// The influence of one value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {
     /// The path of the key.
     pub key: String,
-    /// Share of the variance of the ranks.
+    /// The share of the variance of the ranks that the value explains.
     pub share: f64,
-    /// The coefficient: its sign says whether the result rises with the value.
+    /// The coefficient: positive if the result rises with the value.
     pub coefficient: f64,
 }
 
-/// Cases for each value that scatters, at least: with fewer a share says little.
+/// The least number of cases for each scattered value; with fewer a share says little.
 const CASES_FOR_EACH: usize = 5;
 
-/// By how much each key that scatters accounts for `values`, which are those of `cases`. `None` where nothing scatters, a scattered key is not
-/// a number, or cases are too few.
+/// The influence of each scattered key on `values`, which are those of `cases`. `None` if nothing scatters, a
+/// scattered key is not a number, or there are too few cases.
 pub(crate) fn influence(columns: &[Column], cases: &[usize], values: &[f64]) -> Option<Influence> {
     let result = standardised(&ranks(values))?;
     let mut keys = Vec::new();
@@ -63,7 +64,7 @@ pub(crate) fn influence(columns: &[Column], cases: &[usize], values: &[f64]) -> 
     let size = keys.len();
     let correlations = DMatrix::from_fn(size, size, |i, j| dot(&inputs[i], &inputs[j]));
     let with_result = DVector::from_fn(size, |i, _| dot(&inputs[i], &result));
-    // Two keys of the same ranks cannot be told apart.
+    // Keys of the same ranks cannot be distinguished.
     let coefficients = correlations.cholesky()?.solve(&with_result);
     let r_squared = coefficients.dot(&with_result).clamp(0.0, 1.0);
     let mut shares: Vec<Share> = keys
@@ -75,7 +76,7 @@ pub(crate) fn influence(columns: &[Column], cases: &[usize], values: &[f64]) -> 
     Some(Influence { r_squared, shares })
 }
 
-/// The place of each value among all by size; equal values have the mean of their places.
+/// The rank of each value; equal values have the mean of their ranks.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -91,7 +92,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// With mean 0 and variance 1; `None` of values that are all the same.
+/// The values scaled to mean 0 and variance 1; `None` if they are all equal.
 fn standardised(values: &[f64]) -> Option<Vec<f64>> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -140,7 +141,7 @@ mod tests {
             "{found:?}"
         );
         assert!(found.shares[2].share < 0.002 && found.r_squared > 0.97, "{found:?}");
-        // A function that rises throughout changes no rank.
+        // A function that rises throughout does not change ranks.
         let bent: Vec<f64> = sum.iter().map(|value| value.exp()).collect();
         assert_eq!(influence(&columns, &cases, &bent), Some(found));
     }

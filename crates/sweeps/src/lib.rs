@@ -1,11 +1,13 @@
-//! Sweeps: many cases from one file with values changed, each solved once, and one table of all.
+//! Sweeps: many cases from one file with changed values, each solved once, and one table of all.
 //!
-//! The way of the data: [`Setting`]s (`key=10um..100um:10`) -> [`Design`], the values of every case -> [`Sweep`], the design with the text of
-//! the case file -> [`Sweep::solve`], one case by its index -> [`CaseRecord`] -> [`SweepFolder`], where each record is a file of its own ->
-//! [`write_results`]: table, plot, statistics. [`run`](fn@run) solves many cases side by side, [`gather`] joins the folders of shards.
+//! The flow of data: [`Setting`]s (`key=10um..100um:10`) -> [`Design`], the values of every case ->
+//! [`Sweep`], the design with the text of the case file -> [`Sweep::solve`], one case by its index ->
+//! [`CaseRecord`] -> [`SweepFolder`], with a file for each record -> [`write_results`]: table, plot,
+//! statistics. [`run`](fn@run) solves many cases in parallel, [`gather`] joins the folders of shards.
 //!
-//! A sweep that was killed goes on where it stopped: records are read and checked, and cases without a sound one are solved. Nothing in a
-//! record but its seconds depends on when, where or in which order cases were solved, and the table leaves the seconds out.
+//! A killed sweep resumes where it stopped: records are read and checked, and cases without a valid record
+//! are solved. Apart from its seconds, which the table leaves out, a record does not depend on the time, the
+//! place or the order of the solves.
 //!
 //! ```no_run
 //! use std::path::Path;

@@ -1,9 +1,9 @@
-//! The manifest of a sweep: what says which sweep a folder holds.
+//! The manifest of a sweep, which identifies the sweep in a folder.
 
 use std::path::Path;
 
 use elastocap_files::ReadError;
-use elastocap_results::{fault, read_own};
+use elastocap_results::{fault, read_bounded};
 use serde::{Deserialize, Serialize};
 
 use crate::design::{CaseValues, Design, DesignError, DesignKind};
@@ -13,31 +13,31 @@ use crate::fingerprint::{Fingerprint, digest_of_values, sha256};
 use crate::shard::Shard;
 use crate::sweep::Sweep;
 
-/// The version of the form of manifest and records.
+/// The version of the format of manifest and records.
 const FORMAT: u32 = 1;
 
-/// Which sweep a folder holds, or which part of it.
+/// The sweep, or the shard of it, in a folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// The form of this file: 1.
+    /// The version of the format: 1.
     pub format: u32,
-    /// The inputs that the results depend on.
+    /// The inputs of the results.
     pub fingerprint: Fingerprint,
-    /// SHA-256 of the fingerprint.
+    /// The SHA-256 of the fingerprint.
     pub digest: String,
-    /// Which part of the sweep the folder holds.
+    /// The shard of the sweep in the folder.
     pub shard: Shard,
-    /// The case file, as it was named.
+    /// The case file, as the user named it.
     pub case_file: String,
     /// The title of the case.
     pub title: String,
     /// The text of the case file.
     pub case_text: String,
-    /// The seed, for cases that are drawn at random.
+    /// The seed, for cases drawn at random.
     pub seed: Option<u64>,
     /// The distribution of each key; empty unless cases are drawn at random.
     pub distributions: Vec<Option<String>>,
-    /// The keys that are varied.
+    /// The varied keys.
     pub keys: Vec<String>,
     /// The value of each key in the case file.
     pub defaults: Vec<Option<String>>,
@@ -75,7 +75,7 @@ impl Manifest {
     pub fn read(folder: &Path) -> Result<Option<Self>, SweepError> {
         let file = folder.join(MANIFEST);
         let damaged = |why: String| SweepError::NoSweep { folder: folder.to_owned(), why };
-        let text = match read_own(&file) {
+        let text = match read_bounded(&file) {
             Ok(text) => text,
             Err(error) if error.is_missing() => return Ok(None),
             Err(ReadError::Io(source)) => return Err(SweepError::Read { file, source }),
@@ -95,7 +95,7 @@ impl Manifest {
         Ok(Some(manifest))
     }
 
-    /// Keys and values of the cases.
+    /// The design: keys and values of the cases.
     pub fn design(&self) -> Result<Design, DesignError> {
         let design = Design::of_cases(self.keys.clone(), self.cases.clone())?;
         Ok(match self.seed {
@@ -106,8 +106,8 @@ impl Manifest {
         })
     }
 
-    /// The cases that the folder is for.
-    pub fn own_cases(&self) -> impl Iterator<Item = usize> {
+    /// The cases of the folder.
+    pub fn cases_of_shard(&self) -> impl Iterator<Item = usize> {
         self.shard.cases(self.cases.len())
     }
 }

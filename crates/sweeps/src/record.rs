@@ -1,4 +1,4 @@
-//! The result of one case, as it is kept.
+//! The stored result of one case.
 
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use serde::{Deserialize, Serialize};
@@ -8,17 +8,17 @@ use crate::design::CaseValues;
 /// The result of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaseRecord {
-    /// Which case, by its place in the design.
+    /// The number of the case in the design.
     pub case: usize,
-    /// The values of the keys that are varied.
+    /// The values of the varied keys.
     pub values: CaseValues,
-    /// Why the case could not be solved at all, as for a case file that is refused; then there are no steps.
+    /// The reason why the case was not solved at all, such as a refused case file; then there are no steps.
     pub refused: Option<String>,
     /// The load steps.
     pub steps: Vec<StepRecord>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// Wall-clock seconds that it took. Nothing else here differs from one run to the next.
+    /// Wall-clock seconds of the case, the only field that differs between runs.
     pub seconds: f64,
 }
 
@@ -31,29 +31,30 @@ pub struct StepRecord {
     pub unknowns: Option<usize>,
     /// The last column of curve.csv.
     pub status: String,
-    /// Whether the step has all that was asked for.
+    /// Whether the step has complete results.
     pub ok: bool,
-    /// Whether it could not be solved.
+    /// Whether the step could not be solved.
     pub failed: bool,
-    /// Why it failed, missed its tolerance or has no force.
+    /// The reason why the step failed, missed its tolerance or has no force.
     pub message: Option<String>,
 }
 
 impl CaseRecord {
-    /// A case that could not be solved.
+    /// The record of a case that could not be solved.
     pub fn refused(case: usize, values: CaseValues, why: String) -> Self {
         Self { case, values, refused: Some(why), steps: Vec::new(), warnings: Vec::new(), seconds: 0.0 }
     }
 
-    /// A case that was solved, whatever became of its steps.
+    /// The record of a case that was solved, whether or not its steps failed.
     pub fn of_outcome(case: usize, values: CaseValues, outcome: &Outcome, seconds: f64) -> Self {
-        let own = outcome.steps.iter().flat_map(|step| &step.warnings);
-        let warnings = outcome.plan.warnings.iter().chain(&outcome.warnings).chain(own).cloned().collect();
+        let of_steps = outcome.steps.iter().flat_map(|step| &step.warnings);
+        let warnings =
+            outcome.plan.warnings.iter().chain(&outcome.warnings).chain(of_steps).cloned().collect();
         let steps = outcome.steps.iter().map(StepRecord::of).collect();
         Self { case, values, refused: None, steps, warnings, seconds }
     }
 
-    /// Whether every step has all that was asked for.
+    /// Whether every step has complete results.
     pub fn is_ok(&self) -> bool {
         self.refused.is_none() && self.steps.iter().all(|step| step.ok)
     }
@@ -66,7 +67,8 @@ impl CaseRecord {
 
 impl StepRecord {
     fn of(step: &StepResult) -> Self {
-        // JSON has no infinities: they are left out here, so that a record is the same before and after it was on disk.
+        // JSON has no infinities: they are left out, so that a record is the same before and after it is on
+        // disk.
         let numbers = step.row.numbers().into_iter().map(|number| number.filter(|value| value.is_finite()));
         Self {
             numbers: numbers.collect(),

@@ -1,4 +1,4 @@
-//! The files made of all records: table, plot, statistics.
+//! Writes the files made from all records: table, plot, statistics and summary.
 
 use serde::Serialize;
 
@@ -17,41 +17,41 @@ use crate::table::{Column, table};
 pub struct Summary {
     /// The title of the case.
     pub title: String,
-    /// The case file, as it was named.
+    /// The case file, as the user named it.
     pub case_file: String,
-    /// SHA-256 of what the results depend on.
+    /// The SHA-256 of everything that the results depend on.
     pub fingerprint: String,
-    /// Which part of the sweep this is, such as `2/4`; `None` for the whole.
+    /// The shard of the sweep, such as `2/4`; `None` for the whole.
     pub shard: Option<String>,
-    /// The keys that are varied.
+    /// The varied keys.
     pub keys: Vec<String>,
-    /// Cases that this folder is for.
+    /// The number of cases of this folder.
     pub cases: usize,
-    /// Cases among them that have a result of whatever kind.
+    /// The number of cases with any result.
     pub finished: usize,
-    /// Cases in which every step has all that was asked for.
+    /// The number of cases with complete results at every step.
     pub ok: usize,
-    /// Cases that are refused, or in which a step failed.
+    /// The cases that are refused, or in which a step failed.
     pub failed: Vec<usize>,
-    /// Cases in which a step missed its tolerance or has no force.
+    /// The cases in which a step missed its tolerance or has no force.
     pub missed: Vec<usize>,
     /// The files, sorted.
     pub files: Vec<String>,
-    /// For cases drawn at random: how results scatter.
+    /// The scatter of the results, for cases drawn at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scatter: Option<Scatter>,
 }
 
-/// How results scatter with the values.
+/// The scatter of results with the values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scatter {
     /// The seed of the random generator.
     pub seed: u64,
-    /// The distribution of each key, as it was written.
+    /// The distribution of each key, as the user wrote it.
     pub distributions: Vec<Option<String>>,
     /// The method by which `influence` is computed.
     pub influence_method: &'static str,
-    /// For each step and quantity.
+    /// The statistics of each step and quantity.
     pub statistics: Vec<StepStatistics>,
 }
 
@@ -59,23 +59,23 @@ const METHOD: &str =
     "squared standardised rank regression coefficients; r_squared is what they account for together";
 
 impl Summary {
-    /// Whether every case has all that was asked for.
+    /// Whether every case has complete results.
     pub fn is_complete(&self) -> bool {
         self.ok == self.cases
     }
 }
 
-/// Writes table, plot, statistics and summary of the records, which are by case. Nothing in them depends on when or in which order cases were
-/// solved.
+/// Writes table, plot, statistics and summary of the records, which are ordered by case. They do not depend
+/// on the time or the order of the solves.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// [`SweepError`] if a file cannot be written.
 pub fn write_results(folder: &SweepFolder, records: &[Option<CaseRecord>]) -> Result<Summary, SweepError> {
     let manifest = folder.manifest();
-    let own: Vec<usize> = manifest.own_cases().collect();
+    let cases: Vec<usize> = manifest.cases_of_shard().collect();
     let record = |case: usize| records.get(case).and_then(Option::as_ref);
     let which = |is: fn(&CaseRecord) -> bool| -> Vec<usize> {
-        own.iter().copied().filter(|case| record(*case).is_some_and(is)).collect()
+        cases.iter().copied().filter(|case| record(*case).is_some_and(is)).collect()
     };
     let scatter = manifest.seed.map(|seed| Scatter {
         seed,
@@ -100,7 +100,7 @@ pub fn write_results(folder: &SweepFolder, records: &[Option<CaseRecord>]) -> Re
         fingerprint: manifest.digest.clone(),
         shard: (manifest.shard.of > 1).then(|| manifest.shard.to_string()),
         keys: manifest.keys.clone(),
-        cases: own.len(),
+        cases: cases.len(),
         finished: which(|_| true).len(),
         ok: which(CaseRecord::is_ok).len(),
         failed: which(CaseRecord::has_failed),

@@ -1,4 +1,4 @@
-//! Many cases side by side on this machine.
+//! Solves many cases in parallel on this machine.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,15 +9,16 @@ use crate::sweep::Sweep;
 
 /// Watches a sweep while cases are solved. Its methods are called from several threads at once.
 pub trait SweepObserver: Sync {
-    /// A case is solved. An error ends the sweep.
+    /// Called with each solved case. An error ends the sweep.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on: the record cannot be kept, for instance.
+    /// Any reason to end the sweep, such as a record that cannot be written.
     fn case_done(&self, record: CaseRecord) -> Result<(), SweepError>;
 }
 
-/// Solves the cases `wanted` on `threads` threads, which begin them in this order. Where there are at least as many cases as
-/// threads, each case has one; otherwise the threads are shared out. `cancel` ends it: what is begun is given up.
+/// Solves the cases `wanted` on `threads` threads, which begin them in this order. With at least as many
+/// cases as threads, each case has one thread; otherwise the threads are divided among the cases. `cancel`
+/// ends the sweep, and unfinished cases are given up.
 ///
 /// # Errors
 /// The first error of the observer, or threads that cannot be started.
@@ -52,7 +53,8 @@ pub fn run(
     };
     std::thread::scope(|scope| {
         for _ in 0..at_once {
-            // A pool for each place: what a case does in parallel stays on the threads of this place.
+            // A separate pool for each worker keeps the parallel parts of a case on the threads of that
+            // worker.
             match rayon::ThreadPoolBuilder::new().num_threads(each).build() {
                 Ok(pool) => drop(scope.spawn(move || pool.install(work))),
                 Err(error) => fail(SweepError::Thread(error.to_string())),
@@ -65,11 +67,12 @@ pub fn run(
     }
 }
 
-/// The largest block that the allocator of glibc learns from, bytes: its limit is 32 MiB.
+/// The size of the largest block that glibc's allocator adapts to, bytes: its limit is 32 MiB.
 const LEARNT_FROM: usize = 31 << 20;
 
-/// Lets the allocator keep what a case has freed for the next one. Returned to the system and taken from it again, the memory cost an eighth of
-/// all processor time. glibc adapts its thresholds to the largest block that was freed so far; other allocators lose nothing by it.
+/// Makes the allocator keep the memory freed by a case for the next one. Returning it to the system and
+/// requesting it again cost an eighth of all processor time. glibc adapts its thresholds to the largest freed
+/// block so far; on other allocators this has no effect.
 fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LEARNT_FROM)));
 }

@@ -1,4 +1,5 @@
-//! The key that is varied and its values, as written in an argument: `key=10um..100um:10`, `key=400um,450um`, `key=normal(50um, 2um)`.
+//! Settings of a sweep, a key with its values, as an argument has them: `key=10um..100um:10`,
+//! `key=400um,450um`, `key=normal(50um, 2um)`.
 
 use std::str::FromStr;
 
@@ -7,10 +8,10 @@ use elastocap_case::{Amount, AmountError};
 use crate::distribution::{Distribution, DistributionError};
 use crate::splitting::{outside_quotes, split_at_commas};
 
-/// The most cases of a sweep, and so the most values of a range.
+/// The largest number of cases of a sweep, and so of values of a range.
 pub const MAX_CASES: usize = 1_000_000;
 
-/// A key of the case file and the values that it takes.
+/// A key of the case file with its values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// The path of the key, as [`elastocap_case::with_value`] takes it.
@@ -22,26 +23,26 @@ pub struct Setting {
 /// The values of a key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
-    /// These, in this order, as they are written in a case file; at least one.
+    /// These values in this order, as a case file has them; at least one.
     Listed(Vec<String>),
-    /// Drawn at random.
+    /// Values drawn at random.
     Drawn(Distribution),
 }
 
-/// Why a setting cannot be read.
+/// The reason why a setting cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingError {
     /// The `=` between key and values is missing.
     #[error("`{0}` has no `=`; write a key and its values, such as layer.thickness=400um,450um")]
     NoEquals(String),
-    /// Nothing stands before the `=`.
+    /// There is no key before the `=`.
     #[error("`{0}` has no key before `=`; write for example layer.thickness=400um,450um")]
     NoKey(String),
-    /// Nothing stands after the `=`, or between two commas.
+    /// There is no value after the `=`, or between two commas.
     #[error("`{0}`: a value is missing; write for example 400um,450um or 10um..100um:10")]
     NoValue(String),
-    /// A range does not say how many values it has.
+    /// A range has no number of values.
     #[error("the range `{0}` does not say how many values; write for example 10um..100um:10")]
     NoCount(String),
     /// The number of values is not a whole number, too small or too large.
@@ -59,7 +60,7 @@ pub enum SettingError {
     BadSpacing {
         /// The range.
         range: String,
-        /// The word in place of `log`.
+        /// The word instead of `log`.
         word: String,
     },
     /// An end of a range is not a number.
@@ -111,7 +112,7 @@ impl FromStr for Setting {
     }
 }
 
-/// Values between commas, with ranges written out.
+/// The values between commas, with ranges expanded.
 fn listed(text: &str) -> Result<Vec<String>, SettingError> {
     let parts = split_at_commas(text).ok_or_else(|| SettingError::Open(text.to_owned()))?;
     let mut values = Vec::new();
@@ -130,15 +131,16 @@ fn listed(text: &str) -> Result<Vec<String>, SettingError> {
     Ok(values)
 }
 
-/// The values of `from..to:count` or `from..to:count:log`, in the unit of the first one; the ends as they were written.
+/// The values of `from..to:count` or `from..to:count:log`, in the unit of the first one, with the ends as
+/// written.
 fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError> {
-    let own = || text.to_owned();
+    let owned = || text.to_owned();
     let mut rest = rest.split(':');
     let to = rest.next().unwrap_or("");
-    let count_text = rest.next().map(str::trim).ok_or_else(|| SettingError::NoCount(own()))?;
+    let count_text = rest.next().map(str::trim).ok_or_else(|| SettingError::NoCount(owned()))?;
     let count = count_text.parse().ok().filter(|count| (2..=MAX_CASES).contains(count));
     let count: usize = count.ok_or_else(|| SettingError::BadCount {
-        range: own(),
+        range: owned(),
         count: count_text.to_owned(),
         max: MAX_CASES,
     })?;
@@ -146,18 +148,18 @@ fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError
     let logarithmic = match (spacing, rest.next()) {
         (None, _) => false,
         (Some("log"), None) => true,
-        (Some(word), _) => return Err(SettingError::BadSpacing { range: own(), word: word.to_owned() }),
+        (Some(word), _) => return Err(SettingError::BadSpacing { range: owned(), word: word.to_owned() }),
     };
-    let end = |text: &str| text.parse::<Amount>().map_err(|why| SettingError::BadEnd { range: own(), why });
+    let end = |text: &str| text.parse::<Amount>().map_err(|why| SettingError::BadEnd { range: owned(), why });
     let (from, to) = (end(from)?, end(to)?);
     let scale = &from.scale;
     if !to.scale.fits(scale) {
         let (from, to) = (scale.dimension_name(), to.scale.dimension_name());
-        return Err(SettingError::EndsDiffer { range: own(), from, to });
+        return Err(SettingError::EndsDiffer { range: owned(), from, to });
     }
     let (first, last) = (from.number, to.number_in(scale));
     if logarithmic && (first <= 0.0 || last <= 0.0) {
-        return Err(SettingError::NoLogarithm(own()));
+        return Err(SettingError::NoLogarithm(owned()));
     }
     let value = |k: usize| {
         let share = k as f64 / (count - 1) as f64;

@@ -5,16 +5,17 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// One of several parts: the cases whose index leaves `number - 1` when divided by `of`, so that parts take about the same time.
+/// One of several parts: the cases whose index modulo `of` is `number - 1`, so that the parts take about the
+/// same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which part, counted from 1.
+    /// The number of the part, counted from 1.
     pub number: usize,
-    /// How many parts there are.
+    /// The number of parts.
     pub of: usize,
 }
 
-/// Why a text does not name a shard.
+/// The error for a text that does not name a shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a shard is written I/N, such as 2/4 for the second of four: I from 1 to N, N at most 1,000,000")]
 pub struct ShardError;
@@ -23,12 +24,12 @@ impl Shard {
     /// The whole sweep.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Whether a case belongs to it.
+    /// Whether a case belongs to the part.
     pub fn holds(self, index: usize) -> bool {
         index % self.of.max(1) + 1 == self.number
     }
 
-    /// Its cases among `0..count`, in their order.
+    /// The cases of the part among `0..count`, in their order.
     pub fn cases(self, count: usize) -> impl Iterator<Item = usize> {
         (self.number.max(1) - 1..count).step_by(self.of.max(1))
     }
@@ -62,9 +63,9 @@ mod tests {
     #[test]
     fn the_shards_of_a_sweep_hold_each_case_once() {
         let shards: Vec<Shard> = (1..=3).map(|number| Shard { number, of: 3 }).collect();
-        let mut all: Vec<usize> = shards.iter().flat_map(|shard| shard.cases(8)).collect();
-        all.sort_unstable();
-        assert_eq!(all, (0..8).collect::<Vec<_>>());
+        let mut cases: Vec<usize> = shards.iter().flat_map(|shard| shard.cases(8)).collect();
+        cases.sort_unstable();
+        assert_eq!(cases, (0..8).collect::<Vec<_>>());
         assert!((0..8).all(|k| shards.iter().filter(|shard| shard.holds(k)).count() == 1));
         assert!(shards[2].cases(8).all(|k| shards[2].holds(k)));
         assert_eq!(Shard { number: 3, of: 3 }.cases(2).count(), 0);

@@ -1,6 +1,6 @@
-//! An argument taken apart at signs that are in no quotation marks and no brackets.
+//! Splits an argument at signs outside of quotation marks and brackets.
 
-/// The place of a character that is in no quotation marks.
+/// The place of a character outside of quotation marks.
 pub(crate) fn outside_quotes(text: &str, wanted: char) -> Option<usize> {
     let mut open = None;
     text.char_indices().find_map(|(at, c)| {
@@ -15,7 +15,8 @@ pub(crate) fn outside_quotes(text: &str, wanted: char) -> Option<usize> {
     })
 }
 
-/// The parts of a text between commas that are in no brackets and no quotation marks; `None` if one of those is not closed.
+/// The parts of a text between commas outside of brackets and quotation marks; `None` if one of those is not
+/// closed.
 pub(crate) fn split_at_commas(text: &str) -> Option<Vec<&str>> {
     let (mut parts, mut from, mut depth, mut open) = (Vec::new(), 0, 0_usize, None);
     for (at, c) in text.char_indices() {

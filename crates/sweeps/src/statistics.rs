@@ -1,4 +1,4 @@
-//! How results scatter over the cases: mean, deviation and percentiles for each step.
+//! Statistics of results over the cases: mean, deviation and percentiles for each step.
 
 use elastocap_coupling::outcome::Row;
 use serde::Serialize;
@@ -7,27 +7,27 @@ use crate::influence::{Influence, influence};
 use crate::record::CaseRecord;
 use crate::table::Column;
 
-/// The percentiles that are given.
+/// The reported percentiles.
 pub const PERCENTILES: [f64; 7] = [2.5, 5.0, 25.0, 50.0, 75.0, 95.0, 97.5];
 
 /// The columns of curve.csv whose scatter is reported.
 pub(crate) const QUANTITIES: [&str; 5] =
     ["capacitance_f", "change_f", "change_relative", "sensitivity_f_per_n", "force_n"];
 
-/// How one quantity scatters.
+/// The statistics of one quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Moments {
-    /// Cases that have it.
+    /// The number of cases with the quantity.
     pub count: usize,
-    /// In SI units, as all that follow.
+    /// The mean, in SI units, as all that follow.
     pub mean: f64,
-    /// Standard deviation of a case, by `count - 1`; `None` with one case.
+    /// The standard deviation of a case, with `count - 1`; `None` for one case.
     pub deviation: Option<f64>,
-    /// The smallest.
+    /// The smallest value.
     pub least: f64,
     /// The values below which these percentages of the cases lie, with linear interpolation between cases.
     pub percentiles: Vec<(f64, f64)>,
-    /// The largest.
+    /// The largest value.
     pub greatest: f64,
 }
 
@@ -38,10 +38,10 @@ pub struct StepStatistics {
     pub step: usize,
     /// The column of curve.csv.
     pub quantity: &'static str,
-    /// How it scatters.
+    /// The statistics.
     #[serde(flatten)]
     pub moments: Moments,
-    /// How much it depends on each key; `None` where it does not scatter, or there are too few cases to tell.
+    /// The influence of each key; `None` if the quantity does not scatter, or if there are too few cases.
     pub influence: Option<Influence>,
 }
 
@@ -52,7 +52,7 @@ impl Moments {
         sorted.sort_by(f64::total_cmp);
         let (least, greatest) = (*sorted.first()?, *sorted.last()?);
         let n = sorted.len() as f64;
-        // In the order of size: the same whatever order the cases came in.
+        // Summed by size, so that the result does not depend on the order of the cases.
         let mean = sorted.iter().sum::<f64>() / n;
         let squares: f64 = sorted.iter().map(|value| (value - mean).powi(2)).sum();
         let deviation = (sorted.len() > 1).then(|| (squares / (n - 1.0)).sqrt());
@@ -71,7 +71,8 @@ fn percentile(sorted: &[f64], percent: f64) -> f64 {
     low + (high.unwrap_or(low) - low) * (at - below as f64)
 }
 
-/// How each quantity of each step scatters over the cases, and by which key. Cases with a failed step are left out of that step.
+/// The statistics of each quantity at each step, with the influence of the keys. Steps that failed in a case
+/// are left out.
 pub fn statistics(columns: &[Column], records: &[Option<CaseRecord>]) -> Vec<StepStatistics> {
     let records: Vec<&CaseRecord> = records.iter().flatten().filter(|r| r.refused.is_none()).collect();
     let steps = records.iter().map(|record| record.steps.len()).max().unwrap_or(0);

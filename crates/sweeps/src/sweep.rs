@@ -18,10 +18,10 @@ use crate::error::SweepError;
 use crate::fingerprint::{Fingerprint, Program, digest_of_values, sha256, sha256_of_file};
 use crate::record::CaseRecord;
 
-/// The settings that the numbers depend on besides the cases.
+/// The settings that the numbers depend on, besides the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Whether what a scene does not need is left out: see [`Options::prune`].
+    /// Whether unneeded parts of a scene are left out: see [`Options::prune`].
     pub prune: bool,
 }
 
@@ -33,12 +33,12 @@ impl Default for Settings {
 
 impl Settings {
     fn options(self) -> Options {
-        // No pictures: neither fields nor scenes.
+        // Neither fields nor scenes are needed, since there are no pictures.
         Options { prune: self.prune, fields: false, scene: false, model_error: false }
     }
 }
 
-/// Why a case of a sweep is not solved.
+/// The reason why a case of a sweep is not solved.
 #[derive(Debug, thiserror::Error)]
 enum RefusedCase {
     /// A key that cannot be set.
@@ -49,7 +49,7 @@ enum RefusedCase {
     Invalid(#[from] CaseError),
 }
 
-/// All that is wrong with a case, each with what would be right.
+/// All errors of a case in one line, each with its remedy.
 fn in_one_line(error: &CaseError) -> String {
     let messages = error.diagnostics().iter().map(|d| match &d.help {
         Some(help) => format!("{}; {help}", d.message),
@@ -69,7 +69,7 @@ pub struct Sweep {
     fingerprint: Fingerprint,
     /// The value of each key in the case file.
     defaults: Vec<Option<String>>,
-    /// Fields that several cases have in common.
+    /// Fields shared between cases.
     shared: Arc<SharedFields>,
 }
 
@@ -77,7 +77,7 @@ impl Sweep {
     /// Reads the case file, and checks that the keys can be set and that there is a valid case.
     ///
     /// # Errors
-    /// A case file that cannot be read or is refused as it stands, a key that cannot be set, or no valid case at all.
+    /// An unreadable or invalid case file, a key that cannot be set, or no valid case at all.
     pub fn read(
         case_file: &Path,
         design: Design,
@@ -88,8 +88,8 @@ impl Sweep {
         Self::new(case_file, source, design, settings, program)
     }
 
-    /// Checks that the keys can be set in the text of a case and that there is a valid case. `origin` is the file that the text stands for, for
-    /// messages and the files that the case names.
+    /// Checks that the keys can be set in the text of a case and that there is a valid case. `origin` stands
+    /// for the file of the text, in messages and for the paths in the case.
     ///
     /// # Errors
     /// As for [`Sweep::read`].
@@ -120,7 +120,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// That all keys can be set and that some case is valid; gives the files that the cases name.
+    /// Checks that all keys can be set and that some case is valid; returns the files that the cases name.
     fn check(&self) -> Result<BTreeMap<String, String>, SweepError> {
         let mut files = BTreeMap::new();
         let mut first = None;
@@ -146,7 +146,7 @@ impl Sweep {
         }
     }
 
-    /// The text of a case: that of the file with the values of the case.
+    /// The text of a case: the text of the file with the values of the case.
     ///
     /// # Errors
     /// A key that cannot be set.
@@ -161,15 +161,15 @@ impl Sweep {
         Ok(text)
     }
 
-    /// Solves one case; `at_once` is how many are solved at the same time in this process, among which memory is shared out. `None` if it was
-    /// cancelled before it was done. What goes wrong is part of the record.
+    /// Solves one case; `at_once` is the number of cases solved at the same time in this process, which share
+    /// its memory. `None` if the solve was cancelled. Errors are part of the record.
     pub fn solve(&self, index: usize, at_once: usize, cancel: &Arc<AtomicBool>) -> Option<CaseRecord> {
         let values = self.cases().get(index)?.clone();
-        // A defect in one case must not take the others with it.
+        // A panic in one case must not end the others.
         let solve = AssertUnwindSafe(|| self.solve_case(index, &values, at_once, cancel));
         catch_unwind(solve).unwrap_or_else(|defect| {
-            let said = panic_message(&*defect);
-            Some(CaseRecord::refused(index, values.clone(), format!("a defect of elastocap: {said}")))
+            let message = panic_message(&*defect);
+            Some(CaseRecord::refused(index, values.clone(), format!("a defect of elastocap: {message}")))
         })
     }
 
@@ -214,7 +214,7 @@ impl Sweep {
         &self.title
     }
 
-    /// Keys and values.
+    /// The design: keys and values.
     pub fn design(&self) -> &Design {
         &self.design
     }
@@ -224,7 +224,7 @@ impl Sweep {
         self.design.cases()
     }
 
-    /// How many fields were not solved since another case of this process had solved the same one.
+    /// The number of fields that were not solved because another case of this process had the same one.
     pub fn fields_spared(&self) -> usize {
         self.shared.spared()
     }

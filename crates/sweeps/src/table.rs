@@ -12,9 +12,9 @@ use crate::record::CaseRecord;
 pub struct Column {
     /// The path of the key.
     pub key: String,
-    /// The values as they are written in a case file; empty where neither the case nor the file has one.
+    /// The values as a case file has them; empty if neither the case nor the file has one.
     pub texts: Vec<String>,
-    /// The values in SI units; `None` where one is not a number.
+    /// The values in SI units; `None` for a value that is not a number.
     pub numbers: Vec<Option<f64>>,
     /// The unit of the first value; empty for a number without a unit and for other values.
     pub unit: String,
@@ -55,8 +55,9 @@ impl Column {
     }
 }
 
-/// The table of the cases that a folder is for, in their order: the values of the keys, the columns of curve.csv, and what is to be said of
-/// a step. A case without a record has a line with the status `not run`, a refused one a line with `refused`. `records` is by case.
+/// The table of the cases of a folder, in their order: the values of the keys, the columns of curve.csv, and
+/// the message of a step. A case without a record has a line with the status `not run`, a refused one a line
+/// with `refused`. `records` is by case.
 pub fn table(manifest: &Manifest, records: &[Option<CaseRecord>]) -> String {
     let columns = Column::all(manifest);
     let keys = columns.iter().map(|column| quoted(&column.key));
@@ -70,7 +71,7 @@ pub fn table(manifest: &Manifest, records: &[Option<CaseRecord>]) -> String {
         .collect();
     let mut out = header.join(",");
     out.push('\n');
-    for case in manifest.own_cases() {
+    for case in manifest.cases_of_shard() {
         let mut start = vec![case.to_string()];
         start.extend(columns.iter().map(|column| column.field(case)));
         let without_steps = |status: &str, message: &str| {
@@ -102,7 +103,7 @@ pub fn table(manifest: &Manifest, records: &[Option<CaseRecord>]) -> String {
     out
 }
 
-/// Without line breaks, so that a line of the table is a line of the file.
+/// The text without line breaks, so that a line of the table is a line of the file.
 fn one_line(text: &str) -> String {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }

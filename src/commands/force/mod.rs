@@ -51,7 +51,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Exit {
     }
 }
 
-/// The force that belongs to the capacitance that the result measures.
+/// Prints the force that belongs to the measured capacitance of the result.
 fn of_one(arguments: &Arguments, capacitance: MeasuredCapacitance) -> Exit {
     let read = match read_curve(&arguments.result) {
         Ok(read) => read,
@@ -129,7 +129,7 @@ fn report(title: &str, measured: MeasuredCapacitance, answer: &ForceAnswer) -> S
     )
 }
 
-/// Why there is no force, with quantities as people read them.
+/// The reason why there is no force, with quantities in common units.
 fn refusal(error: &NoForce) -> String {
     match error {
         NoForce::Outside { value, error, first_force, last_force, first, last } => format!(

@@ -1,19 +1,21 @@
-//! The load that belongs to several measured capacitances.
+//! The load that several measured capacitances belong to.
 
 use std::path::Path;
 use std::str::FromStr;
 
 use elastocap_case::{MeasuredCapacitance, MeasuredCapacitanceError};
-use elastocap_results::load_answer::{Found, LoadAnswer, LoadTable, MeasuredEntry, NoLoad, read_table};
+use elastocap_results::load_answer::{
+    LoadAnswer, LoadQuantity, LoadTable, MeasuredEntry, NoLoad, read_table,
+};
 use thiserror::Error;
 
 use crate::units::prefixed;
 use crate::{Exit, output};
 
-/// A measured capacitance: of one terminal, between two, or of whatever the result measures.
+/// A measured capacitance: of one terminal, between two, or the one that the result measures.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Argument {
-    /// The terminals as they are written, `a` or `a/b`; `None` without names.
+    /// The terminals as the user wrote them, `a` or `a/b`; `None` without names.
     pub(super) terminals: Option<String>,
     pub(super) capacitance: MeasuredCapacitance,
 }
@@ -30,7 +32,7 @@ impl FromStr for Argument {
     }
 }
 
-/// Prints the load, or why there is none.
+/// Prints the load, or the reason why there is none.
 pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Exit {
     let table = match read_table(result) {
         Ok(table) => table,
@@ -61,7 +63,7 @@ pub(super) fn execute(result: &Path, measured: &[Argument], as_json: bool) -> Ex
     }
 }
 
-/// Why an argument names no entry of the matrix.
+/// The reason why an argument names no entry of the matrix.
 #[derive(Debug, Error)]
 enum NoEntry {
     #[error(
@@ -85,12 +87,12 @@ fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, NoE
         let example = terminals.first().map_or("A", String::as_str).to_owned();
         return Err(NoEntry::Nameless { example });
     };
-    let place = |name: &str| terminals.iter().position(|own| own == name.trim());
+    let place = |name: &str| terminals.iter().position(|terminal| terminal == name.trim());
     let capacitance = argument.capacitance;
     if let Some(terminal) = place(written) {
         return Ok(MeasuredEntry { terminal, other: None, capacitance });
     }
-    // A name may hold a stroke itself.
+    // A name may itself contain a slash.
     let cuts = written.match_indices('/');
     let pair = cuts.filter_map(|(at, _)| Some((place(&written[..at])?, place(&written[at + 1..])?))).next();
     match pair {
@@ -102,7 +104,7 @@ fn entry(terminals: &[String], argument: &Argument) -> Result<MeasuredEntry, NoE
     }
 }
 
-/// A value in a unit that people read: angles in degrees.
+/// A value in a common unit: angles in degrees.
 fn shown(value: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{:.4} deg", value.to_degrees()),
@@ -110,7 +112,7 @@ fn shown(value: f64, unit: &str) -> String {
     }
 }
 
-/// Why there is no load, with quantities as people read them.
+/// The reason why there is no load, with quantities in common units.
 fn refusal(error: &NoLoad) -> String {
     match *error {
         NoLoad::Outside { name, unit, value, low, high } => format!(
@@ -125,19 +127,23 @@ fn refusal(error: &NoLoad) -> String {
 }
 
 fn report(table: &LoadTable, measured: &[Argument], answer: &LoadAnswer) -> String {
-    let lines = measured.iter().map(|own| {
-        let name = own.terminals.as_deref().unwrap_or_default();
-        let MeasuredCapacitance { value, error } = own.capacitance;
+    let lines = measured.iter().map(|argument| {
+        let name = argument.terminals.as_deref().unwrap_or_default();
+        let MeasuredCapacitance { value, error } = argument.capacitance;
         (name.to_owned(), format!("{} +- {}", prefixed(value, 5, "F"), prefixed(error, 2, "F")))
     });
-    let found = |own: &Found| {
-        let value = format!("{} +- {}", shown(own.value, own.unit), shown(own.deviation, own.unit));
-        (own.name.to_owned(), value)
+    let quantity = |quantity: &LoadQuantity| {
+        let value = format!(
+            "{} +- {}",
+            shown(quantity.value, quantity.unit),
+            shown(quantity.deviation, quantity.unit)
+        );
+        (quantity.name.to_owned(), value)
     };
-    let all: Vec<(String, String)> = lines.chain(answer.quantities.iter().map(found)).collect();
-    let width = all.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let lines: Vec<(String, String)> = lines.chain(answer.quantities.iter().map(quantity)).collect();
+    let width = lines.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let mut out = format!("{}\n\n", table.title);
-    for (k, (name, value)) in all.iter().enumerate() {
+    for (k, (name, value)) in lines.iter().enumerate() {
         if k == measured.len() {
             out.push('\n');
         }
@@ -161,15 +167,20 @@ fn report(table: &LoadTable, measured: &[Argument], answer: &LoadAnswer) -> Stri
 }
 
 fn json(table: &LoadTable, measured: &[Argument], answer: &LoadAnswer) -> String {
-    let capacitances = measured.iter().map(|own| {
+    let capacitances = measured.iter().map(|argument| {
         serde_json::json!({
-            "terminals": own.terminals,
-            "capacitance_f": own.capacitance.value,
-            "capacitance_error_f": own.capacitance.error,
+            "terminals": argument.terminals,
+            "capacitance_f": argument.capacitance.value,
+            "capacitance_error_f": argument.capacitance.error,
         })
     });
-    let quantities = answer.quantities.iter().map(|own| {
-        serde_json::json!({ "name": own.name, "unit": own.unit, "value": own.value, "standard_deviation": own.deviation })
+    let quantities = answer.quantities.iter().map(|quantity| {
+        serde_json::json!({
+            "name": quantity.name,
+            "unit": quantity.unit,
+            "value": quantity.value,
+            "standard_deviation": quantity.deviation,
+        })
     });
     let document = serde_json::json!({
         "title": table.title,

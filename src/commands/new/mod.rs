@@ -1,4 +1,4 @@
-//! `elastocap new`: a commented case file to start from.
+//! `elastocap new`: writes a commented case file to start from.
 
 use std::path::PathBuf;
 

@@ -1,32 +1,32 @@
-//! Edits of a TOML document in place, with its comments and its order.
+//! Edits a TOML document in place, keeping its comments and its order.
 
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 
 use super::OverrideErrorKind;
 use super::key_path::{KeyPath, Part, written};
 
-/// The place that a part of a path leads to. Tables and arrays come in two forms each, under headers and inline.
+/// The target of a part of a path. Tables and arrays come in two forms each, under headers and inline.
 enum Place<'a> {
     Table(&'a mut Table),
     Tables(&'a mut ArrayOfTables),
     Value(&'a mut Value),
 }
 
-/// Puts a value at the end of a path.
+/// Sets the value at the end of a path.
 pub(super) fn set(document: &mut DocumentMut, path: &KeyPath, value: Value) -> Result<(), OverrideErrorKind> {
     let Some((last, before)) = path.0.split_last() else { return Err(OverrideErrorKind::EmptyPath) };
     let mut place = Place::Table(document.as_table_mut());
     for (k, part) in before.iter().enumerate() {
-        let here = &path.0[..k];
+        let reached = &path.0[..k];
         place = match part {
             Part::Key(key) => match path.0.get(k + 1) {
                 Some(Part::Entry(_)) if !place.has(key) => {
-                    place.check_holds_keys(here)?;
+                    place.check_holds_keys(reached)?;
                     return Err(OverrideErrorKind::AbsentArray(written(&path.0[..=k])));
                 }
-                _ => place.into_key(key, here)?,
+                _ => place.into_key(key, reached)?,
             },
-            Part::Entry(index) => place.into_entry(*index, here)?,
+            Part::Entry(index) => place.into_entry(*index, reached)?,
         };
     }
     match last {
@@ -59,7 +59,7 @@ pub(super) fn get<'a>(document: &'a DocumentMut, path: &KeyPath) -> Option<&'a V
     if table.is_some() { None } else { value }
 }
 
-/// All texts under a key `file`, once each.
+/// Collects all texts under a key `file`, each once.
 pub(super) fn files(item: &Item, found: &mut Vec<String>) {
     match item {
         Item::None => {}
@@ -116,26 +116,29 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// That this is a table.
-    fn check_holds_keys(&self, here: &[Part]) -> Result<(), OverrideErrorKind> {
+    /// Checks that this is a table.
+    fn check_holds_keys(&self, reached: &[Part]) -> Result<(), OverrideErrorKind> {
         match self {
             Self::Table(_) | Self::Value(Value::InlineTable(_)) => Ok(()),
             Self::Tables(tables) => {
-                Err(OverrideErrorKind::IndexMissing { at: written(here), length: tables.len() })
+                Err(OverrideErrorKind::IndexMissing { at: written(reached), length: tables.len() })
             }
             Self::Value(Value::Array(array)) => {
-                Err(OverrideErrorKind::IndexMissing { at: written(here), length: array.len() })
+                Err(OverrideErrorKind::IndexMissing { at: written(reached), length: array.len() })
             }
-            Self::Value(value) => Err(OverrideErrorKind::NoTable { at: written(here), found: kind(value) }),
+            Self::Value(value) => {
+                Err(OverrideErrorKind::NoTable { at: written(reached), found: kind(value) })
+            }
         }
     }
 
-    /// The place under a key; a table is made where there is nothing.
-    fn into_key(self, key: &str, here: &[Part]) -> Result<Self, OverrideErrorKind> {
-        self.check_holds_keys(here)?;
+    /// The place under a key; a missing table is made.
+    fn into_key(self, key: &str, reached: &[Part]) -> Result<Self, OverrideErrorKind> {
+        self.check_holds_keys(reached)?;
         let place = match self {
             Self::Table(table) => {
-                // A table between dotted keys goes on with dotted keys; one below a header gets a header as soon as it holds a value.
+                // A table between dotted keys continues with dotted keys; one below a header gets a header as
+                // soon as it holds a value.
                 let mut new = Table::new();
                 new.set_implicit(true);
                 new.set_dotted(table.is_dotted());
@@ -149,12 +152,12 @@ impl<'a> Place<'a> {
             }
             Self::Tables(_) | Self::Value(_) => None,
         };
-        place.ok_or_else(|| OverrideErrorKind::NoTable { at: written(here), found: "empty" })
+        place.ok_or_else(|| OverrideErrorKind::NoTable { at: written(reached), found: "empty" })
     }
 
-    /// An entry of an array.
-    fn into_entry(self, index: usize, here: &[Part]) -> Result<Self, OverrideErrorKind> {
-        let at = || written(here);
+    /// The place of an entry of an array.
+    fn into_entry(self, index: usize, reached: &[Part]) -> Result<Self, OverrideErrorKind> {
+        let at = || written(reached);
         match self {
             Self::Tables(tables) => {
                 let length = tables.len();
@@ -171,12 +174,12 @@ impl<'a> Place<'a> {
         }
     }
 
-    fn set_key(self, key: &str, value: Value, here: &[Part]) -> Result<(), OverrideErrorKind> {
-        self.check_holds_keys(here)?;
+    fn set_key(self, key: &str, value: Value, reached: &[Part]) -> Result<(), OverrideErrorKind> {
+        self.check_holds_keys(reached)?;
         match self {
             Self::Table(table) => match table.get_mut(key) {
                 Some(Item::Value(old)) => replace_value(old, value),
-                // A table under a header of its own gives way to the value. Its place is among the keys then.
+                // The value replaces a table under a header; it then stands among the keys.
                 _ => {
                     table.insert(key, Item::Value(value));
                 }
@@ -190,7 +193,7 @@ impl<'a> Place<'a> {
         Ok(())
     }
 
-    /// Another value for an entry of an array.
+    /// Replaces the value of an entry of an array.
     fn replace(self, value: Value) -> Result<(), OverrideErrorKind> {
         match self {
             Self::Value(old) => replace_value(old, value),
@@ -209,20 +212,20 @@ impl<'a> Place<'a> {
                     });
                 }
             },
-            // An array of tables has no arrays as entries.
+            // Entries of an array of tables are not arrays.
             Self::Tables(_) => {}
         }
         Ok(())
     }
 }
 
-/// The new value stands where the old one stood, with the comment that follows it.
+/// Replaces a value, keeping its place and the comment that follows it.
 fn replace_value(old: &mut Value, mut new: Value) {
     *new.decor_mut() = old.decor().clone();
     *old = new;
 }
 
-/// Adds a key at the end of an inline table, inside the space before its closing brace.
+/// Adds a key at the end of an inline table, before the space in front of its closing brace.
 fn insert_inline(table: &mut InlineTable, key: &str, mut value: Value) {
     let last = table.iter().last().map(|(key, _)| key.to_owned());
     if let Some(last) = last.and_then(|key| table.get_mut(&key)) {

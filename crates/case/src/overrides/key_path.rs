@@ -1,4 +1,4 @@
-//! Paths of keys: `electrodes.in_plane_pair.gap`, `conductor[0].box.min[1]`, `"my key".x`.
+//! Parses paths of keys: `electrodes.in_plane_pair.gap`, `conductor[0].box.min[1]`, `"my key".x`.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub(super) enum Part {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct KeyPath(pub(super) Vec<Part>);
 
-/// More parts than any key of a case file has, and few enough for the recursion of parsers.
+/// The largest number of parts: more than any key of a case file has, and few enough for recursive parsers.
 const MAX_PARTS: usize = 32;
 
 impl KeyPath {
@@ -52,7 +52,7 @@ impl KeyPath {
     }
 }
 
-/// The key that the text begins with, and what follows it.
+/// The key at the beginning of the text, and the rest.
 fn read_key(text: &str) -> Result<(String, &str), OverrideErrorKind> {
     if text.starts_with(['"', '\'']) {
         return read_quoted_key(text);
@@ -67,7 +67,8 @@ fn read_key(text: &str) -> Result<(String, &str), OverrideErrorKind> {
     }
 }
 
-/// As in TOML: backslashes escape in double quotation marks, and stand for themselves in single ones.
+/// The quoted key at the beginning of the text, as in TOML: backslashes escape in double quotation marks, and
+/// are literal in single ones.
 fn read_quoted_key(text: &str) -> Result<(String, &str), OverrideErrorKind> {
     let quote = text.chars().next().unwrap_or('"');
     let mut escaped = false;
@@ -94,7 +95,7 @@ impl fmt::Display for KeyPath {
     }
 }
 
-/// The parts of a path as they are written.
+/// The text of the parts of a path.
 pub(super) fn written(parts: &[Part]) -> String {
     KeyPath(parts.to_vec()).to_string()
 }

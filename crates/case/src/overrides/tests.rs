@@ -24,7 +24,7 @@ name = "b"
 above = { relative_permittivity = 1.0, thickness = "1 mm" }
 "#;
 
-/// The override replaces exactly this part of the source.
+/// Checks that the override replaces exactly this part of the source.
 #[track_caller]
 fn replaces(path: &str, value: &str, old: &str, new: &str) {
     assert_eq!(SOURCE.matches(old).count(), 1, "{old} must stand in the source once");

@@ -1,4 +1,4 @@
-//! `[[conductor]]` and `[[dielectric]]`: what bodies are, and their shapes.
+//! `[[conductor]]` and `[[dielectric]]`: bodies and their shapes.
 
 use serde_json::{Value, json};
 use toml::de::DeValue;
@@ -12,11 +12,11 @@ use crate::values::{Either, Text};
 table! {
     /// A conductor: held at a potential, or floating with a given charge.
     struct Conductor {
-        /// Its name in the results.
+        /// The name of the conductor in the results.
         name: Read<Text>,
         /// A box with its edges along the axes.
         r#box: Option<Read<BoxRegion>>,
-        /// Boxes that are one conductor together; they may touch, overlap or lie apart, and be flat along one axis.
+        /// Boxes that form one conductor; they may touch, overlap or lie apart, and be flat along one axis.
         boxes: Option<Read<Vec<Read<BoxRegion>>>>,
         /// A rectangle of zero thickness.
         sheet: Option<Read<Sheet>>,
@@ -24,20 +24,20 @@ table! {
         sphere: Option<Read<Ball>>,
         /// All points within a radius of a segment: a finger, a wire.
         capsule: Option<Read<Capsule>>,
-        /// A closed spherical surface around everything; nothing outside it is solved.
+        /// A closed spherical surface around everything; the field outside of it is not solved.
         shell: Option<Read<Ball>>,
         /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
-        /// An outline pulled along an axis.
+        /// An outline extruded along an axis.
         extrusion: Option<Read<Extruded>>,
         /// The body inside a closed surface in an OBJ file.
         surface: Option<Read<SurfaceFile>>,
         /// A physical group of the [mesh]: of volumes, or of surfaces (a sheet, a shell, the skin of a body).
         physical: Option<Read<Text>>,
-        /// Its charge, if it floats: then it is not in the Maxwell matrix, and its potential is reported. Default: it is held at
-        /// a potential.
+        /// Charge of the conductor, if it floats: then it is not in the Maxwell matrix, and its potential is
+        /// reported. Default: the conductor is held at a potential.
         charge: Option<Read<Charge>>,
-        /// The part of the sensor that it moves with when the layer is loaded. Default: "fixed".
+        /// The part of the sensor that the conductor moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
     one_of: "box", "boxes", "sheet", "sphere", "capsule", "shell", "cylinder", "extrusion", "surface", "physical";
@@ -51,7 +51,7 @@ words! {
 table! {
     /// A linear isotropic dielectric body.
     struct Dielectric {
-        /// Its name in the results.
+        /// The name of the dielectric in the results.
         name: Read<Text>,
         /// Relative permittivity.
         relative_permittivity: Read<Permittivity>,
@@ -65,13 +65,13 @@ table! {
         capsule: Option<Read<Capsule>>,
         /// A circular cylinder, disc, tube or ring.
         cylinder: Option<Read<Tube>>,
-        /// An outline pulled along an axis.
+        /// An outline extruded along an axis.
         extrusion: Option<Read<Extruded>>,
         /// The body inside a closed surface in an OBJ file.
         surface: Option<Read<SurfaceFile>>,
         /// A physical group of volumes of the [mesh].
         physical: Option<Read<Text>>,
-        /// The part of the sensor that it moves with when the layer is loaded. Default: "fixed".
+        /// The part of the sensor that the dielectric moves with when the layer is loaded. Default: "fixed".
         attached: Option<Read<Attached>>,
     }
     one_of: "box", "slab", "sphere", "capsule", "cylinder", "extrusion", "surface", "physical";
@@ -90,9 +90,9 @@ table! {
 table! {
     /// A rectangle of zero thickness.
     struct Sheet {
-        /// The axis across it.
+        /// The axis normal to the sheet.
         normal: Read<Axis>,
-        /// Where it is on that axis.
+        /// The position of the sheet on that axis.
         at: Read<Position>,
         /// Lower corner on the two other axes, in order.
         min: Read<[Read<Position>; 2]>,
@@ -104,7 +104,7 @@ table! {
 table! {
     /// All space between two planes; cut off at the walls.
     struct Slab {
-        /// The axis across it.
+        /// The axis normal to the slab.
         axis: Read<Axis>,
         /// Lower plane.
         from: Read<Position>,
@@ -116,9 +116,9 @@ table! {
 table! {
     /// A ball, or the hollow of a shell.
     struct Ball {
-        /// Its middle: x1, x2, x3.
+        /// The centre of the ball: x1, x2, x3.
         center: Read<[Read<Position>; 3]>,
-        /// Its radius.
+        /// The radius of the ball.
         radius: Read<Size>,
     }
 }
@@ -128,9 +128,9 @@ table! {
     struct Capsule {
         /// One end of the segment: x1, x2, x3.
         from: Read<[Read<Position>; 3]>,
-        /// The other end; the same one for a ball.
+        /// The other end of the segment; equal to the first one for a ball.
         to: Read<[Read<Position>; 3]>,
-        /// Its radius.
+        /// The radius around the segment.
         radius: Read<Size>,
     }
 }
@@ -138,29 +138,29 @@ table! {
 table! {
     /// A circular cylinder along an axis, or a tube.
     struct Tube {
-        /// The axis it stands along.
+        /// The axis of the cylinder.
         axis: Read<Axis>,
-        /// The middle of its lower end: x1, x2, x3.
+        /// The centre of its lower end: x1, x2, x3.
         base: Read<[Read<Position>; 3]>,
-        /// Its radius, on the outside.
+        /// The outer radius.
         radius: Read<Size>,
         /// The radius of the hole along the axis of a tube or ring. Default: no hole.
         inner_radius: Option<Read<Size>>,
-        /// Its length along the axis. A conductor with "0 mm" is a disc without thickness, or a ring.
+        /// The length along the axis. A conductor with "0 mm" is a disc without thickness, or a ring.
         height: Read<Height>,
     }
 }
 
 table! {
-    /// A side or corner of an outline that is round: an arc or a spline from the entry before, or a rounded corner.
+    /// A round side or corner of an outline: an arc or a spline from the entry before, or a rounded corner.
     struct RoundEntry {
-        /// Where the arc or spline ends.
+        /// The end of the arc or spline.
         to: Option<Read<[Read<Position>; 2]>>,
-        /// A point that the arc passes through on its way.
+        /// A point on the arc between its ends.
         through: Option<Read<[Read<Position>; 2]>>,
-        /// Points that the spline passes through on its way, in order. A spline that is the only entry is closed.
+        /// Points on the spline between its ends, in order. A spline that is the only entry is closed.
         spline: Option<Read<Vec<Read<[Read<Position>; 2]>>>>,
-        /// Where the two straight sides at a rounded corner would meet.
+        /// The point where the two straight sides at a rounded corner would meet.
         corner: Option<Read<[Read<Position>; 2]>>,
         /// Radius of a rounded corner.
         radius: Option<Read<Size>>,
@@ -171,18 +171,19 @@ table! {
 pub(crate) type OutlineEntry = Either<[Read<Position>; 2], RoundEntry>;
 
 table! {
-    /// An outline pulled along an axis.
+    /// An outline extruded along an axis.
     struct Extruded {
-        /// The axis along which it is pulled.
+        /// The axis of the extrusion.
         axis: Read<Axis>,
         /// Lower end.
         from: Read<Position>,
         /// Upper end.
         to: Read<Position>,
-        /// Its corners in the two other axes, in order. An entry may be an arc, `{ through = [..], to = [..] }`, a spline,
-        /// `{ spline = [[..], ..], to = [..] }`, or a rounded corner, `{ corner = [..], radius = .. }`.
+        /// The corners of the outline in the two other axes, in order. An entry may be an arc, `{ through =
+        /// [..], to = [..] }`, a spline, `{ spline = [[..], ..], to = [..] }`, or a rounded corner, `{ corner
+        /// = [..], radius = .. }`.
         outline: Read<Vec<Read<OutlineEntry>>>,
-        /// Holes in it: outlines of the same kind, which lie inside and apart from one another.
+        /// Holes in the outline: outlines of the same kind, which lie inside and apart from one another.
         holes: Option<Read<Vec<Read<Vec<Read<OutlineEntry>>>>>>,
     }
 }
@@ -194,7 +195,7 @@ table! {
         file: Read<Text>,
         /// The length of one unit of the file.
         unit: Read<FileUnit>,
-        /// Where the origin of the file goes. Default: where the origin is.
+        /// The position of the file's origin. Default: the origin.
         translate: Option<Read<[Read<Position>; 3]>>,
     }
 }

@@ -9,20 +9,20 @@ use crate::tables::{Entries, TableKeys, TableSchema, key, table, unknown_word, w
 use crate::values::{Count, Either, Text};
 
 table! {
-    /// Electrodes by their usual forms: at most one pair, which lies in the layer, centred at x1 = x3 = 0, and deforms with it; of the
-    /// others any number, each a table or an array of tables.
+    /// Electrodes of standard forms: at most one pair, which lies in the layer, centred at x1 = x3 = 0, and
+    /// deforms with it, and any number of the other forms, each a table or an array of tables.
     struct Electrodes {
         /// Two coplanar electrodes side by side.
         in_plane_pair: Option<Read<InPlanePair>>,
         /// Two plates, one above the other.
         stacked_pair: Option<Read<StackedPair>>,
-        /// Two combs whose fingers lie between one another.
+        /// Two combs with interleaved fingers.
         comb: Option<Read<OneOrMore<Comb>>>,
         /// Rows and columns of pads.
         array: Option<Read<OneOrMore<Array>>>,
         /// Square spirals.
         spiral: Option<Read<OneOrMore<Spiral>>>,
-        /// Rings and discs about one centre.
+        /// Rings and discs.
         ring: Option<Read<OneOrMore<Ring>>>,
     }
 }
@@ -30,12 +30,14 @@ table! {
 pub(crate) type OneOrMore<T> = Either<Vec<Read<T>>, T>;
 
 words! {
-    /// Where electrodes lie: in the face of the substrate, level with it, or on top of the layer, which they move with.
+    /// The face that electrodes lie on: in the surface of the substrate, flush with it, or on top of the
+    /// layer, with which they move.
     enum On { "substrate" => Substrate, "layer-top" => LayerTop, }
 }
 
 table! {
-    /// A frame around electrodes, at their height and of their thickness. It is grounded unless a [[terminal]] holds it.
+    /// A frame around electrodes, at the same height and of the same thickness. It is grounded unless it
+    /// belongs to a [[terminal]].
     struct Guard {
         /// Gap between the electrodes and the frame.
         gap: Read<Size>,
@@ -45,13 +47,13 @@ table! {
 }
 
 table! {
-    /// Two combs, `<name>-1` and `<name>-2`, whose fingers, along x3, lie between one another along x1.
+    /// Two combs, `<name>-1` and `<name>-2`, with fingers along x3 that are interleaved along x1.
     struct Comb {
         /// The beginning of the names of its conductors. Default: "comb".
         name: Option<Read<Text>>,
         /// The face that the combs lie on.
         on: Option<Read<On>>,
-        /// Height of the mid-plane of the combs, in place of `on`, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the combs, instead of `on`, in a layer without load or outside of it.
         height: Option<Read<Position>>,
         /// Number of fingers of both combs together; they belong alternately to the first and the second comb.
         fingers: Read<Count>,
@@ -59,7 +61,7 @@ table! {
         finger_width: Read<Size>,
         /// Gap between neighbouring fingers, along x1.
         gap: Read<Size>,
-        /// Length over which neighbouring fingers lie side by side, along x3.
+        /// Length over which neighbouring fingers overlap, along x3.
         overlap: Read<Size>,
         /// Gap from the end of a finger to the bus of the other comb, along x3.
         end_gap: Read<Size>,
@@ -82,7 +84,7 @@ table! {
         name: Option<Read<Text>>,
         /// The face that the pads lie on.
         on: Option<Read<On>>,
-        /// Height of the mid-plane of the pads, in place of `on`, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the pads, instead of `on`, in a layer without load or outside of it.
         height: Option<Read<Position>>,
         /// Number of pads along x1 and along x3.
         pads: Read<[Read<Count>; 2]>,
@@ -92,13 +94,13 @@ table! {
         diameter: Option<Read<Size>>,
         /// Diameter of the hole of a round pad, which is then a ring.
         inner_diameter: Option<Read<Size>>,
-        /// Distance from the middle of a pad to that of the next, along x1 and along x3.
+        /// Distance between the middles of neighbouring pads, along x1 and along x3.
         pitch: Read<[Read<Size>; 2]>,
         /// Thickness of the pads along x2; "0 um" for sheets.
         thickness: Read<Height>,
         /// The middle of the array: x1, x3. Default: 0.
         center: Option<Read<[Read<Position>; 2]>>,
-        /// A plate over or under all pads.
+        /// A plate above or below all pads.
         common_plate: Option<Read<CommonPlate>>,
         /// A frame around all pads.
         guard: Option<Read<Guard>>,
@@ -111,28 +113,28 @@ table! {
     struct CommonPlate {
         /// The face that the plate lies on.
         on: Option<Read<On>>,
-        /// Height of the mid-plane of the plate, in place of `on`.
+        /// Height of the mid-plane of the plate, instead of `on`.
         height: Option<Read<Position>>,
-        /// How far the plate reaches beyond the pads, on each side. Default: 0.
+        /// Margin of the plate beyond the pads, on each side. Default: 0.
         margin: Option<Read<Height>>,
         /// Thickness of the plate along x2; "0 um" for a sheet.
         thickness: Read<Height>,
-        /// Charge of the plate, if it floats. Default: it is held at a potential.
+        /// Charge of the plate, if it floats. Default: the plate is driven.
         charge: Option<Read<Charge>>,
     }
     one_of: "on", "height";
 }
 
 table! {
-    /// A square spiral, `<name>`, or two within one another, `<name>-1` and `<name>-2`.
+    /// A square spiral, `<name>`, or two interleaved ones, `<name>-1` and `<name>-2`.
     struct Spiral {
         /// The beginning of the names of its conductors. Default: "spiral".
         name: Option<Read<Text>>,
         /// The face that the spiral lies on.
         on: Option<Read<On>>,
-        /// Height of the mid-plane of the spiral, in place of `on`, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the spiral, instead of `on`, in a layer without load or outside of it.
         height: Option<Read<Position>>,
-        /// Number of arms: 1, or 2 within one another. Default: 2.
+        /// Number of arms: 1, or 2 interleaved ones. Default: 2.
         arms: Option<Read<Count>>,
         /// Number of turns of each arm.
         turns: Read<Count>,
@@ -155,11 +157,12 @@ table! {
 table! {
     /// A disc or ring, `<name>`.
     struct Ring {
-        /// The name of its conductor. Default: "ring".
+        /// The name of the conductor. Default: "ring".
         name: Option<Read<Text>>,
         /// The face that the disc or ring lies on.
         on: Option<Read<On>>,
-        /// Height of the mid-plane of the disc or ring, in place of `on`, in a layer that is not loaded or outside of it.
+        /// Height of the mid-plane of the disc or ring, instead of `on`, in a layer without load or outside
+        /// of it.
         height: Option<Read<Position>>,
         /// Outer diameter of the disc or ring.
         diameter: Read<Size>,
@@ -188,7 +191,7 @@ table! {
         width: Read<Size>,
         /// Undeformed height S of the mid-plane above the substrate.
         height: Read<Size>,
-        /// Shear modulus of the electrodes, or "rigid"; needed as soon as there is a load.
+        /// Shear modulus of the electrodes, or "rigid"; required with a load.
         shear_modulus: Option<Read<Stiffness>>,
     }
 }
@@ -206,13 +209,13 @@ table! {
         width: Read<Size>,
         /// Undeformed height of the middle of the gap above the substrate.
         height: Read<Size>,
-        /// Shear modulus of the plates, or "rigid"; needed as soon as there is a load.
+        /// Shear modulus of the plates, or "rigid"; required with a load.
         shear_modulus: Option<Read<Stiffness>>,
     }
 }
 
 words! {
-    /// The electrodes keep their thickness.
+    /// Electrodes of constant thickness.
     enum Rigid { "rigid" => Rigid, }
 }
 

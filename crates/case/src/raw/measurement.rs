@@ -1,4 +1,4 @@
-//! `[measurement]`: points that were measured, to be drawn over the curve and fitted to.
+//! `[measurement]`: measured points, to be drawn over the curve and to be fitted.
 
 use serde_json::Value;
 use toml::de::DeValue;
@@ -9,23 +9,25 @@ use crate::tables::{Entries, TableKeys, TableSchema, key, table};
 use crate::values::{Either, Text};
 
 table! {
-    /// Points that were measured: they are drawn over the curve, and `elastocap fit` adapts keys of this file to them.
+    /// Measured points: they are drawn over the curve, and `elastocap fit` adapts keys of this file to them.
     struct MeasurementFile {
-        /// A CSV file, of which the first line names the columns; lines that begin with # are skipped. Its path is relative to the
-        /// case file.
+        /// A CSV file whose first line names the columns; lines that begin with # are skipped. Its path is
+        /// relative to the case file.
         file: Read<Text>,
-        /// Which columns are the load, the capacitance and its deviation.
+        /// The columns of the load, of the capacitance and of its deviation.
         columns: Read<MeasuredColumns>,
-        /// Takes those rows alone that have a certain text in a column. Default: all rows.
+        /// Uses only the rows with a certain text in a column. Default: all rows.
         rows: Option<Read<MeasuredRows>>,
-        /// Standard deviation of each measured capacitance, where no column has it. Default: not known.
+        /// Standard deviation of each measured capacitance, if no column has it. Default: unknown.
         deviation: Option<Read<Capacitance>>,
-        /// The measured load at which the load on the layer begins: play before contact, or the zero of a scale. It is taken off the
-        /// measured loads; a bare number for a compression. Default: 0.
+        /// The measured load at which the load on the layer begins, from play before contact or from the zero
+        /// of a scale. It is subtracted from the measured loads; a bare number for a compression. Default: 0.
         offset: Option<Read<Either<LoadShift, Text>>>,
-        /// Capacitance of cables and of what the case does not have. It is taken off the measured capacitances. Default: 0.
+        /// Capacitance of cables and of other bodies that are not in the case. It is subtracted from the
+        /// measured capacitances. Default: 0.
         parasitic: Option<Read<SignedCapacitance>>,
-        /// The capacitance that the meter shows, over the true one; measured capacitances, without the parasitic one, are divided by it. Default: 1.
+        /// Ratio of the capacitance shown by the meter to the true one; measured capacitances, less the
+        /// parasitic one, are divided by it. Default: 1.
         gain: Option<Read<Gain>>,
     }
 }
@@ -49,9 +51,9 @@ table! {
 table! {
     /// A column of a CSV file.
     struct MeasuredColumn {
-        /// Its name in the first line of the file.
+        /// The name of the column in the first line of the file.
         name: Read<Text>,
-        /// The unit of its numbers.
+        /// The unit of the numbers in the column.
         unit: Option<Read<Text>>,
     }
 }

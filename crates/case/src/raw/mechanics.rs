@@ -1,4 +1,5 @@
-//! `[mechanics]`, `[indenter]` and `[load]`: how the layer deforms, what presses, and how hard.
+//! `[mechanics]`, `[indenter]` and `[load]`: the mechanical model of the layer, the indenter, and the load
+//! steps.
 
 use serde_json::{Value, json};
 use toml::de::DeValue;
@@ -9,7 +10,7 @@ use crate::tables::{Entries, TableKeys, TableSchema, choice, key, table, unknown
 use crate::values::{Count, Either};
 
 choice! {
-    /// How the layer's deformation is computed.
+    /// The mechanical model of the layer.
     enum Mechanics {
         "auto" => Auto(Auto),
         "closed_form" => ClosedForm(ClosedForm),
@@ -19,23 +20,27 @@ choice! {
 }
 
 table! {
-    /// Finite elements in plane strain or in three dimensions, as the scene demands: in plane strain where what presses is ten times as long
-    /// along x3 as it is wide and as the layer is thick, or longer, and the pair ten times as long as the layer is thick. `elastocap check`
-    /// says which, and why.
+    /// Finite elements in plane strain or in three dimensions, as the scene needs: in plane strain if the
+    /// indenter is at least ten times as long along x3 as it is wide and as the layer is thick, and the pair
+    /// at least ten times as long as the layer is thick. `elastocap check` reports the choice and the reason
+    /// for it.
     struct Auto {
         /// The indenter, above the middle of the layer: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,
-        /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
-        /// substrate plane), or "far" (the layer goes on: no motion along x1 there). Default: "free-on-substrate" where [layer] has a
-        /// `half_length`, otherwise "far", four thicknesses beyond what presses and what lies in the layer.
+        /// The layer's end along x1: "free" of traction, "free-on-substrate" (where the end folds over, it
+        /// rests on the substrate plane), or "far" (no motion along x1 there, as if the layer continued).
+        /// Default: "free-on-substrate" if [layer] has a `half_length`, otherwise "far", four thicknesses
+        /// beyond the indenter and the bodies in the layer.
         end: Option<Read<LayerEnd>>,
-        /// Width of the layer along x3, from side to side. Under a sphere or a punch with a `half_depth` it may be left out: the layer then
-        /// goes on far beyond. Everything else presses along all of it, so that the force depends on it.
+        /// Width of the layer along x3, from side to side. It may be left out under a sphere or a punch with
+        /// a `half_depth`: the layer then continues far beyond the indenter. Every other indenter presses
+        /// along all of the width, so that the force depends on it.
         width: Option<Read<Size>>,
-        /// The layer's sides along x3: "free" like the end, or "symmetric" (the layer goes on as in a mirror: no motion
-        /// along x3 there). Default: "free" where `width` is given, otherwise "symmetric".
+        /// The layer's sides along x3: "free" like the end, or "symmetric" (no motion along x3 there, as if
+        /// the layer continued). Default: "free" if `width` is given, otherwise "symmetric".
         side: Option<Read<LayerSide>>,
-        /// Relative discretisation error of the force to reach. Default: 5e-3 in plane strain, 2e-2 in three dimensions.
+        /// Relative discretisation error of the force to be reached. Default: 5e-3 in plane strain, 2e-2 in
+        /// three dimensions.
         relative_tolerance: Option<Read<Tolerance>>,
     }
 }
@@ -48,13 +53,14 @@ table! {
         contact_half_length: Read<Size>,
         /// Width w of the contact in the force formula, eq. (50).
         contact_width: Read<Size>,
-        /// Length L in the shear constant B, eq. (45), or "finite-element" to find it at each step.
+        /// Length L in the shear constant B, eq. (45), or "finite-element" to compute it at each step.
         shear_length: Read<Either<FiniteElement, Size>>,
     }
 }
 
 words! {
-    /// Found at each step from finite elements of the layer under a sharp punch of the contact's length.
+    /// The shear length at each step from finite elements of the layer under a sharp punch of the contact's
+    /// length.
     enum FiniteElement { "finite-element" => FiniteElement, }
 }
 
@@ -63,12 +69,12 @@ table! {
     struct PlaneStrain {
         /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, Indenter>>,
-        /// The layer's end: "free" of traction all the way, "free-on-substrate" (what folds over rests on the substrate
-        /// plane), or "far" (the layer goes on: no motion along x1 there).
+        /// The layer's end: "free" of traction, "free-on-substrate" (where the end folds over, it rests on
+        /// the substrate plane), or "far" (no motion along x1 there, as if the layer continued).
         end: Read<LayerEnd>,
         /// Width of the layer along x3, which the force is for.
         width: Read<Size>,
-        /// Relative discretisation error of the force to reach. Default: 5e-3.
+        /// Relative discretisation error of the force to be reached. Default: 5e-3.
         relative_tolerance: Option<Read<Tolerance>>,
     }
 }
@@ -94,24 +100,25 @@ choice! {
 table! {
     /// A flat-faced punch, long along x3.
     struct FlatPunch {
-        /// Half of its width along x1.
+        /// Half of the width of the punch along x1.
         half_width: Read<Size>,
-        /// Radius of its corners. Default: none, that is sharp corners.
+        /// Radius of the corners. Default: sharp corners.
         corner_radius: Option<Read<Size>>,
-        /// "smooth" (contact without friction: the layer slides around the corners), "bonded" (the layer sticks to the face), or "held"
-        /// (no punch, but the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
+        /// "smooth" (contact without friction: the layer slides around the corners), "bonded" (the layer
+        /// sticks to the face), or "held" (no punch, but the patch under it at rest is moved down, and may
+        /// spread). Default: "smooth".
         contact: Option<Read<Contact>>,
-        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        /// The middle of the punch, along x1 from the middle of the layer. Default: 0.
         position: Option<Read<Position>>,
     }
 }
 
 table! {
-    /// A cylinder, its axis along x3.
+    /// A cylinder with its axis along x3.
     struct Cylinder {
-        /// Its radius.
+        /// Radius of the cylinder.
         radius: Read<Size>,
-        /// Its middle, along x1 from the middle of the layer. Default: 0.
+        /// The middle of the cylinder, along x1 from the middle of the layer. Default: 0.
         position: Option<Read<Position>>,
     }
 }
@@ -121,15 +128,15 @@ table! {
     struct Solid {
         /// The indenter: "whole-top" for a smooth plate over the whole layer, or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,
-        /// The layer's end along x1: "free" of traction all the way, "free-on-substrate" (what folds over rests on the
-        /// substrate plane), or "far" (the layer goes on: no motion along x1 there).
+        /// The layer's end along x1: "free" of traction, "free-on-substrate" (where the end folds over, it
+        /// rests on the substrate plane), or "far" (no motion along x1 there, as if the layer continued).
         end: Read<LayerEnd>,
         /// Width of the layer along x3, from side to side.
         width: Read<Size>,
-        /// The layer's sides along x3: "free" like the end, or "symmetric" (the layer goes on as in a mirror: no motion
-        /// along x3 there). Default: "free".
+        /// The layer's sides along x3: "free" like the end, or "symmetric" (no motion along x3 there, as if
+        /// the layer continued). Default: "free".
         side: Option<Read<LayerSide>>,
-        /// Relative discretisation error of the force to reach. Default: 2e-2.
+        /// Relative discretisation error of the force to be reached. Default: 2e-2.
         relative_tolerance: Option<Read<Tolerance>>,
     }
 }
@@ -151,23 +158,25 @@ choice! {
 table! {
     /// A flat-faced punch.
     struct SolidPunch {
-        /// Half of its width along x1.
+        /// Half of the width of the punch along x1.
         half_width: Read<Size>,
-        /// Half of its depth along x3, with a corner radius. Default: it goes all along x3.
+        /// Half of the depth of the punch along x3, with a corner radius. Default: the punch goes all along
+        /// x3.
         half_depth: Option<Read<Size>>,
-        /// Radius of its corners. Default: none, that is sharp corners; those need a `contact` of "bonded" or "held".
+        /// Radius of the corners. Default: sharp corners, which need a `contact` of "bonded" or "held".
         corner_radius: Option<Read<Size>>,
-        /// "smooth" (contact without friction, with rounded corners), "bonded" (the layer sticks to the face), or "held" (no punch, but
-        /// the patch that lay under it at rest is moved down, and may spread). Default: "smooth".
+        /// "smooth" (contact without friction, with rounded corners), "bonded" (the layer sticks to the
+        /// face), or "held" (no punch, but the patch under it at rest is moved down, and may spread).
+        /// Default: "smooth".
         contact: Option<Read<Contact>>,
     }
     later: "position";
 }
 
 table! {
-    /// A cylinder, its axis along x3.
+    /// A cylinder with its axis along x3.
     struct SolidCylinder {
-        /// Its radius.
+        /// Radius of the cylinder.
         radius: Read<Size>,
     }
     later: "position";
@@ -176,25 +185,27 @@ table! {
 table! {
     /// A sphere.
     struct Sphere {
-        /// Its radius.
+        /// Radius of the sphere.
         radius: Read<Size>,
     }
     later: "position";
 }
 
 words! {
-    /// How layer and indenter touch.
+    /// The contact between layer and indenter.
     enum Contact { "smooth" => Smooth, "bonded" => Bonded, "held" => Held, }
 }
 
 table! {
-    /// The indenter that presses on the layer, by its form in [mechanics], as a part of the field. The closed form presses with a plate of the
-    /// length and width of the contact, `indenter = "whole-top"` with one over the whole layer.
+    /// The indenter of [mechanics] as a part of the field. That of the closed form is a plate of the length
+    /// and width of the contact, that of `indenter = "whole-top"` a plate over the whole layer.
     struct FieldIndenter {
-        /// "grounded" (a conductor at potential zero), "floating" (one without charge), `{ relative_permittivity = .. }` (a dielectric),
-        /// or "absent" (the field is that without it, as without this table).
+        /// "grounded" (a conductor at potential zero), "floating" (a conductor without charge), `{
+        /// relative_permittivity = .. }` (a dielectric), or "absent" (no part of the field, as without this
+        /// table).
         role: Read<Either<IndenterRole, IndenterMedium>>,
-        /// How tall a punch or a plate is, along x2. Default: as tall as it is wide along x1. Cylinders and spheres are whole.
+        /// Height of a punch or a plate along x2. Default: its width along x1. Cylinders and spheres are
+        /// complete.
         height: Option<Read<Size>>,
     }
 }
@@ -215,30 +226,32 @@ table! {
 table! {
     /// The load steps: exactly one of `compression`, `force` and `steps`, from contact on.
     struct Load {
-        /// Distances of the indenter's lowest point from the surface of the layer, before contact: steps before those of the load, in
-        /// which the layer is at rest. With an empty list of loads, as `compression = []`, it comes near and does not touch.
+        /// Distances of the indenter's lowest point from the surface of the layer, before contact: steps
+        /// before those of the load, in which the layer is at rest. With an empty list of loads, as
+        /// `compression = []`, the indenter approaches without contact.
         approach: Option<Read<Vec<Read<Size>>>>,
         /// Top displacement over thickness, U/H, of each step.
         compression: Option<Read<Either<Vec<Read<Compression>>, CompressionRange>>>,
         /// Compressive force of each step.
         force: Option<Read<Either<Vec<Read<Force>>, ForceRange>>>,
-        /// Steps that also move what is attached to the layer's top or to the indenter.
+        /// Steps that also move the bodies attached to the layer's top or to the indenter.
         steps: Option<Read<Vec<Read<LoadStep>>>>,
     }
     one_of: "compression", "force", "steps";
 }
 
 table! {
-    /// One load step; all of a case give a compression, or all a force.
+    /// One load step; the steps of a case all give a compression, or all a force.
     struct LoadStep {
         /// Top displacement over thickness, U/H.
         compression: Option<Read<Compression>>,
         /// Compressive force.
         force: Option<Read<Force>>,
-        /// How far what is attached is moved along x1 and x3. Default: 0.
+        /// Shift of the attached bodies along x1 and x3. Default: 0.
         shift: Option<Read<[Read<Position>; 2]>>,
-        /// By how much what is attached is turned about x3 and about x1, about the middle of its lower side; right-handed: the first lifts
-        /// the side towards +x1, the second lowers that towards +x3. Default: 0.
+        /// Tilt of the attached bodies about x3 and about x1, about the middle of their lower side;
+        /// right-handed: the first angle lifts the side towards +x1, the second lowers that towards +x3.
+        /// Default: 0.
         tilt: Option<Read<[Read<Angle>; 2]>>,
     }
     one_of: "compression", "force";

@@ -1,6 +1,7 @@
-//! The case file as written: every table and key of format 1 that this version reads.
+//! The raw types of a case file: every table and key of format 1 that this version reads.
 //!
-//! The doc comments are the descriptions in the JSON Schema, so they speak to whoever writes a case file.
+//! The doc comments of the keys are the descriptions in the JSON Schema, and address the author of a case
+//! file.
 
 mod bodies;
 mod electrodes;
@@ -28,15 +29,16 @@ table! {
     struct Document {
         /// Number of the file format.
         format: Read<FormatNumber>,
-        /// One line that says what the case is. Default: the name of the file.
+        /// Title of the case, one line. Default: the name of the file.
         title: Option<Read<Text>>,
         /// The soft layer, from the substrate plane x2 = 0 to x2 = thickness.
         layer: Option<Read<Layer>>,
-        /// Electrodes by their usual forms: a pair in the layer, and any number of combs, arrays, spirals and rings.
+        /// Electrodes of standard forms: a pair in the layer, and any number of combs, arrays, spirals and
+        /// rings.
         electrodes: Option<Read<Electrodes>>,
-        /// How the layer's deformation is computed.
+        /// The mechanical model of the layer.
         mechanics: Option<Read<Mechanics>>,
-        /// The load steps, in the order in which they are reported.
+        /// The load steps, in the order of the results.
         load: Option<Read<Load>>,
         /// The indenter that presses on the layer, as a part of the field.
         indenter: Option<Read<FieldIndenter>>,
@@ -44,18 +46,18 @@ table! {
         conductor: Option<Read<Vec<Read<Conductor>>>>,
         /// Conductors on one wire; a conductor that none of them names is a terminal by itself.
         terminal: Option<Read<Vec<Read<Terminal>>>>,
-        /// The capacitance that is measured; conductors that it does not name are at potential zero. Default: the pair of two terminals, or of
-        /// [electrodes]; of more, the whole matrix.
+        /// The measured capacitance; conductors that it does not name are at potential zero. Default: that of
+        /// the only two terminals, or of [electrodes]; with more terminals, the whole matrix.
         measure: Option<Read<Measure>>,
         /// Dielectric bodies; where two overlap, the later one in the file wins.
         dielectric: Option<Read<Vec<Read<Dielectric>>>>,
         /// The space around the bodies, and where the field ends.
         surroundings: Option<Read<Surroundings>>,
-        /// A volume mesh from Gmsh that is the whole scene; bodies are then `physical` groups of it.
+        /// A volume mesh from Gmsh as the whole scene; bodies are then `physical` groups of it.
         mesh: Option<Read<MeshFile>>,
-        /// How accurately the capacitance is computed.
+        /// The accuracy of the capacitance, and the field solver.
         electrostatics: Option<Read<Electrostatics>>,
-        /// Points that were measured, to be drawn over the curve and fitted to.
+        /// Measured points, to be drawn over the curve and to be fitted.
         measurement: Option<Read<MeasurementFile>>,
     }
 }
@@ -82,25 +84,26 @@ table! {
         thickness: Read<Size>,
         /// Undeformed half-length along x1, from the middle to the free end; the closed form does not use it.
         half_length: Option<Read<Size>>,
-        /// Relative permittivity; needed as soon as there are electrodes or conductors.
+        /// Relative permittivity; required with electrodes or conductors.
         relative_permittivity: Option<Read<Permittivity>>,
-        /// In place of `relative_permittivity`, for a foam: its permittivity grows as the load closes its pores. Where there is a load it
-        /// needs [mechanics.closed_form], or a whole top on a hyperfoam with a Poisson's ratio of 0. Forces need `hyperfoam` or
-        /// `foam_table` as the material.
+        /// For a foam, instead of `relative_permittivity`: the permittivity grows as the load closes the
+        /// pores. With a load this needs [mechanics.closed_form], or a whole top on a hyperfoam with a
+        /// Poisson's ratio of 0. Forces need `hyperfoam` or `foam_table` as the material.
         foam: Option<Read<Foam>>,
-        /// The material of the layer; needed as soon as there is a load.
+        /// The material of the layer; required with a load.
         material: Option<Read<MaterialTable>>,
     }
 }
 
 table! {
-    /// The permittivity of a foam by Looyenga's mixing rule: the cube root of the permittivity is the mean of those of solid and air
-    /// by volume. Under load the solid's share of the volume is divided by the volume over that at rest: by 1 - U/H where the foam gets no
-    /// wider, as all but a hyperfoam are taken.
+    /// The permittivity of a foam by Looyenga's mixing rule: its cube root is the mean of the cube roots of
+    /// the permittivities of solid and air, weighted by volume. Under load the volume fraction of the solid
+    /// is divided by the ratio of the volume to that at rest: by 1 - U/H for a foam that does not widen,
+    /// which is assumed of all but a hyperfoam.
     struct Foam {
-        /// Relative permittivity of what the foam is made of.
+        /// Relative permittivity of the solid.
         solid_permittivity: Read<Permittivity>,
-        /// Share of the volume at rest that is solid; the rest is air.
+        /// Volume fraction of the solid at rest; the rest is air.
         solid_fraction: Read<VolumeFraction>,
     }
 }
@@ -108,12 +111,13 @@ table! {
 table! {
     /// Conductors on one wire: in the results they are one body with the name of the terminal.
     struct Terminal {
-        /// Its name in the results.
+        /// The name of the terminal in the results.
         name: Read<Text>,
-        /// The names of its conductors, of the electrodes or of [[conductor]]; they may touch one another.
+        /// The names of the conductors on the wire, from the electrodes or from [[conductor]]; they may touch
+        /// one another.
         conductors: Read<Vec<Read<Text>>>,
-        /// "ground": at potential zero, and in no matrix. "driven": a guard that has the potential of the terminal which `follows` names.
-        /// Default: a source, which may be given any potential.
+        /// "ground": at potential zero, and in no matrix. "driven": a guard with the potential of the
+        /// terminal named by `follows`. Default: a source at any potential.
         potential: Option<Read<TerminalPotential>>,
         /// With `potential = "driven"`: the terminal whose potential the guard has.
         follows: Option<Read<Text>>,
@@ -126,26 +130,26 @@ words! {
 }
 
 table! {
-    /// The capacitance that a chip measures: tolerance, curve and plot are about it.
+    /// The measured capacitance, as a chip reads it; tolerance, curve and plot refer to it.
     struct Measure {
         /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
         /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.
         capacitance: Read<Vec<Read<OneOrMore<Text>>>>,
-        /// The capacitance of two terminals that is measured: "mutual" or "two-terminal" (equal and opposite charges, as a meter without ground
-        /// measures). Default: mutual.
+        /// The measured capacitance of two terminals: "mutual" or "two-terminal" (equal and opposite charges,
+        /// as a meter without ground measures). Default: mutual.
         kind: Option<Read<MeasureKind>>,
     }
 }
 
 words! {
-    /// The capacitance of two terminals that is measured.
+    /// The measured capacitance of two terminals.
     enum MeasureKind { "mutual" => Mutual, "two-terminal" => TwoTerminal, }
 }
 
 table! {
-    /// A volume mesh from Gmsh: tetrahedra of first order in named physical groups. It is the whole scene: no body has
-    /// another form than `physical`, cells that no body names are filled with the surroundings, and `boundary` in
-    /// [surroundings] holds on the outer faces that are not a conductor's.
+    /// A volume mesh from Gmsh: tetrahedra of first order in named physical groups. It is the whole scene:
+    /// every body has the form `physical`, cells that no body names are filled with the surroundings, and
+    /// `boundary` in [surroundings] holds on the outer faces without a conductor.
     struct MeshFile {
         /// A .msh file of version 4.1 or 2.2, ASCII or binary; its path is relative to the case file.
         file: Read<Text>,
@@ -155,27 +159,30 @@ table! {
 }
 
 table! {
-    /// How accurately the capacitance is computed.
+    /// The accuracy of the capacitance, and the field solver.
     struct Electrostatics {
-        /// Spread of the proved bounds over the value (or the estimated error) to reach. Default: 1e-3.
+        /// Tolerance of the spread of the proved bounds over the value, or of the estimated error. Default:
+        /// 1e-3.
         relative_tolerance: Option<Read<Tolerance>>,
-        /// Spread of the proved bounds (or the estimated error) that is enough however small the capacitance is, which may be zero: of a
-        /// screened pair, for instance. Default: none, so that only `relative_tolerance` counts.
+        /// Spread of the proved bounds (or estimated error) that suffices however small the capacitance is,
+        /// which may be zero for a screened pair. Default: none, so that only `relative_tolerance` counts.
         absolute_tolerance: Option<Read<Capacitance>>,
-        /// Spread of the proved bounds of the change, C of a step less that of the first one, over the change, to reach. Steps whose
-        /// change is known less well are solved again. Needs at least two load steps. Default: the change is as well known as it is.
+        /// Tolerance of the spread of the proved bounds of the change, C of a step less that of the first
+        /// one, over the change. Steps that miss it are solved again. Needs at least two load steps. Default:
+        /// none.
         change_tolerance: Option<Read<Tolerance>>,
-        /// Whether to prove a lower and an upper bound, or only estimate the error. Default: true.
+        /// Whether a lower and an upper bound are proved, instead of only an estimated error. Default: true.
         bounds: Option<Read<Flag>>,
-        /// Which solver: "boxes" (axis-aligned boxes and sheets only, and what consists of them; the fastest), "extruded" (outlines
-        /// pulled along one axis) or "tetrahedra" (any shape, as it is given). Default: the first of these that can.
+        /// The solver: "boxes" (only axis-aligned boxes and sheets, and bodies that consist of them; the
+        /// fastest), "extruded" (outlines extruded along one axis) or "tetrahedra" (any shape). Default: the
+        /// first of these that can solve the scene.
         solver: Option<Read<FieldSolver>>,
-        /// Order of the potentials on tetrahedra, 1 to 3. Default: 2.
+        /// Polynomial order of the potentials on tetrahedra, 1 to 3. Default: 2.
         order: Option<Read<PotentialOrder>>,
     }
 }
 
 words! {
-    /// Which solver.
+    /// The field solver.
     enum FieldSolver { "boxes" => Boxes, "extruded" => Extruded, "tetrahedra" => Tetrahedra, }
 }

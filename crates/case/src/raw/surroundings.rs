@@ -18,7 +18,7 @@ table! {
         side_margin: Option<Read<Size>>,
         /// Without a layer: the box of the walls.
         walls: Option<Read<BoxRegion>>,
-        /// Relative permittivity wherever nothing else is. Default: 1.
+        /// Relative permittivity outside of all bodies. Default: 1.
         relative_permittivity: Option<Read<Permittivity>>,
         /// The medium below x2 = 0, or the plane at which the field ends there. Default: the boundary itself, or infinite space if it is open.
         below: Option<Read<Face>>,
@@ -44,9 +44,11 @@ table! {
     struct Medium {
         /// Relative permittivity.
         relative_permittivity: Read<Permittivity>,
-        /// Its thickness, up to the boundary; "open" for infinitely thick (needs boundary = "open").
+        /// Thickness of the medium, up to the boundary; "open" for infinitely thick (needs boundary =
+        /// "open").
         thickness: Read<Either<OpenEnd, Size>>,
-        /// The outer wall behind it: "grounded" (a ground plane), "insulated", or "open". Default: the boundary.
+        /// The outer wall behind the medium: "grounded" (a ground plane), "insulated", or "open". Default:
+        /// the boundary.
         then: Option<Read<Boundary>>,
     }
 }

@@ -1,4 +1,5 @@
-//! A terminal that is alone inside insulated walls: its flux can end nowhere, and its capacitance is zero.
+//! Refuses a terminal alone inside insulated walls: its flux cannot end anywhere, and its capacitance is
+//! zero.
 
 use std::ops::Range;
 
@@ -10,8 +11,9 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::given;
 
-/// Refuses one driven terminal, floating conductors or not, that nothing can hold a charge against, in bodies of any shape: no relative
-/// error of zero can be reached.
+/// Refuses a single driven terminal if neither a boundary nor another conductor, floating ones aside, can
+/// take its flux, for bodies of any shape: the capacitance is zero, and a relative error of zero cannot be
+/// reached.
 pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'_>) {
     let Some(surroundings) = &case.surroundings else { return };
     let takes_flux = |face: Face| match face {
@@ -23,7 +25,7 @@ pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'
         Extent::AroundLayer { below, above, .. } => takes_flux(below) || takes_flux(above),
         Extent::Everywhere | Extent::Walls(_) => false,
     };
-    let indenter_takes_flux = case.indenter.as_ref().is_some_and(|own| match own.role {
+    let indenter_takes_flux = case.indenter.as_ref().is_some_and(|indenter| match indenter.role {
         Role::Conductor { potential: Potential::Grounded | Potential::Driven } => true,
         Role::Conductor { potential: Potential::Floating { .. } } | Role::Dielectric { .. } => false,
     });
@@ -33,11 +35,13 @@ pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'
         || case.has_grounded_terminals();
     let terminals = case.driven_terminals();
     let ([only], false) = (terminals.as_slice(), flux_ends) else { return };
-    let what = if case.terminals.iter().any(|own| own.name == *only) { "terminal" } else { "conductor" };
-    let of_terminal = |name: &str| case.terminals.iter().any(|own| own.name == *only && own.holds(name));
+    let what =
+        if case.terminals.iter().any(|terminal| terminal.name == *only) { "terminal" } else { "conductor" };
+    let of_terminal =
+        |name: &str| case.terminals.iter().any(|terminal| terminal.name == *only && terminal.holds(name));
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
-    let mut named =
-        conductors.filter(|own| own.name.get().is_some_and(|name| name.0 == *only || of_terminal(&name.0)));
+    let mut named = conductors
+        .filter(|conductor| conductor.name.get().is_some_and(|name| name.0 == *only || of_terminal(&name.0)));
     let span = named.next().map(place).or_else(|| raw.pair().map(|pair| pair.span.clone()));
     log.push(
         Diagnostic::at(
@@ -52,13 +56,16 @@ pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'
     );
 }
 
-/// The place in the file that says where a conductor is.
-fn place(own: &raw::Conductor) -> Range<usize> {
-    fn of<T>(read: &Option<Read<T>>) -> Option<&Range<usize>> {
+/// The place in the file that gives the shape of a conductor.
+fn place(conductor: &raw::Conductor) -> Range<usize> {
+    fn span<T>(read: &Option<Read<T>>) -> Option<&Range<usize>> {
         read.as_ref().map(|read| &read.span)
     }
-    let balls = of(&own.sphere).or(of(&own.shell)).or(of(&own.capsule)).or(of(&own.cylinder));
-    let boxes = of(&own.r#box).or(of(&own.boxes)).or(of(&own.sheet));
-    let others = of(&own.extrusion).or(of(&own.surface)).or(of(&own.physical));
-    boxes.or(balls).or(others).unwrap_or(&own.name.span).clone()
+    let balls = span(&conductor.sphere)
+        .or(span(&conductor.shell))
+        .or(span(&conductor.capsule))
+        .or(span(&conductor.cylinder));
+    let boxes = span(&conductor.r#box).or(span(&conductor.boxes)).or(span(&conductor.sheet));
+    let others = span(&conductor.extrusion).or(span(&conductor.surface)).or(span(&conductor.physical));
+    boxes.or(balls).or(others).unwrap_or(&conductor.name.span).clone()
 }

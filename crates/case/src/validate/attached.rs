@@ -1,4 +1,4 @@
-//! Checks that what is attached to the layer or to the indenter can move with it.
+//! Checks that attached bodies can move with the layer or the indenter.
 
 use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::Pose;
@@ -8,7 +8,7 @@ use super::super::values::Text;
 use super::given;
 use super::layer_room::{is_metal, is_pressed_flat};
 
-/// Refuses bodies that are attached to something that is not there, or not flat, and steps that move nothing.
+/// Refuses bodies attached to a missing or uneven part, and steps that move nothing.
 pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);

@@ -1,7 +1,8 @@
-//! `[mechanics.auto]`: the model of the layer that a scene demands, with defaults for what the file leaves out.
+//! `[mechanics.auto]`: chooses the model of the layer that a scene needs, with defaults for what the file
+//! leaves out.
 //!
-//! The table is rewritten as the `[mechanics.plane_strain]` or `[mechanics.solid]` that the file might have had, before anything is
-//! checked. Every check of those tables then holds for it too.
+//! The table is replaced by the `[mechanics.plane_strain]` or `[mechanics.solid]` that the file could have
+//! had instead, before anything is checked, so that every check of those tables applies to it too.
 
 use std::fmt;
 use std::ops::Range;
@@ -13,14 +14,16 @@ use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
 
-/// How many times as long along x3 as it is wide, and as the layer is thick, a thing must be to count as long. docs/trust.md says what plane
-/// strain is off by at this length.
+/// The ratio of length along x3 to width, and to the thickness of the layer, from which a body counts as
+/// long. docs/trust.md gives the error of plane strain at this length.
 const LONG: f64 = 10.0;
 
-/// A layer that goes on is cut off so many thicknesses beyond what presses and what lies in it.
+/// The distance, in thicknesses, at which an unbounded layer is cut off beyond the indenter and the bodies in
+/// the layer.
 const BEYOND: f64 = 4.0;
 
-/// Rewrites `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and why.
+/// Replaces `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and
+/// why.
 pub(crate) fn choose(raw: &mut Document, log: &mut Log<'_>) -> Option<String> {
     let read = raw.mechanics.take()?;
     let Read { span, value: Some(raw::Mechanics::Auto(auto)) } = read else {
@@ -49,7 +52,7 @@ pub(crate) fn choose(raw: &mut Document, log: &mut Log<'_>) -> Option<String> {
     why
 }
 
-/// Says whether what presses goes all along x3; an indenter that cannot be read counts as such.
+/// Whether the indenter goes all along x3; one that cannot be read counts as such.
 fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>) -> bool {
     match indenter.get() {
         Some(Either::Second(raw::SolidIndenter::Sphere(_))) => false,
@@ -58,7 +61,8 @@ fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>)
     }
 }
 
-/// Says whether the lengths that have no default are there: the width that a force depends on, and where a layer ends that has an end.
+/// Checks that lengths without a default are given: the width that a force depends on, and the end of a layer
+/// that has one.
 fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut Log<'_>) -> bool {
     let lacks_width =
         auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter);
@@ -100,11 +104,11 @@ fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut 
 enum NotLong {
     /// A sphere presses.
     Sphere,
-    /// The indenter is so many times as long along x3 as it is wide.
+    /// The ratio of the indenter's length along x3 to its width is too small.
     AgainstWidth(f64),
-    /// The indenter is so many times as long along x3 as the layer is thick.
+    /// The ratio of the indenter's length along x3 to the thickness of the layer is too small.
     AgainstThickness(f64),
-    /// The pair is so many times as long along x3 as the layer is thick.
+    /// The ratio of the pair's length along x3 to the thickness of the layer is too small.
     Pair(f64),
     /// A body in the layer reaches beyond the indenter along x3.
     NotCovered,
@@ -125,10 +129,10 @@ impl fmt::Display for NotLong {
     }
 }
 
-/// The model that was chosen, with what the file left out.
+/// The chosen model, with values for what the file left out.
 struct Chosen {
     mechanics: raw::Mechanics,
-    /// The half-length that the layer gets, m; `None` where the file gives one.
+    /// The half-length for the layer, m; `None` where the file gives one.
     half_length: Option<f64>,
     /// The model and the reason for it, in words.
     why: String,
@@ -138,25 +142,25 @@ struct Chosen {
 struct Scene {
     /// The thickness of the layer.
     thickness: f64,
-    /// Whether the file says where the layer ends along x1.
+    /// Whether the file gives the end of the layer along x1.
     has_half_length: bool,
-    /// Half the width of what presses, along x1; it is infinite for a plate over a layer that has no ends.
+    /// Half the width of the indenter, along x1; infinite for a plate over an unbounded layer.
     press: f64,
-    /// The length of what presses along x3; it is infinite for what presses along all of a layer that goes on.
+    /// The length of the indenter along x3; infinite if it goes all along an unbounded layer.
     depth: f64,
     /// The length of the pair along x3, if there is a pair.
     pair: Option<f64>,
-    /// The farthest points along x1 and x3 of what lies in the layer, from the middle.
+    /// The farthest points along x1 and x3 of bodies in the layer, from the middle.
     reach: [f64; 2],
 }
 
 impl Scene {
-    /// Reads the lengths from a document; `None` if one of them cannot be read, which the log has already.
+    /// Reads the lengths from a document; `None` if one of them cannot be read, which is already in the log.
     fn of(raw: &Document, auto: &raw::Auto) -> Option<Self> {
         let layer = given(&raw.layer)?;
         let thickness = layer.thickness.get()?.si;
         let si = |read: &Option<Read<Size>>| given(read).map(|size| size.si);
-        // A round indenter touches at most so much of a layer that is not pressed through.
+        // The largest contact radius of a round indenter before the layer is pressed through.
         let touched = |radius: f64| radius.min((radius * thickness).sqrt());
         let goes_on = matches!(given(&auto.side), Some(raw::LayerSide::Symmetric));
         let along_all = if goes_on { f64::INFINITY } else { si(&auto.width).unwrap_or(0.0) };
@@ -188,7 +192,7 @@ impl Scene {
         Some(Self { thickness, has_half_length: layer.half_length.is_some(), press, depth, pair, reach })
     }
 
-    /// Says whether everything is long along x3 and what presses covers what lies in the layer.
+    /// Checks that everything is long along x3 and that the indenter covers the bodies in the layer.
     ///
     /// # Errors
     /// The first reason why not.
@@ -198,7 +202,7 @@ impl Scene {
             Either::First(_)
             | Either::Second(raw::SolidIndenter::FlatPunch(_) | raw::SolidIndenter::Cylinder(_)) => {}
         }
-        // Rubber goes to the nearest side.
+        // The displaced rubber flows to the nearest side.
         let [of_width, of_thickness] = [2.0 * self.press, self.thickness].map(|across| self.depth / across);
         if of_width.min(of_thickness) < LONG {
             return Err(match of_width < of_thickness {
@@ -278,7 +282,7 @@ impl Scene {
     }
 }
 
-/// Gives the indenter of plane strain for one that is long along x3; a sphere has none.
+/// The plane-strain indenter for one that is long along x3; `None` for a sphere.
 fn in_plane(
     indenter: Either<raw::WholeTop, raw::SolidIndenter>,
 ) -> Option<Either<raw::WholeTop, raw::Indenter>> {
@@ -297,7 +301,8 @@ fn in_plane(
     })
 }
 
-/// Gives the length of the pair along x3, if there is one, and how far it reaches along x1 and x3, m; `None` if it cannot be read.
+/// The length of the pair along x3, if there is one, and its farthest points along x1 and x3, m; `None` if
+/// they cannot be read.
 fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     if let Some(read) = &forms.in_plane_pair {
         let pair = read.get()?;
@@ -313,12 +318,14 @@ fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     Some((None, [0.0; 2]))
 }
 
-/// Gives how far the boxes and sheets that move with the material of the layer reach along x1 and x3, m.
+/// The farthest points along x1 and x3 of the boxes and sheets that move with the material of the layer, m.
 fn of_bodies(raw: &Document) -> [f64; 2] {
     let mut reach = [0.0f64; 2];
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
-    for own in conductors.filter(|own| matches!(given(&own.attached), Some(raw::Attached::Layer))) {
-        let boxes = own.r#box.iter().chain(given(&own.boxes).into_iter().flatten());
+    for conductor in
+        conductors.filter(|conductor| matches!(given(&conductor.attached), Some(raw::Attached::Layer)))
+    {
+        let boxes = conductor.r#box.iter().chain(given(&conductor.boxes).into_iter().flatten());
         for region in boxes.filter_map(Read::get) {
             for corner in [&region.min, &region.max].into_iter().filter_map(Read::get) {
                 for (reach, axis) in reach.iter_mut().zip([0, 2]) {
@@ -326,7 +333,7 @@ fn of_bodies(raw: &Document) -> [f64; 2] {
                 }
             }
         }
-        if let Some(sheet) = given(&own.sheet) {
+        if let Some(sheet) = given(&conductor.sheet) {
             for corner in [&sheet.min, &sheet.max].into_iter().filter_map(Read::get) {
                 for (reach, x) in reach.iter_mut().zip(corner) {
                     *reach = reach.max(x.get().map_or(0.0, |x| x.si.abs()));

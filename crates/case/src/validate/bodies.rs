@@ -1,4 +1,4 @@
-//! Checks that conductors and dielectrics do not get in one another's way and lie where there is a field.
+//! Checks that conductors and dielectrics do not overlap and lie where there is a field.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,13 +16,13 @@ use super::overlaps::check_touching;
 use super::placed_boxes::PlacedBoxes;
 use super::regions::{AXES, box_or_sheet, box_region, sheet, slab};
 
-/// More conductors than this are refused: the results would be matrices of this size.
+/// The largest number of conductors: the results are matrices of this size.
 const MAX_CONDUCTORS: usize = 1_000;
 
-/// More dielectrics than this are refused.
+/// The largest number of dielectrics.
 const MAX_DIELECTRICS: usize = 5_000;
 
-/// Refuses more bodies than there can be; whether there are few enough.
+/// Checks the number of bodies.
 pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'_>) -> bool {
     for (what, count, limit) in
         [("conductors", conductors, MAX_CONDUCTORS), ("dielectrics", dielectrics, MAX_DIELECTRICS)]
@@ -40,7 +40,8 @@ pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'
     true
 }
 
-/// All conductors, then all dielectrics, where all of them are boxes, sheets and slabs; `None` if one of them cannot be used.
+/// All conductors, then all dielectrics, if all of them are boxes, sheets and slabs; `None` if one of them is
+/// invalid.
 pub(super) fn bodies(
     raw: &Document,
     surroundings: Option<&Surroundings>,
@@ -98,7 +99,7 @@ pub(super) fn bodies(
     conductors.chain(dielectrics).collect()
 }
 
-/// The conductor of these parts, driven or floating.
+/// The conductor with these parts, driven or floating.
 pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Body> {
     let charge = match &raw.charge {
         Some(read) => Some(read.get()?.si),
@@ -108,7 +109,7 @@ pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Bo
     Some(Body { name: raw.name.get()?.0.clone(), parts, role, purpose: purpose_of(&raw.attached) })
 }
 
-/// The purpose of a body in the device, by what it is attached to.
+/// The purpose of a body, by what it is attached to.
 pub(super) fn purpose_of(attached: &Option<Read<raw::Attached>>) -> Purpose {
     match given(attached) {
         Some(raw::Attached::Layer) => Purpose::InLayer,
@@ -118,7 +119,7 @@ pub(super) fn purpose_of(attached: &Option<Read<raw::Attached>>) -> Purpose {
     }
 }
 
-/// The boxes of one conductor; none of them is left out.
+/// The boxes of one conductor; `None` if any of them is invalid.
 pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -> Option<Vec<Box3>> {
     let entries = read.get()?;
     if entries.is_empty() {
@@ -129,8 +130,8 @@ pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -
         );
         return None;
     }
-    let all: Vec<Option<Box3>> = entries.iter().map(|entry| box_or_sheet(entry, log)).collect();
-    all.into_iter().collect()
+    let boxes: Vec<Option<Box3>> = entries.iter().map(|entry| box_or_sheet(entry, log)).collect();
+    boxes.into_iter().collect()
 }
 
 fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
@@ -208,7 +209,8 @@ pub(super) fn check_names(
     }
 }
 
-/// A conductor in the layer and the pair of electrodes that share a point are one conductor, and it must be said which.
+/// Checks that a conductor in the layer shares a point with the pair of electrodes only if a terminal joins
+/// them.
 pub(super) fn check_touching_pair(
     (body, span): (&str, &Range<usize>),
     regions: &[Box3],
@@ -218,7 +220,7 @@ pub(super) fn check_touching_pair(
 ) {
     let (Some(electrodes), Some(pair)) = (electrodes, raw.pair()) else { return };
     for (name, region) in electrodes.names().into_iter().zip(electrodes.regions()) {
-        let touches = regions.iter().any(|own| own.touches(&region));
+        let touches = regions.iter().any(|part| part.touches(&region));
         if touches && !Terminal::joins(terminals, name, body) {
             log.push(
                 Diagnostic::at(
@@ -250,7 +252,7 @@ fn check_in_walls(
         log.push(diagnostic);
     };
     if body.is_slab {
-        // A slab is cut off at the walls; only one that misses them altogether is a slip.
+        // A slab is cut off at the walls; only one entirely outside of them is a mistake.
         let misses =
             |region: &Box3| (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]);
         if regions.iter().all(misses) {
@@ -280,7 +282,7 @@ fn check_in_walls(
     }
 }
 
-/// Potentials are counted from something: without a driven conductor there is no matrix.
+/// Checks that a conductor is driven: without one there is no capacitance matrix.
 fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, log: &mut Log<'_>) {
     let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
     let (true, None, Some(first)) = (all_float, raw.pair(), conductors.iter().flatten().next()) else {
@@ -290,7 +292,7 @@ fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, l
     refuse_all_floating(charge.map_or(&first.span, |read| &read.span), first.name, log);
 }
 
-/// The message for conductors that all float; `name` is that of the first one.
+/// The error for conductors that all float; `name` is that of the first one.
 pub(super) fn refuse_all_floating(span: &Range<usize>, name: &str, log: &mut Log<'_>) {
     log.push(
         Diagnostic::at(span, "all conductors float: a capacitance needs one that is held at a potential")

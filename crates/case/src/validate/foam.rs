@@ -1,4 +1,4 @@
-//! Checks of what a layer of foam can be combined with: `foam` in [layer], and the laws of foams among its materials.
+//! Checks that a foam layer, by `foam` in [layer] or by a foam law as its material, has a suitable model.
 
 use std::ops::Range;
 
@@ -9,13 +9,14 @@ use super::super::values::Either;
 use super::given;
 use crate::material::{self, MaterialTable};
 
-/// Refuses what the models of a foam do not have: a force without a law of foams, finite elements of a table or with a permittivity that
-/// follows the compression, an indenter in the field, and electrodes within an evenly compressed foam.
+/// Refuses combinations that the models of a foam do not cover: a force without a foam law, finite elements
+/// with a table or with a permittivity that depends on the compression, an indenter in the field, and
+/// electrodes within a uniformly compressed foam.
 pub(super) fn check(raw: &Document, log: &mut Log<'_>) {
     let Some(layer) = given(&raw.layer) else { return };
     let law = layer.material.as_ref().filter(|read| read.get().is_some_and(material::is_foam));
     let by_finite_elements =
-        given(&raw.mechanics).is_some_and(|own| !matches!(own, raw::Mechanics::ClosedForm(_)));
+        given(&raw.mechanics).is_some_and(|mechanics| !matches!(mechanics, raw::Mechanics::ClosedForm(_)));
     if let (Some(read), true) = (law, by_finite_elements)
         && let Some(MaterialTable::FoamTable(_)) = read.get()
     {
@@ -63,7 +64,8 @@ pub(super) fn check(raw: &Document, log: &mut Log<'_>) {
     );
 }
 
-/// Whether finite elements leave the foam compressed evenly: its whole top is pressed, no term gets wider, and nothing lies in it.
+/// Whether finite elements leave the foam uniformly compressed: its whole top is pressed, no term of its law
+/// widens, and it contains no bodies.
 fn stays_even(layer: &raw::Layer, raw: &Document) -> bool {
     let whole_top = match given(&raw.mechanics) {
         Some(raw::Mechanics::PlaneStrain(model)) => matches!(model.indenter.get(), Some(Either::First(_))),
@@ -81,7 +83,8 @@ fn load_by_force(raw: &Document) -> Option<&Range<usize>> {
     spans.chain(of_steps.filter_map(|step| step.force.as_ref().map(|read| &read.span))).next()
 }
 
-/// Where electrodes within an evenly compressed foam go, and how they stiffen it, is not known.
+/// Refuses electrodes within a uniformly compressed foam: their displacement, and their effect on its
+/// stiffness, are unknown.
 fn check_contents(law: &Range<usize>, raw: &Document, log: &mut Log<'_>) {
     let Some(span) = first_within(raw) else { return };
     log.push(

@@ -1,7 +1,7 @@
-//! Electrodes of usual forms, written out as conductors.
+//! Expands standard electrode forms into conductors.
 //!
-//! A form becomes [[conductor]] tables as the file might have had them, before anything is checked: names, gaps and faces are then
-//! looked at as those of all other conductors, and messages point to the form.
+//! A form becomes the [[conductor]] tables that the file could have had instead, before anything is checked:
+//! names, gaps and faces are then checked as those of all other conductors, and messages point to the form.
 
 use std::ops::Range;
 
@@ -12,13 +12,13 @@ use super::super::reader::{Log, Read};
 use super::super::values::{Count, Either, Text};
 use super::given;
 
-/// More pads, fingers or sides than this in one form are refused.
+/// The largest number of pads, fingers or sides in one form.
 const MOST_PARTS: u32 = 500;
 
 /// A rectangle in the plane of a form: its lower and its upper corner along x1 and x3, m.
 type Rectangle = [[f64; 2]; 2];
 
-/// Writes the forms of a document out as conductors, before those that it has.
+/// Expands the forms of a document into conductors, before its own conductors.
 pub(crate) fn write_out(raw: &mut Document, log: &mut Log<'_>) {
     let Some(forms) = given(&raw.electrodes) else { return };
     check_one_pair(forms, log);
@@ -57,16 +57,16 @@ pub(crate) fn write_out(raw: &mut Document, log: &mut Log<'_>) {
     }
 }
 
-/// Puts entries before those of an array, unless that could not be read.
+/// Puts entries before those of an array, unless the array could not be read.
 fn put_before<T>(array: &mut Option<Read<Vec<T>>>, mut entries: Vec<T>, span: &Range<usize>) {
     let read = array.get_or_insert_with(|| Read { span: span.clone(), value: Some(Vec::new()) });
-    if let Some(own) = &mut read.value {
-        entries.append(own);
-        *own = entries;
+    if let Some(existing) = &mut read.value {
+        entries.append(existing);
+        *existing = entries;
     }
 }
 
-/// A guard by itself, which shields.
+/// The grounded terminal of a guard, which shields.
 fn grounded(name: &str, span: &Range<usize>) -> Read<raw::Terminal> {
     let text = || read_at(span, Text(name.to_owned()));
     let terminal = raw::Terminal {
@@ -78,7 +78,7 @@ fn grounded(name: &str, span: &Range<usize>) -> Read<raw::Terminal> {
     read_at(span, terminal)
 }
 
-/// Every table of a form that could be read, with where it stands.
+/// Every table of a form that could be read, with its place in the file.
 fn each<T>(form: &Option<Read<raw::OneOrMore<T>>>) -> Vec<(&T, &Range<usize>)> {
     let Some(read) = form else { return Vec::new() };
     match read.get() {
@@ -109,15 +109,15 @@ fn check_one_pair(forms: &raw::Electrodes, log: &mut Log<'_>) {
 struct Frame<'a> {
     name: String,
     span: &'a Range<usize>,
-    /// Along x2, m.
+    /// The range along x2, m.
     x2: [f64; 2],
-    /// Along x1 and x3, m.
+    /// The centre along x1 and x3, m.
     center: [f64; 2],
     attached: Option<raw::Attached>,
 }
 
 impl Frame<'_> {
-    /// A value as if the file had it in place of the form.
+    /// A value that points to the form as its place in the file.
     fn read<T>(&self, value: T) -> Read<T> {
         read_at(self.span, value)
     }
@@ -131,11 +131,11 @@ struct Writer {
     /// The thickness of the layer, m, if the document has one.
     thickness: Option<f64>,
     conductors: Vec<Read<raw::Conductor>>,
-    /// Names of guards, with where their forms stand.
+    /// The names of guards, with the places of their forms in the file.
     guards: Vec<(String, Range<usize>)>,
 }
 
-/// The keys that say where a form is.
+/// The keys that give the place of a form.
 struct Place<'a> {
     name: &'a Option<Read<Text>>,
     otherwise: &'a str,
@@ -145,7 +145,7 @@ struct Place<'a> {
     center: &'a Option<Read<[Read<Position>; 2]>>,
 }
 
-/// The place of a form, by the keys that all forms have.
+/// The place of a form, from the keys that all forms have.
 macro_rules! place {
     ($form:expr, $otherwise:expr) => {
         Place {
@@ -160,7 +160,7 @@ macro_rules! place {
 }
 
 impl Writer {
-    /// The two combs: fingers from one bus each, the first of which is at the lower x3.
+    /// Expands two combs: fingers from one bus each; the bus of the first comb is at the lower x3.
     fn comb(&mut self, (comb, span): (&raw::Comb, &Range<usize>), log: &mut Log<'_>) -> Option<()> {
         let frame = self.frame(&place!(comb, "comb"), span, log)?;
         let fingers = count(&comb.fingers, 2, "a comb has at least two fingers", log)?;
@@ -170,7 +170,7 @@ impl Writer {
         let half = 0.5 * (f64::from(fingers - 1) * pitch + width);
         let (tip, inner) = (0.5 * overlap, 0.5 * overlap + end_gap);
         for (number, side) in [(1, -1.0), (2, 1.0)] {
-            // As the second comb has them; the first is its mirror image.
+            // For the second comb; the first is its mirror image.
             let along = |from: f64, to: f64| if side > 0.0 { [from, to] } else { [-to, -from] };
             let mut parts = vec![rectangle([-half, half], along(inner, inner + bus))];
             for finger in (number - 1..fingers).step_by(2) {
@@ -218,7 +218,7 @@ impl Writer {
         for i in 0..counts[0] {
             for j in 0..counts[1] {
                 let middle = [(i, 0), (j, 1)].map(|(n, k)| {
-                    // Both halves of an array are mirror images to the last digit.
+                    // Both halves of an array are exact mirror images.
                     0.5 * (2.0 * f64::from(n) - f64::from(counts[k] - 1)) * pitch[k]
                 });
                 let name = format!("{}-{}-{}", frame.name, i + 1, j + 1);
@@ -239,14 +239,14 @@ impl Writer {
                 thickness: &plate.thickness,
                 ..place!(array, "pad")
             };
-            let own = self.frame(&place, &read.span, log)?;
+            let plate_frame = self.frame(&place, &read.span, log)?;
             let margin = match &plate.margin {
                 Some(read) => read.get()?.si,
                 None => 0.0,
             };
             let sides = half.map(|half| [-half - margin, half + margin]);
             let name = format!("{}-plate", frame.name);
-            self.rectangles(&own, &name, &[rectangle(sides[0], sides[1])]);
+            self.rectangles(&plate_frame, &name, &[rectangle(sides[0], sides[1])]);
             if let (Some(read), Some(last)) =
                 (&plate.charge, self.conductors.last_mut().and_then(|c| c.value.as_mut()))
             {
@@ -257,7 +257,8 @@ impl Writer {
         self.guard(&frame, &array.guard, half)
     }
 
-    /// Sides that grow by a quarter of the distance between the turns of an arm from one to the next.
+    /// Expands spirals, whose sides grow by a quarter of the distance between the turns of an arm from one to
+    /// the next.
     fn spiral(&mut self, (spiral, span): (&raw::Spiral, &Range<usize>), log: &mut Log<'_>) -> Option<()> {
         let frame = self.frame(&place!(spiral, "spiral"), span, log)?;
         let arms = match &spiral.arms {
@@ -277,7 +278,7 @@ impl Writer {
         let turns = count(&spiral.turns, 1, "a spiral has at least one turn", log)?;
         let [width, gap, inner] = [si(&spiral.trace_width)?, si(&spiral.gap)?, si(&spiral.inner)?];
         let growth = 0.25 * f64::from(arms) * (width + gap);
-        // Two arms begin at `inner` on opposite sides of the centre.
+        // Two arms begin at the distance `inner` on opposite sides of the centre.
         if inner < 0.5 * width || (arms == 2 && 2.0 * inner < width + gap) {
             log.push(
                 Diagnostic::at(&spiral.inner.span, "the innermost traces of the spiral touch")
@@ -328,7 +329,7 @@ impl Writer {
         Some(())
     }
 
-    /// Where a form is.
+    /// The name, place and attachment of a form.
     fn frame<'a>(&self, place: &Place<'_>, span: &'a Range<usize>, log: &mut Log<'_>) -> Option<Frame<'a>> {
         let name = match place.name {
             Some(read) => read.get()?.0.clone(),
@@ -358,12 +359,12 @@ impl Writer {
             None => {
                 let middle = place.height.as_ref()?.get()?.si;
                 let mut x2 = [middle - 0.5 * thick, middle + 0.5 * thick];
-                // A face that is flush with one of the layer's but for rounding.
+                // A face may be flush with a face of the layer up to rounding; it is moved there.
                 for face in [Some(0.0), self.thickness].into_iter().flatten() {
                     let is_flush = |x: &f64| (x - face).abs() <= 1e-12 * (middle.abs() + thick);
                     x2.iter_mut().filter(|x| is_flush(x)).for_each(|x| *x = face);
                 }
-                // In the layer there is nothing else that it could move with.
+                // Bodies inside the layer always move with its material.
                 let is_inside = self.thickness.is_some_and(|top| 0.0 <= x2[0] && 0.0 < x2[1] && x2[1] <= top);
                 (x2, is_inside.then_some(raw::Attached::Layer))
             }
@@ -378,7 +379,7 @@ impl Writer {
         Some(Frame { name, span, x2, center, attached })
     }
 
-    /// A conductor of rectangles, given from the middle of the form on.
+    /// Adds a conductor of rectangles, which are relative to the middle of the form.
     fn rectangles(&mut self, frame: &Frame<'_>, name: &str, parts: &[Rectangle]) {
         let corner = |x: [f64; 2], x2: f64| {
             let corner = [x[0] + frame.center[0], x2, x[1] + frame.center[1]];
@@ -391,7 +392,7 @@ impl Writer {
         self.add(frame, name, raw::Conductor { boxes, ..nothing(frame.span) });
     }
 
-    /// A round conductor about a point, given from the middle of the form on.
+    /// Adds a round conductor about a point, which is relative to the middle of the form.
     fn disc(
         &mut self,
         frame: &Frame<'_>,
@@ -458,7 +459,7 @@ impl Writer {
     }
 }
 
-/// A conductor that is nowhere yet.
+/// A conductor without a shape.
 fn nothing(span: &Range<usize>) -> raw::Conductor {
     raw::Conductor {
         name: Read { span: span.clone(), value: None },
@@ -477,7 +478,7 @@ fn nothing(span: &Range<usize>) -> raw::Conductor {
     }
 }
 
-/// From its sides along x1 and x3.
+/// The rectangle with these ranges along x1 and x3.
 fn rectangle(x1: [f64; 2], x3: [f64; 2]) -> Rectangle {
     [[x1[0], x3[0]], [x1[1], x3[1]]]
 }

@@ -1,4 +1,4 @@
-//! A scene that is a volume mesh from a file: bodies are physical groups of it, and of nothing else.
+//! Reads a scene from a volume mesh, whose physical groups are the bodies.
 
 use std::ops::Range;
 use std::path::Path;
@@ -21,10 +21,10 @@ use super::shapes::{Located, check_one_is_driven};
 
 /// The bodies of a mesh.
 pub(super) struct Imported {
-    /// As groups of the mesh.
+    /// The bodies as groups of the mesh.
     pub bodies: Vec<Body>,
     pub mesh: ImportedMesh,
-    /// By their shapes, if the solvers may take them so.
+    /// The bodies by their shapes, if these are simple enough for other solvers.
     pub shapes: Option<Shapes>,
 }
 
@@ -34,10 +34,10 @@ pub(super) struct Shapes {
     pub extent: Extent,
 }
 
-/// Names of groups in one message at most.
+/// The largest number of names of groups in one message.
 const MAX_NAMES: usize = 20;
 
-/// A body's form: its key and where it stands.
+/// The form of a body: its key and its place in the file.
 type Form<'a> = (&'static str, &'a Range<usize>);
 
 /// Whether the case has a mesh, or a body that needs one.
@@ -55,7 +55,7 @@ fn dielectrics(raw: &Document) -> &[Read<raw::Dielectric>] {
     given(&raw.dielectric).map_or(&[], Vec::as_slice)
 }
 
-/// The bodies and the mesh with its roles; `None` if a part of it cannot be used, and the log says why.
+/// The bodies and the mesh with its roles; `None` if a part is invalid, with the reason in the log.
 ///
 /// `flawed` says that an unknown key at the top level may stand for [mesh].
 pub(super) fn bodies(
@@ -100,7 +100,7 @@ pub(super) fn bodies(
         })
         .collect();
     let bodies: Vec<Body> = placed.into_iter().map(|(body, _)| body).chain(filled).collect();
-    // Faces are numbered as the solvers will see them.
+    // The faces are numbered in the order that the solvers use.
     let scene = Scene {
         bodies: Terminal::join(terminals, bodies.clone()),
         background_permittivity: surroundings.relative_permittivity,
@@ -120,7 +120,7 @@ pub(super) fn bodies(
     Some(Imported { bodies: scene.bodies, mesh: ImportedMesh { file, tets, unnamed }, shapes })
 }
 
-/// Refuses a layer beside the mesh.
+/// Checks that there is no layer beside the mesh.
 fn no_layer(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
     if raw.layer.is_some() {
         log.push(
@@ -132,7 +132,8 @@ fn no_layer(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> b
     raw.layer.is_none()
 }
 
-/// The mesh with its roles; `spans` are where the conductors of a name in the scene are named, and `file` is where the file is.
+/// The mesh with its roles; `spans` are the places in the case file where conductors are named, and `file` is
+/// that of the mesh's file name.
 fn tets_of(
     mesh: &VolumeMesh,
     scene: &Scene,
@@ -147,7 +148,9 @@ fn tets_of(
     let blamed = match &error.problem {
         ImportProblem::Touching { second: name, .. }
         | ImportProblem::TouchingWall { name, .. }
-        | ImportProblem::EndsAtOpenSpace { name, .. } => spans.iter().find(|(own, _)| own == name),
+        | ImportProblem::EndsAtOpenSpace { name, .. } => {
+            spans.iter().find(|(conductor, _)| conductor == name)
+        }
         _ => None,
     };
     let span = blamed.map_or(file, |(_, span)| span);
@@ -182,7 +185,7 @@ fn flux_has_an_end(
     false
 }
 
-/// Tells the first body that is a group of a mesh that the case lacks.
+/// Reports the first body that is a group of a mesh when the case has no mesh.
 fn lacks_mesh(raw: &Document, log: &mut Log<'_>) {
     let of_conductors = conductors(raw).iter().filter_map(|c| c.get()?.physical.as_ref());
     let of_dielectrics = dielectrics(raw).iter().filter_map(|d| d.get()?.physical.as_ref());
@@ -198,10 +201,10 @@ fn lacks_mesh(raw: &Document, log: &mut Log<'_>) {
 /// Refuses bodies of another form than `physical`.
 fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
     let forms = conductors(raw).iter().filter_map(|c| {
-        let own = c.get()?;
-        let (key, span) = form_of_conductor(own)?;
-        // Of what [electrodes] stands for, all is where that is.
-        Some((if own.name.span == *span { "[electrodes]" } else { key }, span))
+        let conductor = c.get()?;
+        let (key, span) = form_of_conductor(conductor)?;
+        // Conductors from [electrodes] all have the place of that table.
+        Some((if conductor.name.span == *span { "[electrodes]" } else { key }, span))
     });
     let forms = forms.chain(dielectrics(raw).iter().filter_map(|d| form_of_dielectric(d.get()?)));
     let others: Vec<Form<'_>> = forms.filter(|(key, _)| *key != "physical").collect();
@@ -336,7 +339,7 @@ fn group(read: &Read<Text>, least: u8, mesh: &VolumeMesh, log: &mut Log<'_>) -> 
     None
 }
 
-/// How many elements the groups of this name have.
+/// The number of elements in the groups of this name.
 fn size(mesh: &VolumeMesh, name: &str, least: u8) -> usize {
     let is = |group: u32| {
         let group = (group as usize).checked_sub(1).and_then(|k| mesh.groups.get(k));

@@ -1,4 +1,4 @@
-//! The indenter as a part of the field, and its approach.
+//! Checks the indenter as a part of the field, and its approach.
 
 use elastocap_geometry::scene::Potential;
 
@@ -10,7 +10,7 @@ use super::super::reader::{Log, Read};
 use super::super::values::{Either, Text};
 use super::given;
 
-/// The indenter as the field meets it; `Some(None)` where it is absent.
+/// The indenter as a part of the field; `Some(None)` if it is absent from it.
 pub(super) fn indenter(
     read: &Read<raw::FieldIndenter>,
     raw: &Document,
@@ -68,7 +68,7 @@ pub(super) fn indenter(
     Some(Some(FieldIndenter { role, height }))
 }
 
-/// Whether a patch of the surface is moved without a body that does so.
+/// Whether a patch of the surface is moved without an indenter.
 fn is_held(mechanics: &Mechanics) -> bool {
     match mechanics {
         Mechanics::ClosedForm { .. } => false,
@@ -91,7 +91,7 @@ fn is_round(mechanics: &Mechanics) -> bool {
     }
 }
 
-/// No body may have the indenter's name in the results.
+/// Checks that no body has the indenter's name in the results.
 fn check_name(raw: &Document, log: &mut Log<'_>) {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get).map(|c| &c.name);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get).map(|d| &d.name);
@@ -107,7 +107,7 @@ fn check_name(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Steps before contact change nothing where there is nothing that comes nearer.
+/// Refuses steps before contact if no body approaches.
 pub(super) fn check_approach(raw: &Document, is_in_field: bool, log: &mut Log<'_>) {
     let Some(read) = given(&raw.load).and_then(|load| load.approach.as_ref()) else { return };
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get).map(|c| &c.attached);

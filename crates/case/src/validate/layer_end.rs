@@ -1,4 +1,5 @@
-//! Where the layer ends and how it is held there: what finite elements ask, in plane strain as in three dimensions.
+//! Checks the end of the layer and its boundary condition, for finite elements in plane strain and in three
+//! dimensions.
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::LayerEnd;
@@ -16,7 +17,7 @@ pub(super) fn end(raw: &raw::LayerEnd) -> LayerEnd {
     }
 }
 
-/// The layer's half-length, without which `who` cannot do.
+/// The layer's half-length, which `who` requires.
 pub(super) fn half_length<'a>(
     document: &'a Document,
     who: &str,
@@ -34,8 +35,8 @@ pub(super) fn half_length<'a>(
     layer.half_length.as_ref()
 }
 
-/// A layer that is held at its end and pressed over its whole top has no room to go to: it must be able to lose volume.
-/// `way_out` says how the help begins: which boundary could be opened.
+/// Checks that a layer that is held at its end and pressed over its whole top is compressible, since its
+/// volume must shrink. `way_out` begins the help with the boundary that could be opened.
 pub(super) fn check_outlet<T>(
     end: &Read<raw::LayerEnd>,
     indenter: &Read<T>,

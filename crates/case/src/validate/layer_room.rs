@@ -1,4 +1,4 @@
-//! Whether bodies have a place in a layer, or below and above it.
+//! Checks that bodies lie in, below or above a layer.
 
 use elastocap_geometry::scene::Purpose;
 
@@ -14,16 +14,16 @@ use super::regions::AXES;
 
 /// The layer that bodies lie in or beside.
 pub(super) struct LayerRoom {
-    /// m.
+    /// The thickness, m.
     thickness: f64,
-    /// Half of its size along x1 and x3, m; infinite where it does not matter.
+    /// Half of the size along x1 and x3, m; infinite where it does not matter.
     half: [f64; 2],
     is_loaded: bool,
-    /// Whether its top stays a plane under every load, so that bodies may ride on it.
+    /// Whether the top stays a plane under every load, so that bodies may ride on it.
     stays_flat: bool,
-    /// Whether a conductor of the field presses on it.
+    /// Whether a conductor of the field presses on the layer.
     under_metal: bool,
-    /// Whether load steps shift or tilt what is attached.
+    /// Whether load steps shift or tilt the attached bodies.
     is_moved: bool,
 }
 
@@ -47,13 +47,13 @@ pub(super) fn is_metal(raw: &Document) -> bool {
 }
 
 impl LayerRoom {
-    /// The layer of a file; `None` without one, or where it could not be read.
+    /// The layer of a file; `None` without a layer, or if it could not be read.
     pub(super) fn of(raw: &Document) -> Option<Self> {
         let layer = given(&raw.layer)?;
         let half_length = given(&layer.half_length).map(|size| size.si);
         let half = match given(&raw.mechanics) {
             Some(raw::Mechanics::PlaneStrain(_)) => [half_length, None],
-            Some(raw::Mechanics::Solid(own)) => [half_length, own.width.get().map(|size| 0.5 * size.si)],
+            Some(raw::Mechanics::Solid(solid)) => [half_length, solid.width.get().map(|size| 0.5 * size.si)],
             Some(raw::Mechanics::ClosedForm(_) | raw::Mechanics::Auto(_)) | None => [None; 2],
         };
         Some(Self {
@@ -70,8 +70,8 @@ impl LayerRoom {
 }
 
 impl LayerRoom {
-    /// The values of `attached` that a body above the layer may have, in words. An indenter of metal that it lies under would be one conductor
-    /// with it.
+    /// The possible values of `attached` for a body above the layer, in words. Under a metal indenter the
+    /// body would be one conductor with it.
     fn carriers(&self) -> &'static str {
         match (self.stays_flat, self.under_metal) {
             (true, true) => "`attached = \"layer-top\"`, beside the indenter",
@@ -94,7 +94,7 @@ pub(super) fn check_body(body: &PlacedBoxes<'_>, layer: &LayerRoom, faces: [Face
     }
 }
 
-/// Whether a part of a body that moves with the material of the layer lies in it; otherwise the log says why not.
+/// Checks that a part of a body that moves with the material of the layer lies in it.
 fn is_inside_layer(
     body: &PlacedBoxes<'_>,
     region: &Box3,
@@ -143,7 +143,7 @@ fn is_inside_layer(
     true
 }
 
-/// Whether a part of a body, between two heights, may stand beside the layer; otherwise the log says why not.
+/// Checks that a part of a body, between two heights, may stand beside the layer.
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
@@ -157,7 +157,7 @@ fn is_apart_from_layer(
     let mut at = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
-    // What lies on the top stays behind when that sinks, unless it is attached or has no charge.
+    // A body on the top would stay behind when the top sinks, unless it is attached or has no charge.
     let is_fixed = body.purpose == Purpose::Fixed;
     let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
     if is_loaded && high > 0.0 && low < thickness {

@@ -1,4 +1,4 @@
-//! The layer and the electrodes in it.
+//! Checks the layer and the electrodes in it.
 
 use std::ops::Range;
 
@@ -96,7 +96,7 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// `None` if there is none, or it could not be read.
+    /// The pair of a table; `None` if there is none, or it could not be read.
     fn of(raw: &'a raw::Electrodes) -> Option<Self> {
         if let Some(read) = &raw.in_plane_pair {
             let raw::InPlanePair { gap, length, thickness, width, height, shear_modulus } = read.get()?;
@@ -148,7 +148,7 @@ pub(super) fn electrodes(
     })
 }
 
-/// How far the pair reaches above and below its height.
+/// The half-extent of the pair along x2.
 fn half_extent(electrodes: &Electrodes) -> f64 {
     match electrodes.layout {
         Layout::InPlane => electrodes.thickness / 2.0,
@@ -156,10 +156,10 @@ fn half_extent(electrodes: &Electrodes) -> f64 {
     }
 }
 
-/// Rounding that a sum of lengths read from text may show, relative to the layer.
+/// The rounding of a sum of lengths that were read from text, relative to the layer.
 const ROUNDING: f64 = 1e-12;
 
-/// Refuses electrodes that reach out of the layer; touching a face is allowed.
+/// Refuses electrodes that protrude from the layer; touching a face is allowed.
 pub(super) fn check_fit(
     read: &Read<raw::Electrodes>,
     electrodes: &Electrodes,
@@ -230,14 +230,14 @@ pub(super) fn check_shorted(
     log.push(diagnostic);
 }
 
-/// Where the file says what lies below (or above) the layer.
+/// The place in the file that gives the medium below (or above) the layer.
 fn face_span(raw: &Document, below: bool) -> Option<Range<usize>> {
     let table = given(&raw.surroundings)?;
     let face = if below { &table.below } else { &table.above };
     Some(face.as_ref().map_or_else(|| table.boundary.span.clone(), |face| face.span.clone()))
 }
 
-/// A length for messages, as it would be written in a case file.
+/// A length for messages, as a case file has it.
 pub(super) fn micrometres(length: f64) -> String {
     let rounded: f64 = format!("{:.11e}", length * 1e6).parse().unwrap_or(length * 1e6);
     format!("{rounded} um")

@@ -1,5 +1,5 @@
-//! `[measurement]`: the points of a CSV file. What is wrong in that file is told with its name and line, at the key of the case that
-//! names it.
+//! `[measurement]`: reads the points of a CSV file. Errors in that file are reported with its name and line,
+//! at the key of the case that names it.
 
 use std::ops::Range;
 use std::path::Path;
@@ -14,23 +14,23 @@ use super::super::units::{self, CAPACITANCE, Dimension, FORCE, LENGTH};
 use super::super::values::Either;
 use super::any;
 
-/// The largest file that is read, bytes.
+/// The largest size of the file, bytes.
 const LARGEST_FILE: u64 = 16 << 20;
-/// Points of a file at most.
+/// The largest number of points.
 const MAX_POINTS: usize = 100_000;
-/// Names of columns in one message at most.
+/// The largest number of names of columns in one message.
 const MAX_NAMES: usize = 12;
 
-/// A column and what its numbers are multiplied by to be in SI units.
+/// A column, with the factor from its numbers to SI units.
 #[derive(Debug, Clone, Copy)]
 struct Column<'a> {
     name: &'a str,
-    /// Where the case names it.
+    /// The place in the case that names the column.
     span: &'a Range<usize>,
     factor: f64,
 }
 
-/// Where the numbers are.
+/// The columns and rows that hold the points.
 struct Layout<'a> {
     load: Column<'a>,
     kind: MeasuredLoad,
@@ -39,9 +39,9 @@ struct Layout<'a> {
     rows: Option<(Column<'a>, &'a str)>,
 }
 
-/// The points of the file; `None` if they cannot be used, and the log says why.
+/// The points of the file; `None` if they are invalid, with the reason in the log.
 ///
-/// `flawed` says that an unknown key at the top level may stand for a table that is missed here.
+/// `flawed` says that an unknown key at the top level may stand for a missing table.
 pub(super) fn measured_points(
     read: &Read<raw::MeasurementFile>,
     raw: &Document,
@@ -86,7 +86,7 @@ pub(super) fn measured_points(
     Some(MeasuredPoints { file: name.to_owned(), load: layout.kind, points, correction })
 }
 
-/// Offset, parasitic capacitance and gain.
+/// The correction: offset, parasitic capacitance and gain.
 fn correction(
     table: &raw::MeasurementFile,
     kind: Option<MeasuredLoad>,
@@ -104,12 +104,12 @@ fn correction(
     let (Some(read), Some(kind)) = (&table.offset, kind) else {
         return Some(Correction { parasitic, gain, ..usual });
     };
-    let of = match kind {
+    let dimension = match kind {
         MeasuredLoad::Force => Some(FORCE),
         MeasuredLoad::Displacement => Some(LENGTH),
         MeasuredLoad::Compression => None,
     };
-    let offset = match (read.get()?, of) {
+    let offset = match (read.get()?, dimension) {
         (Either::First(number), None) => Some(number.value),
         (Either::Second(text), Some(dimension)) => {
             units::parse(&text.0).ok().filter(|found| found.dimension == dimension).map(|found| found.si)
@@ -117,8 +117,8 @@ fn correction(
         (Either::First(_), Some(_)) | (Either::Second(_), None) => None,
     };
     if offset.is_none() {
-        let right =
-            of.map_or_else(|| "0.05".to_owned(), |dimension| format!("\"0.5 {}\"", usual_unit(dimension)));
+        let right = dimension
+            .map_or_else(|| "0.05".to_owned(), |dimension| format!("\"0.5 {}\"", usual_unit(dimension)));
         log.push(
             Diagnostic::at(
                 &read.span,
@@ -131,7 +131,7 @@ fn correction(
     Some(Correction { offset: offset?, parasitic, gain })
 }
 
-/// There must be a curve to compare the points with.
+/// Checks that there is a curve to compare the points with.
 fn check_use(read: &Read<raw::MeasurementFile>, raw: &Document, log: &mut Log<'_>) {
     if raw.load.is_none() {
         log.push(
@@ -191,7 +191,8 @@ fn layout<'a>(
     Some(Layout { load: load?, kind: *kind, capacitance: capacitance?, deviation, rows })
 }
 
-/// A column with its unit, which must be one of the dimension; no dimension is a plain number, or one in per cent.
+/// A column with its unit, which must have the dimension; without a dimension the column has plain numbers or
+/// percentages.
 fn column<'a>(
     read: &'a Read<MeasuredColumn>,
     of: Option<Dimension>,
@@ -253,7 +254,7 @@ fn usual_unit(dimension: Dimension) -> &'static str {
     }
 }
 
-/// Why a file of points gives no text.
+/// The reason why the text of a file of points cannot be read.
 #[derive(Debug, thiserror::Error)]
 enum NoText {
     #[error("its name does not end in .csv")]
@@ -264,8 +265,8 @@ enum NoText {
     Unreadable(#[from] ReadError),
 }
 
-/// The text of a CSV file. Anything but a regular file with that ending is refused before it is opened: a case from elsewhere must not
-/// show what is in other files.
+/// The text of a CSV file. Anything but a regular file with that ending is refused before it is opened: a
+/// case from others must not reveal the content of other files.
 fn text_of(path: &Path) -> Result<String, NoText> {
     let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
     if !is_csv {
@@ -369,7 +370,8 @@ fn points(
     Ok(points)
 }
 
-/// The line of a record that begins at or after a place: the reader says where it began to look, before comments and empty lines.
+/// The line of a record that begins at or after a position: the reader gives the position before comments and
+/// empty lines.
 fn line_of(text: &str, at: &csv::Position) -> u64 {
     let start = usize::try_from(at.byte()).unwrap_or(usize::MAX);
     let rest = text.get(start..).unwrap_or("");
@@ -377,7 +379,8 @@ fn line_of(text: &str, at: &csv::Position) -> u64 {
     at.line() + skipped as u64
 }
 
-/// Whether any of the first lines of a file has a number under a name. If not, the file may be anything, and nothing of it is shown.
+/// Whether one of the first lines of a file has a number under a name. If not, the file may be anything, and
+/// messages show nothing of it.
 fn is_table(text: &str) -> bool {
     const LOOKED_AT: usize = 20;
     let mut reader =

@@ -1,4 +1,4 @@
-//! How the layer deforms, and what each way of computing it asks of the layer.
+//! Checks the mechanical model of the layer.
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{Indenter, LayerEnd, Mechanics, PlaneStrain, PunchContact, ShearLength};
@@ -10,12 +10,12 @@ use super::punch_contact::contact;
 use super::{given, solid};
 use crate::material;
 
-/// Relative discretisation error of the force where the file does not say.
+/// The default of the relative discretisation error of the force.
 const DEFAULT_TOLERANCE: f64 = 5e-3;
 
 pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log<'_>) -> Option<Mechanics> {
     match raw {
-        // It is one of the others by now.
+        // `auto` has been replaced by another table.
         raw::Mechanics::Auto(_) => None,
         raw::Mechanics::ClosedForm(raw) => {
             check_closed_form(document, log);
@@ -34,7 +34,8 @@ pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log
     }
 }
 
-/// The closed form is for incompressible materials whose stress is linear in B and its inverse.
+/// Checks the material for the closed form, which needs an incompressible one whose stress is linear in B and
+/// its inverse, or a foam.
 fn check_closed_form(document: &Document, log: &mut Log<'_>) {
     let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
     let Some(table) = read.get() else { return };
@@ -111,7 +112,8 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     Some(Indenter::FlatPunch { half_width, corner_radius, contact, position })
 }
 
-/// The layer must have a length, and the indenter must press on it. Only a punch in contact may reach over a free end.
+/// Checks that the layer has a length, and that the indenter presses on it. Only a punch in contact may reach
+/// over a free end.
 fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
     let Some(length) = half_length(document, "[mechanics.plane_strain]", log) else { return };
     let Some(half_length) = length.get().map(|size| size.si) else { return };

@@ -1,7 +1,7 @@
-//! From the raw types to a [`Case`]: checks that the parts of a file fit together.
+//! Checks that the parts of a file fit together, and converts the raw types to a [`Case`].
 //!
-//! A value that could not be read is `Some(Read { value: None })`, and the log already says why; a table that is not
-//! there is `None`. Only the second is reported here as missing, so that one slip gives one message.
+//! A value that could not be read is `Some(Read { value: None })`, with the reason in the log; a missing
+//! table is `None`. Only the latter is reported here as missing, so that one mistake gives one message.
 
 mod alone;
 mod attached;
@@ -39,23 +39,23 @@ use super::model::{Case, Electrostatics, FieldSolver};
 use super::raw::{self, Document};
 use super::reader::{Log, Read};
 
-/// `relative_tolerance` where the file does not say.
+/// The default of `relative_tolerance`.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
 
-/// The value, if it is there and could be read.
+/// The value, if it is present and could be read.
 fn given<T>(read: &Option<Read<T>>) -> Option<&T> {
     read.as_ref().and_then(Read::get)
 }
 
-/// Whether the array is there with entries in it, or could not be read.
+/// Whether the array is present with entries in it, or could not be read.
 fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
     array.as_ref().is_some_and(|array| array.get().is_none_or(|entries| !entries.is_empty()))
 }
 
 /// Checks that the tables fit together and converts them; `None` only if the log says why.
 ///
-/// `mechanics_chosen` is what [`choose_mechanics`] has found. `flawed` says that there are unknown keys at the top level, any of which may stand
-/// for a table that is missing.
+/// `mechanics_chosen` is the result of [`choose_mechanics`]. `flawed` says that there are unknown keys at the
+/// top level, any of which may stand for a missing table.
 pub(super) fn validate(
     raw: &Document,
     mechanics_chosen: Option<String>,
@@ -96,8 +96,12 @@ pub(super) fn validate(
     let indenter = raw.indenter.as_ref().map(|read| {
         indenter::indenter(read, raw, mechanics.as_ref().and_then(Option::as_ref), surroundings_read, log)
     });
-    // One that could not be read is taken for one that is there.
-    indenter::check_approach(raw, indenter.is_some_and(|found| found.is_none_or(|own| own.is_some())), log);
+    // An unreadable indenter counts as present.
+    indenter::check_approach(
+        raw,
+        indenter.is_some_and(|found| found.is_none_or(|indenter| indenter.is_some())),
+        log,
+    );
     let pair = electrodes.as_ref().and_then(Option::as_ref);
     let terminals = terminals::terminals(raw, pair, log);
     let joined = terminals.as_ref().map_or(&[][..], |(terminals, _)| terminals);
@@ -179,7 +183,7 @@ pub(super) fn validate(
     Some(case)
 }
 
-/// Turns "there, but unreadable" into a refusal of the whole.
+/// Turns "present, but unreadable" into a refusal of the whole.
 fn all_given<T>(part: Option<Option<T>>) -> Option<Option<T>> {
     match part {
         Some(None) => None,
@@ -188,7 +192,7 @@ fn all_given<T>(part: Option<Option<T>>) -> Option<Option<T>> {
     }
 }
 
-/// Tables that others need and that are not there.
+/// Reports missing tables that others need.
 fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
     let mut lacks = |span: &Range<usize>, who: &str, what: &str, why: &str, example: &str| {
         let help = format!("add {what}{example}");
@@ -213,7 +217,7 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
     if let (Some(electrodes), None) = (raw.pair(), &raw.layer) {
         lacks(&electrodes.span, "[electrodes]", "[layer]", "there is no layer for them to lie in", "");
     }
-    let first_conductor = given(&raw.conductor).and_then(|all| all.first()).map(|c| &c.span);
+    let first_conductor = given(&raw.conductor).and_then(|conductors| conductors.first()).map(|c| &c.span);
     let first = raw.electrodes.as_ref().map(|e| &e.span).or(first_conductor);
     if let (None, Some(span)) = (&raw.surroundings, first) {
         let who = if raw.electrodes.is_some() { "[electrodes]" } else { "[[conductor]]" };
@@ -241,10 +245,10 @@ fn title(raw: &Document, origin: &Path) -> Option<String> {
     }
 }
 
-/// The box solver cannot take bodies of other shapes.
+/// Refuses bodies of other shapes where the box solver is asked for.
 fn check_solver(raw: &Document, log: &mut Log<'_>) {
-    let asked = given(&raw.electrostatics).and_then(|table| table.solver.as_ref());
-    if let Some(read) = asked
+    let solver = given(&raw.electrostatics).and_then(|table| table.solver.as_ref());
+    if let Some(read) = solver
         && let Some(raw::FieldSolver::Boxes) = read.get()
     {
         log.push(
@@ -255,18 +259,19 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Whether bodies are looked at as those of another solver: not where still another one is asked for, or the order of tetrahedra given.
+/// Whether this solver may take the bodies: not if the file asks for another one, or gives the order of
+/// tetrahedra.
 fn may_be(raw: &Document, solver: raw::FieldSolver) -> bool {
     if !shapes::any_shaped(raw) && !imported::any_physical(raw) {
         return false;
     }
     let Some(table) = &raw.electrostatics else { return true };
     let Some(table) = table.get() else { return false };
-    let asked = table.solver.as_ref().map(Read::get);
-    table.order.is_none() && asked.is_none_or(|asked| asked == Some(&solver))
+    let named = table.solver.as_ref().map(Read::get);
+    table.order.is_none() && named.is_none_or(|named| named == Some(&solver))
 }
 
-/// The box solver chooses its order itself.
+/// Refuses an `order` in scenes for the box solver, which chooses it itself.
 fn check_order(raw: &Document, log: &mut Log<'_>) {
     let Some(table) = given(&raw.electrostatics) else { return };
     let tetrahedra = table.solver.as_ref().and_then(|read| read.get());

@@ -1,4 +1,4 @@
-//! Outlines that are pulled along an axis.
+//! Checks and draws the outlines of extruded bodies.
 
 use elastocap_geometry::drawing::{Drawn, Entry, Flaw, drawn};
 use elastocap_geometry::outline::contains;
@@ -12,10 +12,10 @@ use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::regions::axis_index;
 
-/// Largest number of corners of an outline, those on curves among them.
+/// The largest number of corners of an outline, including those on curves.
 const MAX_CORNERS: usize = 20_000;
 
-/// The parts that an outline pulled along an axis consists of: one, if there are no holes in it.
+/// The parts of an extruded outline: one, if it has no holes.
 pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>) -> Option<Vec<Shape>> {
     let (from, to) = (raw.from.get()?.si, raw.to.get()?.si);
     if to < from || (to == from && !may_be_flat) {
@@ -37,7 +37,7 @@ pub(super) fn extruded(raw: &raw::Extruded, may_be_flat: bool, log: &mut Log<'_>
         Some(read) => read.get()?,
         None => &empty,
     };
-    // All of them, so that every mistake is reported.
+    // Every hole is read, so that every mistake is reported.
     let drawn: Vec<Option<Drawn>> = holes.iter().map(|hole| closed(hole, log)).collect();
     let (whole, drawn) = (whole?, drawn.into_iter().collect::<Option<Vec<Drawn>>>()?);
     let axis = axis_index(*raw.axis.get()?);
@@ -95,7 +95,7 @@ fn check_holes(
     Some(())
 }
 
-/// A closed outline, drawn; `None` if it cannot be used, and the log says why.
+/// A closed outline, drawn; `None` if it is invalid, with the reason in the log.
 fn closed(read: &Read<Vec<Read<raw::OutlineEntry>>>, log: &mut Log<'_>) -> Option<Drawn> {
     let entries = read.get()?;
     let refused = |count: usize, log: &mut Log<'_>| {
@@ -133,8 +133,8 @@ fn closed(read: &Read<Vec<Read<raw::OutlineEntry>>>, log: &mut Log<'_>) -> Optio
         return None;
     }
     if let Some([k, l]) = crossing(&outline) {
-        let of = |k: usize| (numbers[k] + 1, numbers[(k + 1) % outline.len()] + 1);
-        let side = |k: usize| match of(k) {
+        let ends = |k: usize| (numbers[k] + 1, numbers[(k + 1) % outline.len()] + 1);
+        let side = |k: usize| match ends(k) {
             (a, b) if a == b => format!("the curve of entry {a}"),
             (a, b) => format!("the side from corner {a} to {b}"),
         };
@@ -159,7 +159,7 @@ fn closed(read: &Read<Vec<Read<raw::OutlineEntry>>>, log: &mut Log<'_>) -> Optio
     Some(Drawn { outline, arcs, entries: numbers })
 }
 
-/// An entry of an outline; `None` if it cannot be used, and the log says why.
+/// An entry of an outline; `None` if it is invalid, with the reason in the log.
 fn entry_of(read: &Read<raw::OutlineEntry>, log: &mut Log<'_>) -> Option<Entry> {
     let place = |point: &[Read<Position>; 2]| Some([point[0].get()?.si, point[1].get()?.si]);
     let places = |points: &Vec<Read<[Read<Position>; 2]>>| -> Option<Vec<[f64; 2]>> {
@@ -188,7 +188,7 @@ fn entry_of(read: &Read<raw::OutlineEntry>, log: &mut Log<'_>) -> Option<Entry> 
         (None, None, None, Some(corner), Some(radius)) => {
             Some(Entry::Rounded { corner: corner?, radius: radius.get()?.si })
         }
-        // Neither or both were told already.
+        // Entries with neither or both are already reported.
         (Some(_), _, _, Some(_), _) | (None, _, _, None, _) => None,
         _ => {
             let what = "an entry of an outline is a corner, an arc, a spline or a rounded corner";
@@ -246,10 +246,10 @@ fn refusal(flaw: Flaw, entries: &[Read<raw::OutlineEntry>]) -> Diagnostic {
     Diagnostic::at(&span, what).label(label).help(help)
 }
 
-/// Least area of an outline, over the square of its extent.
+/// The least area of an outline, over the square of its extent.
 const LEAST_AREA: f64 = 1e-12;
 
-/// Whether an outline has no area to speak of.
+/// Whether the area of an outline is practically zero.
 fn is_flat(outline: &[[f64; 2]]) -> bool {
     let extent = (0..2).map(|k| {
         let [low, high] = outline
@@ -259,7 +259,7 @@ fn is_flat(outline: &[[f64; 2]]) -> bool {
     });
     let scale = extent.fold(0.0, f64::max);
     let Some(&first) = outline.first() else { return true };
-    // In units of the extent: squares of lengths may underflow.
+    // In units of the extent, since squares of lengths may underflow.
     let from_first = |p: [f64; 2]| [(p[0] - first[0]) / scale, (p[1] - first[1]) / scale];
     let next = outline.iter().cycle().skip(1);
     let double: f64 = outline
@@ -272,13 +272,13 @@ fn is_flat(outline: &[[f64; 2]]) -> bool {
     share.is_nan() || share <= LEAST_AREA
 }
 
-/// Two sides of an outline that meet anywhere but at a common corner, by their first corners.
+/// The first corners of two sides of an outline that meet elsewhere than at a common corner.
 fn crossing(outline: &[[f64; 2]]) -> Option<[usize; 2]> {
     let n = outline.len();
     let ends = |k: usize| [outline[k], outline[(k + 1) % n]];
     let apart = |k: usize, l: usize| are_apart(ends(k), ends(l));
     let meet = |k: usize, l: usize| have_a_point_in_common(ends(k), ends(l));
-    // A side that goes back along the one before it has more than the corner in common with it.
+    // A side that goes back along the side before it has more than the corner in common with it.
     let goes_back = |k: usize| {
         let [a, b, c] = [k, (k + 1) % n, (k + 2) % n].map(|i| outline[i]);
         let along = (0..2).map(|x| (b[x] - a[x]) * (c[x] - b[x])).sum::<f64>();
@@ -299,8 +299,8 @@ fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
         outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect()
     };
     let others = sides(other);
-    let met = |own: [[f64; 2]; 2]| {
-        others.iter().any(|side| !are_apart(own, *side) && have_a_point_in_common(own, *side))
+    let met = |candidate: [[f64; 2]; 2]| {
+        others.iter().any(|side| !are_apart(candidate, *side) && have_a_point_in_common(candidate, *side))
     };
     sides(one).into_iter().any(met)
 }
@@ -310,7 +310,8 @@ fn are_apart([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     (0..2).any(|x| a[x].max(b[x]) < c[x].min(d[x]) || c[x].max(d[x]) < a[x].min(b[x]))
 }
 
-/// On which side of the line from the first to the second point the third one lies: positive on the left, zero on the line.
+/// The side of the line from the first to the second point on which the third point lies: positive on the
+/// left, zero on the line.
 fn turn(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> f64 {
     (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 }

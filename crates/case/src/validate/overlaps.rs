@@ -1,4 +1,4 @@
-//! Conductors that touch, overlap or hold one another.
+//! Finds conductors that touch, overlap or contain one another.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -7,10 +7,10 @@ use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::{Body, Shape, Terminal};
 use super::super::reader::Log;
 
-/// The most points of a shape that are looked for in another one.
+/// The largest number of points of a shape that are tested for lying in another one.
 const CORNERS: usize = 32;
 
-/// A conductor with the place in the file that says where it is.
+/// A conductor with the place in the file that gives its shape.
 pub(super) struct PlacedConductor<'a> {
     pub(super) name: &'a str,
     pub(super) span: &'a Range<usize>,
@@ -29,8 +29,8 @@ impl<'a> PlacedConductor<'a> {
     }
 }
 
-/// Two conductors that share a point are one conductor, and it must be said which: one body, or one terminal. Boxes that touch are found,
-/// and bodies of which one reaches into the other with a corner or with its middle; the meshes find the others.
+/// Refuses conductors that share a point unless they belong to one terminal. This finds touching boxes, and
+/// bodies with a corner or the middle inside another one; the mesher finds the others.
 pub(super) fn check_touching(bodies: &[PlacedConductor<'_>], terminals: &[Terminal], log: &mut Log<'_>) {
     for (k, second) in bodies.iter().enumerate() {
         for first in &bodies[..k] {
@@ -70,7 +70,7 @@ fn share_a_point(first: &Shape, second: &Shape) -> bool {
 }
 
 fn holds_some_of(outer: &Shape, inner: &Shape) -> bool {
-    // Each point is compared with all triangles of a surface.
+    // Each point is compared with all triangles of a surface, so that one must suffice.
     let most = if matches!(outer, Shape::Surface(_)) { 1 } else { CORNERS };
     points_of(inner).into_iter().take(most).any(|point| outer.contains(point))
 }
@@ -112,7 +112,8 @@ fn points_of(shape: &Shape) -> Vec<[f64; 3]> {
             corners.flat_map(|corner| [placed(corner, *from), placed(corner, *to)]).collect()
         }
         Shape::Surface(surface) => surface.points.first().copied().into_iter().collect(),
-        // All that is outside a shell is outside of the scene, and the cells of a group are known to its mesh alone.
+        // Points outside of a shell are outside of the scene, and the cells of a group are known only to its
+        // mesh.
         Shape::Shell { .. } | Shape::Physical(_) => Vec::new(),
     }
 }

@@ -1,10 +1,10 @@
-//! How a punch touches the layer, in plane strain as in three dimensions.
+//! The contact of a punch with the layer, in plane strain and in three dimensions.
 
 use super::super::model::PunchContact;
 use super::super::raw;
 use super::super::reader::Read;
 
-/// How a punch touches the layer; `None` if the file says something else.
+/// The contact of a punch with the layer; `None` if it could not be read.
 pub(super) fn contact(raw: &Option<Read<raw::Contact>>) -> Option<PunchContact> {
     Some(match raw {
         Some(read) => match read.get()? {

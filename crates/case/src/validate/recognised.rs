@@ -1,28 +1,32 @@
-//! Bodies that consist of boxes, or are outlines pulled along an axis, though the file gives them in another way.
+//! Recognises bodies that consist of boxes or are extruded outlines, though the file gives them in another
+//! form.
 
 use elastocap_geometry::recognition::{Prism, boxes_of, cells_between, prisms_of};
 
 use crate::model::{Body, Box3, Electrostatics, Shape, Terminal, Wall};
 
-/// Largest number of cells that the planes of all faces may divide the scene into. A plate over its like with round outlines in steps,
-/// to 1e-2: with 2,900 cells the box solver takes as long as tetrahedra, with 11,000 2.7 times as long, for a third of their error.
+/// The largest number of cells into which the planes of all faces may divide the scene. Measured for a plate
+/// over its like, with stepped round outlines, to 1e-2: with 2,900 cells the box solver takes as long as
+/// tetrahedra, with 11,000 2.7 times as long, for a third of their error.
 const MAX_CELLS: usize = 12_000;
 
-/// Above this tolerance, conductors that are far apart in open space stay as they are given unless each is one box. Their weak coupling
-/// takes tetrahedra a few seconds there, and the box solver up to ten times as long; to 1e-2 both take about the same.
+/// The tolerance above which conductors that are far apart in open space stay in their given form unless each
+/// is one box. Their weak coupling takes tetrahedra a few seconds, and the box solver up to ten times as
+/// long; to 1e-2 both take about the same time.
 const LOOSE: f64 = 1e-2;
 
 /// All bodies as boxes, with the names of those that the file gives as surfaces or outlines.
 ///
-/// `None` if there are no such bodies, if one does not consist of boxes, or if tetrahedra suit the scene better: see [`MAX_CELLS`] and
-/// [`LOOSE`]. Conductors of different terminals that touch are left as they are too, since the mesher reports them. The walls have been
-/// checked before. The bodies of these names are `drawn` as outlines with holes, even where they are boxes by now.
+/// `None` if there are no such bodies, if one does not consist of boxes, or if tetrahedra suit the scene
+/// better: see [`MAX_CELLS`] and [`LOOSE`]. Touching conductors of different terminals give `None` too, since
+/// the mesher reports them. The walls were checked before. `drawn` are the names of bodies that the file
+/// gives as outlines with holes, even if they are boxes by now.
 pub(super) fn as_boxes(
     bodies: &[Body],
     drawn: &[&str],
     terminals: &[Terminal],
     boundary: Option<Wall>,
-    asked: &Electrostatics,
+    settings: &Electrostatics,
 ) -> Option<(Vec<Body>, Vec<String>)> {
     let mut recognised = Vec::new();
     let mut out = Vec::with_capacity(bodies.len());
@@ -39,26 +43,28 @@ pub(super) fn as_boxes(
     if recognised.is_empty() || cells_between(out.iter().filter_map(Body::boxes).flatten()) > MAX_CELLS {
         return None;
     }
-    let is_loose =
-        asked.solver.is_none() && asked.change_tolerance.is_none() && asked.relative_tolerance > LOOSE;
+    let is_loose = settings.solver.is_none()
+        && settings.change_tolerance.is_none()
+        && settings.relative_tolerance > LOOSE;
     if is_loose && boundary == Some(Wall::Open) && any_far_union(&out) {
         return None;
     }
     let conductors = out.iter().filter(|body| body.is_conductor());
     let conductors: Vec<(&str, Vec<Box3>)> =
         conductors.filter_map(|body| Some((body.name.as_str(), body.boxes()?))).collect();
-    let apart = conductors.iter().enumerate().all(|(k, (name, own))| {
+    let apart = conductors.iter().enumerate().all(|(k, (name, boxes))| {
         let others = conductors[..k].iter().filter(|(other, _)| !Terminal::joins(terminals, name, other));
-        let touch = |first: &Box3| own.iter().any(|second| first.touches(second));
-        !others.flat_map(|(_, boxes)| boxes).any(touch)
+        let touch = |first: &Box3| boxes.iter().any(|second| first.touches(second));
+        !others.flat_map(|(_, other_boxes)| other_boxes).any(touch)
     });
     apart.then_some((out, recognised))
 }
 
-/// All bodies with their surfaces as extrusions along one axis, with the names of those that are surfaces, or of all from a mesh.
+/// All bodies with their surfaces as extrusions along one axis, with the names of those that are surfaces, or
+/// of all bodies of a mesh.
 ///
-/// `None` if none is, or if they are not all outlines pulled along one axis. A surface with holes or steps, which no single extrusion is,
-/// stays a surface: the extruded solver takes it all the same.
+/// `None` if no body is a surface, or if they are not all extruded along one axis. A surface with holes or
+/// steps, which is not a single extrusion, stays a surface, which the extruded solver takes as well.
 pub(super) fn as_extrusions(bodies: &[Body], from_mesh: bool) -> Option<(Vec<Body>, Vec<String>)> {
     let is_surface =
         |body: &&Body| from_mesh || body.parts.iter().any(|part| matches!(part, Shape::Surface(_)));
@@ -76,13 +82,13 @@ pub(super) fn as_extrusions(bodies: &[Body], from_mesh: bool) -> Option<(Vec<Bod
     Some(((0..3).find_map(along)?, recognised))
 }
 
-/// A shape as it is if it is an outline pulled along the axis, or as an extrusion if it is a surface.
+/// The shape, as an extrusion if it is a surface; `None` if it is not extruded along the axis.
 fn as_extrusion(shape: &Shape, axis: usize) -> Option<Shape> {
     match shape {
         Shape::Box(_) => Some(shape.clone()),
-        Shape::Extrusion { axis: own, .. }
-        | Shape::Cylinder { axis: own, .. }
-        | Shape::Tube { axis: own, .. } => (*own == axis).then(|| shape.clone()),
+        Shape::Extrusion { axis: shape_axis, .. }
+        | Shape::Cylinder { axis: shape_axis, .. }
+        | Shape::Tube { axis: shape_axis, .. } => (*shape_axis == axis).then(|| shape.clone()),
         Shape::Surface(surface) => {
             let prisms = prisms_of(surface, axis)?;
             let [Prism { outlines, ends: [from, to] }] = prisms.as_slice() else {
@@ -95,7 +101,8 @@ fn as_extrusion(shape: &Shape, axis: usize) -> Option<Shape> {
     }
 }
 
-/// Whether two conductors, not both a single box, are farther apart along an axis than the smaller of the two is large.
+/// Whether two conductors, at least one of them more than one box, are farther apart along an axis than the
+/// size of the smaller one.
 fn any_far_union(bodies: &[Body]) -> bool {
     let conductors: Vec<(&Body, Box3)> = bodies
         .iter()

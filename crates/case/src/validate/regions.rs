@@ -1,4 +1,4 @@
-//! Boxes, sheets and slabs: regions with their corners the right way round.
+//! Checks boxes, sheets and slabs, whose corners must be in ascending order.
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::Box3;
@@ -6,17 +6,17 @@ use super::super::quantities::Position;
 use super::super::raw;
 use super::super::reader::{Log, Read};
 
-/// The smallest side that the program computes with, m.
+/// The smallest length of a side, m.
 const THINNEST: f64 = 1e-15;
 
 pub(super) const AXES: [&str; 3] = ["x1", "x2", "x3"];
 
-/// A box of three positive sides.
+/// A box with three positive sides.
 pub(super) fn box_region(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Option<Box3> {
     with_sides(read, false, log)
 }
 
-/// A box of three positive sides, or of two: a sheet.
+/// A box with three positive sides, or a sheet with two.
 pub(super) fn box_or_sheet(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Option<Box3> {
     with_sides(read, true, log)
 }
@@ -89,7 +89,7 @@ pub(super) fn axis_index(axis: raw::Axis) -> usize {
     }
 }
 
-/// A rectangle of two positive sides.
+/// A rectangle with two positive sides.
 pub(super) fn sheet(read: &Read<raw::Sheet>, log: &mut Log<'_>) -> Option<Box3> {
     let raw = read.get()?;
     let (min, max) = (raw.min.get()?, raw.max.get()?);

@@ -1,4 +1,4 @@
-//! Bodies of any shape, for the solver on tetrahedra.
+//! Checks bodies of any shape, for the solver on tetrahedra.
 
 use std::ops::Range;
 use std::path::Path;
@@ -21,7 +21,7 @@ use super::overlaps::{PlacedConductor, check_touching};
 use super::placed_boxes::PlacedBoxes;
 use super::regions::{AXES, axis_index, box_region, sheet, slab};
 
-/// Whether a body is neither box, sheet nor slab.
+/// Whether a body is not a box, sheet or slab.
 pub(super) fn any_shaped(raw: &Document) -> bool {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
@@ -41,20 +41,21 @@ pub(super) fn any_shaped(raw: &Document) -> bool {
     })
 }
 
-/// Names of bodies with holes in their outlines, which may have become boxes.
+/// The names of bodies whose outlines have holes, which may have become boxes.
 pub(super) fn perforated(raw: &Document) -> Vec<&str> {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     let bodies = conductors.map(|c| (&c.name, &c.extrusion));
     let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.extrusion)));
-    let with_holes = bodies.filter(|(_, extrusion)| given(extrusion).is_some_and(|own| own.holes.is_some()));
+    let with_holes =
+        bodies.filter(|(_, extrusion)| given(extrusion).is_some_and(|outline| outline.holes.is_some()));
     with_holes.filter_map(|(name, _)| Some(name.get()?.0.as_str())).collect()
 }
 
-/// A body with the place in the file that says where it is.
+/// A body with the place in the file that gives its shape.
 pub(super) type Located = (Body, Range<usize>);
 
-/// All conductors, then all dielectrics; `None` if one of them cannot be used, and the log says why.
+/// All conductors, then all dielectrics; `None` if one of them is invalid, with the reason in the log.
 fn placed(
     raw: &Document,
     electrodes: Option<&Electrodes>,
@@ -74,9 +75,9 @@ fn placed(
         let (parts, span) = conductor_parts(raw, origin, log)?;
         Some((conductor_of(raw, parts)?, span))
     });
-    // All of them, so that every mistake is reported.
-    let mut all: Vec<Option<Located>> = conductors.collect();
-    all.extend(of_dielectrics.iter().map(|read| {
+    // Every body is read, so that every mistake is reported.
+    let mut located: Vec<Option<Located>> = conductors.collect();
+    located.extend(of_dielectrics.iter().map(|read| {
         let raw = read.get()?;
         let (parts, span) = dielectric_parts(raw, origin, log)?;
         let role = Role::Dielectric { relative_permittivity: raw.relative_permittivity.get()?.value };
@@ -84,14 +85,15 @@ fn placed(
         let purpose = purpose_of(&raw.attached);
         Some((Body { name, parts, role, purpose }, span))
     }));
-    all.into_iter().collect()
+    located.into_iter().collect()
 }
 
 fn is_shell(body: &Body) -> bool {
     body.parts.iter().any(|part| matches!(part, Shape::Shell { .. }))
 }
 
-/// The fixed bodies of a scene with a layer, its electrodes and terminals; `None` if one of them cannot be used, and the log says why.
+/// The fixed bodies of a scene with a layer, its electrodes and terminals; `None` if one of them is invalid,
+/// with the reason in the log.
 pub(super) fn with_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
@@ -147,7 +149,7 @@ pub(super) fn with_layer(
     log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
 }
 
-/// The bodies of a scene without a layer; `None` if one of them cannot be used, and the log says why.
+/// The bodies of a scene without a layer; `None` if one of them is invalid, with the reason in the log.
 pub(super) fn without_layer(
     raw: &Document,
     surroundings: Option<&Surroundings>,
@@ -168,7 +170,7 @@ pub(super) fn without_layer(
     log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
 }
 
-/// Potentials are counted from something: without a driven conductor there is no matrix.
+/// Checks that a conductor is driven: without one there is no capacitance matrix.
 pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
     if let Some((body, first)) = bodies.iter().find(|(body, _)| body.is_conductor())
         && !bodies.iter().any(|(body, _)| body.is_driven())
@@ -177,7 +179,7 @@ pub(super) fn check_one_is_driven(bodies: &[Located], log: &mut Log<'_>) {
     }
 }
 
-/// Where the field ends: at the walls, at a shell, or nowhere.
+/// The end of the field: at the walls, at a shell, or nowhere.
 fn outer(bodies: &[Located], surroundings: &Surroundings, log: &mut Log<'_>) -> Option<(Box3, Wall)> {
     let mut shells = bodies.iter().filter(|(body, _)| is_shell(body));
     match (shells.next(), shells.next()) {
@@ -195,7 +197,7 @@ fn outer(bodies: &[Located], surroundings: &Surroundings, log: &mut Log<'_>) -> 
     }
 }
 
-/// The parts of a body, and where the file says what they are.
+/// The parts of a body, and the place in the file that gives them.
 type Parts = (Vec<Shape>, Range<usize>);
 
 fn conductor_parts(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> Option<Parts> {

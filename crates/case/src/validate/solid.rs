@@ -1,4 +1,4 @@
-//! The layer in three dimensions: what it asks of the rest of the case.
+//! Checks the layer in three dimensions.
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{LayerEnd, LayerSide, PunchContact, Solid, SolidIndenter};
@@ -9,7 +9,8 @@ use super::super::values::Either;
 use super::layer_end::{check_outlet, end, half_length};
 use super::punch_contact::contact;
 
-/// Relative discretisation error of the force where the file does not say: meshes in space are coarse.
+/// The default of the relative discretisation error of the force, larger than in plane strain because meshes
+/// in space are coarse.
 const DEFAULT_TOLERANCE: f64 = 2e-2;
 
 pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) -> Option<Solid> {
@@ -111,7 +112,8 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
     }
 }
 
-/// The layer must have a length, and the indenter must press on it. Only a punch in contact may reach over a free end or side.
+/// Checks that the layer has a length, and that the indenter presses on it. Only a punch in contact may reach
+/// over a free end or side.
 fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Log<'_>) {
     let Some(read) = half_length(document, "[mechanics.solid]", log) else { return };
     let Some(half_length) = read.get().map(|size| size.si) else { return };

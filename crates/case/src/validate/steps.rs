@@ -1,4 +1,4 @@
-//! The load steps: a list, or a range that becomes one.
+//! Checks the load steps, given as a list or as a range.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::super::reader::{FromToml, Log, Read};
 use super::super::values::{Count, Either};
 use super::given;
 
-/// The loads of all steps: none before contact.
+/// The loads of all steps, with zero before contact.
 pub(super) fn load(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     let from_contact = from_contact(read, log);
     let before = distances(read)?.len();
@@ -50,14 +50,14 @@ fn from_contact(read: &Read<raw::Load>, log: &mut Log<'_>) -> Option<Load> {
     .map(Load::Force)
 }
 
-/// A change takes two steps, and is proved by the bounds of both. `load` is `None` where the file has none.
+/// Checks that a change has two steps, and bounds at both. `load` is `None` if the file has none.
 pub(super) fn check_change(raw: &raw::Document, load: Option<&Option<Load>>, log: &mut Log<'_>) {
     let Some(table) = given(&raw.electrostatics) else { return };
     let Some(read) = &table.change_tolerance else { return };
     let steps = match load {
         None => 0,
         Some(Some(load)) => load.steps(),
-        // The log says what is wrong with them.
+        // The reason is in the log.
         Some(None) => return,
     };
     if steps < 2 {
@@ -80,7 +80,7 @@ pub(super) fn check_change(raw: &raw::Document, load: Option<&Option<Load>>, log
     }
 }
 
-/// Steps of which each is a table: all with a compression, or all with a force.
+/// The loads of steps that are tables: all with a compression, or all with a force.
 fn listed(read: &Read<Vec<Read<raw::LoadStep>>>, log: &mut Log<'_>) -> Option<Load> {
     let list = read.get()?;
     let Some(first) = list.first() else {
@@ -111,10 +111,10 @@ fn listed(read: &Read<Vec<Read<raw::LoadStep>>>, log: &mut Log<'_>) -> Option<Lo
     }
 }
 
-/// How indenter and what is attached move at each step; empty where no step says.
+/// The displacement of the indenter and of the attached bodies at each step; empty if no step has one.
 pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
     let Some(steps) = &read.get()?.steps else {
-        // From contact on there is nothing to say.
+        // There is no distance from contact on.
         let before = distances(read)?.into_iter();
         return Some(before.map(|distance| Pose { distance, ..Pose::default() }).collect());
     };
@@ -140,7 +140,8 @@ pub(super) fn poses(read: &Read<raw::Load>) -> Option<Vec<Pose>> {
     Some(if poses.iter().all(|pose| *pose == Pose::default()) { Vec::new() } else { poses })
 }
 
-/// The values of a list. It may be empty only where `load` has steps before contact: an approach without touch.
+/// The values of a list. It may be empty only if `load` has steps before contact: an approach without
+/// contact.
 fn steps<T: FromToml>(
     list: &[Read<T>],
     value: impl Fn(&T) -> f64,
@@ -164,7 +165,7 @@ fn steps<T: FromToml>(
     list.iter().map(|read| read.get().map(&value)).collect()
 }
 
-/// Equally spaced steps; the ends are exact, what lies between is rounded to 15 digits so that it prints as meant.
+/// Equally spaced steps; the ends are exact, and the values between are rounded to 15 digits for printing.
 fn spaced<T>(
     from: &Read<T>,
     to: &Read<T>,

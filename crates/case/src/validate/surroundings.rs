@@ -1,4 +1,4 @@
-//! The space around the bodies, and where the field ends.
+//! Checks the space around the bodies, and the end of the field.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Checks which conductors are on one wire, and what is measured between them.
+//! Checks the terminals, that is conductors on one wire, and the measurements between them.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use super::super::reader::{Log, Read, nearest};
 use super::super::values::{Either, Text};
 use super::given;
 
-/// Names in one message at most.
+/// The largest number of names in one message.
 const MAX_NAMES: usize = 20;
 
 /// A conductor as the file names it.
@@ -20,7 +20,8 @@ struct Named<'a> {
     floats: bool,
 }
 
-/// The terminals that the file names, and what it measures of them, if it says so; `None` if they cannot be used, and the log says why.
+/// The terminals of the file, and the measured capacitances, if the file names some; `None` if they are
+/// invalid, with the reason in the log.
 pub(super) fn terminals(
     raw: &Document,
     electrodes: Option<&Electrodes>,
@@ -33,7 +34,7 @@ pub(super) fn terminals(
         None => &empty,
     };
     let mut terminals: Vec<(Terminal, &Read<Text>)> = Vec::new();
-    // All of them, so that every mistake is reported.
+    // Every entry is read, so that every mistake is reported.
     let mut all_read = true;
     for read in of_file {
         match terminal(read, raw, &conductors, &terminals, log) {
@@ -62,17 +63,17 @@ pub(super) fn terminals(
 fn conductors<'a>(raw: &'a Document, electrodes: Option<&'a Electrodes>) -> Option<Vec<Named<'a>>> {
     let mut out = Vec::new();
     match (raw.pair(), electrodes) {
-        (Some(read), Some(own)) => {
-            out.extend(own.names().map(|name| Named { name, span: &read.span, floats: false }));
+        (Some(read), Some(electrodes)) => {
+            out.extend(electrodes.names().map(|name| Named { name, span: &read.span, floats: false }));
         }
         (Some(_), None) => return None,
         (None, _) => {}
     }
     if let Some(read) = &raw.conductor {
         for conductor in read.get()? {
-            let own = conductor.get()?;
-            let name = &own.name.get()?.0;
-            out.push(Named { name, span: &own.name.span, floats: own.charge.is_some() });
+            let table = conductor.get()?;
+            let name = &table.name.get()?.0;
+            out.push(Named { name, span: &table.name.span, floats: table.charge.is_some() });
         }
     }
     Some(out)
@@ -86,18 +87,18 @@ fn terminal<'a>(
     before: &[(Terminal, &Read<Text>)],
     log: &mut Log<'_>,
 ) -> Option<(Terminal, &'a Read<Text>)> {
-    let own = read.get()?;
-    let name = own.name.get()?.0.clone();
-    let is_grounded = match &own.potential {
+    let table = read.get()?;
+    let name = table.name.get()?.0.clone();
+    let is_grounded = match &table.potential {
         Some(read) => matches!(read.get()?, raw::TerminalPotential::Ground),
         None => false,
     };
 
-    let entries = own.conductors.get()?;
+    let entries = table.conductors.get()?;
     if entries.is_empty() {
         log.push(
             Diagnostic::at(
-                &own.conductors.span,
+                &table.conductors.span,
                 format!("the terminal \"{}\" has no conductors", shown(&name)),
             )
             .label("nothing is on this wire")
@@ -117,7 +118,7 @@ fn terminal<'a>(
             let is_ground = given(&raw.indenter)
                 .and_then(|table| table.role.get())
                 .is_some_and(|role| matches!(role, Either::First(raw::IndenterRole::Grounded)));
-            // What it touches on the ground is one with it.
+            // A grounded indenter belongs to the ground of the terminal.
             if is_ground && is_grounded {
                 continue;
             }
@@ -135,7 +136,7 @@ fn terminal<'a>(
         let conductor = conductors.iter().find(|c| c.name == *member);
         let elsewhere = before.iter().find(|(terminal, _)| terminal.holds(member));
         if conductor.is_none() && log.is_full() {
-            // It is counted; looking for the name that was meant takes long.
+            // With a full log the message is only counted, and the search for a similar name would take long.
             log.push(Diagnostic::at(&entry.span, "there is no such conductor"));
         } else if conductor.is_none() {
             log.push(unknown("conductor", member, &entry.span, conductors.iter().map(|c| c.name)));
@@ -172,16 +173,16 @@ fn terminal<'a>(
     }
     if members.is_empty() && all_usable {
         log.push(
-            Diagnostic::at(&own.conductors.span, "the grounded indenter alone is no terminal")
+            Diagnostic::at(&table.conductors.span, "the grounded indenter alone is no terminal")
                 .label("nothing else is on this wire")
                 .help("leave this [[terminal]] out: `role = \"grounded\"` says it all"),
         );
         return None;
     }
-    all_usable.then_some((Terminal { name, conductors: members, is_grounded, follows: None }, &own.name))
+    all_usable.then_some((Terminal { name, conductors: members, is_grounded, follows: None }, &table.name))
 }
 
-/// Refuses a name that stands for two things.
+/// Refuses names with two meanings.
 fn check_names(
     terminals: &[(Terminal, &Read<Text>)],
     conductors: &[Named<'_>],
@@ -226,11 +227,12 @@ fn check_names(
     }
 }
 
-/// Potentials are counted from something, but a capacitance needs a source.
+/// Checks that a terminal is driven: a capacitance needs a source.
 fn check_one_is_driven(terminals: &[(Terminal, &Read<Text>)], conductors: &[Named<'_>], log: &mut Log<'_>) {
-    let on_ground = |name: &str| terminals.iter().any(|(own, _)| own.is_grounded && own.holds(name));
+    let on_ground =
+        |name: &str| terminals.iter().any(|(terminal, _)| terminal.is_grounded && terminal.holds(name));
     let driven = conductors.iter().any(|c| !c.floats && !on_ground(c.name));
-    if let (false, Some((_, read))) = (driven, terminals.iter().find(|(own, _)| own.is_grounded)) {
+    if let (false, Some((_, read))) = (driven, terminals.iter().find(|(terminal, _)| terminal.is_grounded)) {
         log.push(
             Diagnostic::at(&read.span, "no terminal is driven: all conductors are grounded, or float")
                 .label("grounded")
@@ -246,16 +248,17 @@ fn guards(
     conductors: &[Named<'_>],
     log: &mut Log<'_>,
 ) -> Option<()> {
-    let is_driven = |own: &raw::Terminal| {
-        own.potential
+    let is_driven = |table: &raw::Terminal| {
+        table
+            .potential
             .as_ref()
             .and_then(Read::get)
-            .is_some_and(|own| matches!(own, raw::TerminalPotential::Driven))
+            .is_some_and(|potential| matches!(potential, raw::TerminalPotential::Driven))
     };
     let driven: Vec<bool> = of_file.iter().map(|read| read.get().is_some_and(is_driven)).collect();
     for (k, read) in of_file.iter().enumerate() {
-        let own = read.get()?;
-        let follows = match (&own.follows, driven[k]) {
+        let table = read.get()?;
+        let follows = match (&table.follows, driven[k]) {
             (None, false) => continue,
             (Some(follows), true) => follows,
             (Some(follows), false) => {
@@ -267,7 +270,7 @@ fn guards(
                 return None;
             }
             (None, true) => {
-                let span = own.potential.as_ref().map_or(&own.name.span, |read| &read.span);
+                let span = table.potential.as_ref().map_or(&table.name.span, |read| &read.span);
                 log.push(
                     Diagnostic::at(span, "a driven guard needs `follows`")
                         .label("driven by whom?")
@@ -280,14 +283,14 @@ fn guards(
         let before = driven[..k].iter().position(|is_guard| *is_guard);
         if let Some(first) = before.and_then(|first| of_file[first].get()) {
             log.push(
-                Diagnostic::at(&own.name.span, "two terminals are driven guards")
+                Diagnostic::at(&table.name.span, "two terminals are driven guards")
                     .label("a second guard")
                     .related(&first.name.span, "the first")
                     .help("join their conductors in one terminal, or ground one of them"),
             );
             return None;
         }
-        let other = terminals.iter().position(|own| own.name == *name);
+        let other = terminals.iter().position(|terminal| terminal.name == *name);
         if other.is_some_and(|other| driven[other] || terminals[other].is_grounded) {
             log.push(
                 Diagnostic::at(&follows.span, format!("a guard cannot follow \"{}\"", shown(name)))
@@ -302,7 +305,7 @@ fn guards(
     Some(())
 }
 
-/// The capacitances that are measured.
+/// The measured capacitances.
 fn measured(
     read: &raw::Measure,
     terminals: &[Terminal],
@@ -339,7 +342,7 @@ fn measured(
     None
 }
 
-/// The capacitances that a list of names, or a list of such lists, asks for.
+/// The capacitances that a list of names, or a list of such lists, stands for.
 fn measured_entries(
     read: &Read<Vec<Read<raw::OneOrMore<Text>>>>,
     terminals: &[Terminal],
@@ -381,7 +384,7 @@ fn measured_entries(
     }
 }
 
-/// Whether a driven guard, if there is one, goes with what is measured; the log says why not.
+/// Checks that a driven guard, if there is one, is compatible with the measurement.
 fn check_guard(measured: &Measured, read: &raw::Measure, terminals: &[Terminal], log: &mut Log<'_>) -> bool {
     let Some(guard) = terminals.iter().find(|terminal| terminal.follows.is_some()) else { return true };
     let is_one_against_ground =
@@ -402,7 +405,7 @@ fn check_guard(measured: &Measured, read: &raw::Measure, terminals: &[Terminal],
     false
 }
 
-/// One capacitance that is measured, from the names of its terminals and their places.
+/// One measured capacitance, from the names of its terminals and their positions in the file.
 fn measured_entry(
     entries: &[(&String, &Range<usize>)],
     span: &Range<usize>,
@@ -472,23 +475,24 @@ fn terminal_named(
             "leave out its `charge`, or measure another terminal",
         );
     } else if terminal.is_none() && conductor.is_none() {
-        let driven = terminals.iter().filter(|terminal| !terminal.is_grounded).map(|own| own.name.as_str());
-        let all = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
-        log.push(unknown("terminal", name, span, all));
+        let driven =
+            terminals.iter().filter(|terminal| !terminal.is_grounded).map(|terminal| terminal.name.as_str());
+        let names = driven.chain(conductors.iter().filter(is_free).map(|c| c.name));
+        log.push(unknown("terminal", name, span, names));
     } else {
         return Some(());
     }
     None
 }
 
-/// The message for a name that is not known.
+/// The message for an unknown name.
 fn unknown<'a>(
     what: &str,
     name: &str,
     span: &Range<usize>,
-    all: impl Iterator<Item = &'a str> + Clone,
+    names: impl Iterator<Item = &'a str> + Clone,
 ) -> Diagnostic {
-    let help = match (nearest(name, all.clone()), known(all)) {
+    let help = match (nearest(name, names.clone()), known(names)) {
         (Some(near), _) => format!("write \"{}\"", shown(near)),
         (None, Some(names)) => format!("this case has {names}"),
         (None, None) => "this case has no conductors".to_owned(),
@@ -498,9 +502,10 @@ fn unknown<'a>(
         .help(help)
 }
 
-/// Names one after the other, the first of many; `None` for none.
-fn known<'a>(all: impl Iterator<Item = &'a str>) -> Option<String> {
-    let mut names: Vec<String> = all.take(MAX_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
+/// A list of the first few names; `None` without names.
+fn known<'a>(all_names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let mut names: Vec<String> =
+        all_names.take(MAX_NAMES + 1).map(|name| format!("\"{}\"", shown(name))).collect();
     if names.len() > MAX_NAMES {
         names[MAX_NAMES] = "...".to_owned();
     }

@@ -1,4 +1,4 @@
-//! The acceptance files that this version supports give the expected cases.
+//! Checks that the supported acceptance files give the expected cases.
 
 use std::path::{Path, PathBuf};
 

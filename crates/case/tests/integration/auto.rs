@@ -1,4 +1,4 @@
-//! `[mechanics.auto]`: which model of the layer is chosen, and what takes the place of what the file leaves out.
+//! Tests of `[mechanics.auto]`: the chosen model of the layer, and the values for what the file leaves out.
 
 use std::path::Path;
 
@@ -57,7 +57,8 @@ fn a_rod_along_a_long_pair_is_solved_in_plane_strain_on_a_layer_that_goes_on() {
     let model = plane_strain(&case);
     assert_eq!(model.indenter, Indenter::Cylinder { radius: 2e-3, position: 0.0 });
     assert_eq!((model.end, model.width), (LayerEnd::Far, 40e-3));
-    // Four thicknesses beyond what a rod touches of a layer that is not pressed through, sqrt(R H).
+    // Four thicknesses beyond the largest contact of a rod with a layer that is not pressed through, sqrt(R
+    // H).
     near(case.layer.unwrap().half_length.unwrap(), (2e-3f64 * 450e-6).sqrt() + 4.0 * 450e-6);
     let why = case.mechanics_chosen.unwrap();
     assert!(why.starts_with("plane strain is chosen, because"), "{why}");

@@ -1,4 +1,4 @@
-//! Files that must be refused: those of the acceptance set one by one, and what is no case file at all.
+//! Tests of files that must be refused: those of the acceptance set, and files that are no case files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ fn bad(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/bad").join(name)
 }
 
-/// One message, at this line and column, with these words in what is printed.
+/// Checks that there is one message, at this line and column, with these words in its text.
 fn refused(name: &str, place: (usize, usize), words: &[&str]) {
     let error = elastocap_case::load(&bad(name)).unwrap_err();
     let shown = error.render(false);

@@ -1,4 +1,4 @@
-//! The laws of foams, and what a foam cannot be combined with.
+//! Tests of the foam laws, and of combinations that a foam does not allow.
 
 use std::path::Path;
 
@@ -55,7 +55,7 @@ fn by_table(pairs: &[(&str, &str)]) -> String {
     })
 }
 
-/// One message, with these words.
+/// Checks that there is one message, with these words.
 fn refused(text: &str, words: &[&str]) {
     let error = parse(text).expect_err(text);
     let shown = error.render(false);
@@ -73,7 +73,7 @@ fn a_hyperfoam_is_read_and_its_permittivity_follows_its_volume() {
     let layer = case.layer.unwrap();
     let Some(HyperelasticLaw::Hyperfoam { terms }) = &layer.material else { panic!("{layer:?}") };
     assert_eq!((terms[0].shear_modulus, terms[0].exponent, terms[0].poisson_ratio), (15e3, 8.0, 0.1));
-    // One term gets wider by l^-nu along both axes.
+    // One term widens by l^-nu along both axes.
     let share = 0.15 / 0.5f64.powf(1.0 - 2.0 * 0.1);
     let right = (1.0 + share * (5f64.cbrt() - 1.0)).powi(3);
     assert!((layer.permittivity_at(0.5).unwrap() / right - 1.0).abs() < 1e-14);

@@ -1,4 +1,4 @@
-//! Electrodes of usual forms, and bodies that move.
+//! Tests of standard electrode forms, and of bodies that move.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ fn names(case: &Case) -> Vec<&str> {
     case.bodies.iter().map(|body| body.name.as_str()).collect()
 }
 
-/// Sum of the areas of the parts as seen along x2, if none overlap, mm^2.
+/// The sum of the areas of the parts as seen along x2, mm^2, if none overlap.
 fn area(body: &Body) -> f64 {
     let boxes = body.boxes().unwrap();
     boxes.iter().map(|b| b.extent(0) * b.extent(2) * 1e6).sum()
@@ -77,13 +77,13 @@ fn round_pads_a_common_plate_and_a_guard_are_what_they_say() {
     assert!(matches!(case.bodies[0].parts[0], Shape::Tube { axis: 1, radii: [2e-4, 5e-4], .. }));
     let plate = &case.bodies[6];
     assert_eq!(plate.purpose, Purpose::OnTop);
-    let own = plate.bounds().unwrap();
-    assert!((own.extent(0) - 2.9e-3).abs() < 1e-12 && (own.extent(2) - 6.4e-3).abs() < 1e-12);
-    assert!(own.min[1] == 400e-6 && (own.max[1] - 450e-6).abs() < 1e-15);
+    let bounds = plate.bounds().unwrap();
+    assert!((bounds.extent(0) - 2.9e-3).abs() < 1e-12 && (bounds.extent(2) - 6.4e-3).abs() < 1e-12);
+    assert!(bounds.min[1] == 400e-6 && (bounds.max[1] - 450e-6).abs() < 1e-15);
     let guard = case.bodies[7].bounds().unwrap();
     assert!((guard.extent(0) - 3.3e-3).abs() < 1e-12, "2.5 mm of pads, 0.1 mm and 0.3 mm on each side");
     assert!(case.terminals.iter().any(|t| t.is_grounded && t.holds("pad-guard")));
-    // A file that names the guard decides itself.
+    // A terminal that the file gives to the guard replaces the grounded one.
     let named = format!("{forms}[[terminal]]\nname = \"shield\"\nconductors = [\"pad-guard\"]\n");
     let case = read(&board(&named, PRESSED)).unwrap();
     assert!(case.terminals.iter().all(|t| !t.is_grounded));
@@ -101,7 +101,7 @@ fn spirals_wind_without_touching_one_another_and_each_is_in_one_piece() {
     for arm in [&first, &second, &coil] {
         assert_eq!(arm.len(), 12);
         assert!(arm.windows(2).all(|w| w[0].touches(&w[1])));
-        // No side touches any but its neighbours.
+        // A side touches only its neighbours.
         for (i, a) in arm.iter().enumerate() {
             assert!(arm.iter().enumerate().all(|(j, b)| i.abs_diff(j) <= 1 || !a.touches(b)), "{i}");
         }
@@ -148,7 +148,7 @@ fn what_is_in_a_loaded_layer_moves_with_its_material() {
         read(&board(&format!("{comb}{}", patches("attached = \"layer\"\n", "100 um", "400 um")), PRESSED));
     let purposes: Vec<Purpose> = case.unwrap().bodies.iter().map(|body| body.purpose).collect();
     assert_eq!(purposes, [Purpose::InLayer; 4]);
-    // A dielectric is attached as a conductor is.
+    // A dielectric is attached in the same way as a conductor.
     let case = read(&board(
         &format!("{COMB}{}", patches("attached = \"layer-top\"\n", "400 um", "450 um")),
         PRESSED,

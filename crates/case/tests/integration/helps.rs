@@ -1,11 +1,11 @@
-//! Helps that lead on: what they propose is accepted, and what cannot be had is said.
+//! Tests that the proposals of messages are accepted, and that messages say what is not possible.
 
 use std::path::Path;
 
 use elastocap_case::parse;
 
-/// What is wrong with a case, as it is printed.
-fn said(text: &str) -> String {
+/// The printed errors of a case.
+fn errors(text: &str) -> String {
     parse(text, Path::new("case.toml")).map_or_else(|error| error.render(false), |_| String::new())
 }
 
@@ -22,13 +22,13 @@ const UNDER_BALL: &str = "[mechanics.solid]\nwidth = \"9 mm\"\nend = \"far\"\nin
                           [load]\ncompression = [0.1]\n";
 
 fn conductor(rest: &str) -> String {
-    format!("[[conductor]]\nname = \"own\"\n{rest}\n")
+    format!("[[conductor]]\nname = \"body\"\n{rest}\n")
 }
 
 #[test]
 fn no_key_is_proposed_that_is_refused_there() {
     let ball = conductor("sphere = { center = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"0.3 mm\" }");
-    let of_ball = said(&pressed(&ball, CLOSED_FORM));
+    let of_ball = errors(&pressed(&ball, CLOSED_FORM));
     assert!(of_ball.contains("reaches into the layer") && of_ball.contains("boxes and sheets"), "{of_ball}");
     assert!(!of_ball.contains("add `attached"), "{of_ball}");
     let sheet = |x2: &str, rest: &str| {
@@ -36,19 +36,19 @@ fn no_key_is_proposed_that_is_refused_there() {
             "sheet = {{ normal = \"x2\", at = \"{x2}\", min = [\"0 mm\", \"0 mm\"], max = [\"1 mm\", \"1 mm\"] }}\n{rest}"
         ))
     };
-    let inside = said(&pressed(&sheet("0.5 mm", ""), CLOSED_FORM));
+    let inside = errors(&pressed(&sheet("0.5 mm", ""), CLOSED_FORM));
     assert!(inside.contains("add `attached = \"layer\"`"), "{inside}");
-    assert_eq!(said(&pressed(&sheet("0.5 mm", "attached = \"layer\""), CLOSED_FORM)), "");
+    assert_eq!(errors(&pressed(&sheet("0.5 mm", "attached = \"layer\""), CLOSED_FORM)), "");
     let moved = CLOSED_FORM
         .replace("compression = [0.1]", "steps = [{ compression = 0.1, shift = [\"1 um\", \"0 um\"] }]");
-    assert!(!said(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached = \"layer\"`"));
+    assert!(!errors(&pressed(&sheet("0.5 mm", ""), &moved)).contains("add `attached = \"layer\"`"));
     // On a top that does not stay flat.
-    let on_top = said(&pressed(&sheet("1 mm", ""), UNDER_BALL));
+    let on_top = errors(&pressed(&sheet("1 mm", ""), UNDER_BALL));
     assert!(
         on_top.contains("`attached = \"layer\"` for a sheet") && !on_top.contains("layer-top"),
         "{on_top}"
     );
-    assert_eq!(said(&pressed(&sheet("1 mm", "attached = \"layer\""), UNDER_BALL)), "");
+    assert_eq!(errors(&pressed(&sheet("1 mm", "attached = \"layer\""), UNDER_BALL)), "");
 }
 
 #[test]
@@ -59,16 +59,16 @@ fn a_ground_plane_without_a_layer_is_a_conductor_on_the_ground() {
             conductor("sphere = { center = [\"0 mm\", \"1 mm\", \"0 mm\"], radius = \"0.3 mm\" }")
         )
     };
-    let grounded = said(&text("below = \"grounded\"\n"));
+    let grounded = errors(&text("below = \"grounded\"\n"));
     assert!(grounded.contains("[[terminal]]") && grounded.contains("`potential = \"ground\"`"), "{grounded}");
-    let medium = said(&text("below = { relative_permittivity = 4.4, thickness = \"1 mm\" }\n"));
+    let medium = errors(&text("below = { relative_permittivity = 4.4, thickness = \"1 mm\" }\n"));
     assert!(medium.contains("[[dielectric]]"), "{medium}");
 }
 
 #[test]
 fn a_file_of_another_kind_is_named_as_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let of = |name: &str, content: &str| {
+    let errors_with = |name: &str, content: &str| {
         std::fs::write(folder.path().join(name), content).unwrap();
         let text = format!(
             "format = 1\n{}[surroundings]\nboundary = \"open\"\n",
@@ -76,10 +76,10 @@ fn a_file_of_another_kind_is_named_as_what_it_is() {
         );
         parse(&text, &folder.path().join("case.toml")).unwrap_err().render(false)
     };
-    let stl = of("cube.STL", "solid cube\nendsolid\n");
+    let stl = errors_with("cube.STL", "solid cube\nendsolid\n");
     assert!(stl.contains("STL is not read here; OBJ is"), "{stl}");
-    assert!(of("cube.step", "ISO-10303-21;\n").contains("STEP is not read here"));
-    let secret = of("cube.txt", "hunter2\n");
+    assert!(errors_with("cube.step", "ISO-10303-21;\n").contains("STEP is not read here"));
+    let secret = errors_with("cube.txt", "hunter2\n");
     assert!(secret.contains("no OBJ file") && !secret.contains("hunter2"), "{secret}");
 }
 
@@ -100,26 +100,29 @@ fn of_a_line_of_many_names_what_is_near_a_problem_is_shown() {
         "format = 1\n{}{terminal}[surroundings]\nboundary = \"open\"\n",
         conductor("box = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }")
     );
-    let said = said(&text);
-    assert!(said.contains("there is no conductor") && said.contains("and 49990 more problems"), "{said}");
-    // What is shown of a line costs what it is long.
-    assert!(said.lines().all(|line| line.len() < 500), "{said}");
+    let errors = errors(&text);
+    assert!(
+        errors.contains("there is no conductor") && errors.contains("and 49990 more problems"),
+        "{errors}"
+    );
+    // Only the shown part of a line costs time.
+    assert!(errors.lines().all(|line| line.len() < 500), "{errors}");
 }
 
 #[test]
 fn the_grounded_indenter_may_be_listed_on_the_wire_of_the_ground_and_on_no_other() {
     let plate =
         conductor("box = { min = [\"0 mm\", \"2 mm\", \"0 mm\"], max = [\"1 mm\", \"3 mm\", \"1 mm\"] }");
-    let other = plate.replace("own", "other").replace("2 mm", "20 mm").replace("3 mm", "21 mm");
+    let other = plate.replace("body", "other").replace("2 mm", "20 mm").replace("3 mm", "21 mm");
     let text = |role: &str, potential: &str| {
         let terminal =
-            format!("[[terminal]]\nname = \"wire\"\nconductors = [\"own\", \"indenter\"]\n{potential}");
+            format!("[[terminal]]\nname = \"wire\"\nconductors = [\"body\", \"indenter\"]\n{potential}");
         pressed(&format!("{plate}{other}{terminal}[indenter]\nrole = \"{role}\"\n"), CLOSED_FORM)
     };
     let ground = "potential = \"ground\"\n";
-    assert_eq!(said(&text("grounded", ground)), "");
+    assert_eq!(errors(&text("grounded", ground)), "");
     for (role, potential) in [("grounded", ""), ("floating", ground)] {
-        let refused = said(&text(role, potential));
+        let refused = errors(&text(role, potential));
         assert!(refused.contains("the indenter belongs to no wire but that of the ground"), "{refused}");
     }
 }

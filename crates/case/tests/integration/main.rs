@@ -1,4 +1,4 @@
-//! Case files: what is read, what is refused, and in which words.
+//! Tests of case files: valid ones, invalid ones, and the messages.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 

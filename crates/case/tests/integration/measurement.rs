@@ -1,4 +1,4 @@
-//! Measured points beside a case, and the permittivity of a foam.
+//! Tests of measured points of a case, and of the permittivity of a foam.
 
 use std::path::PathBuf;
 
@@ -50,7 +50,7 @@ impl Folder {
         elastocap_case::parse(text, &self.case())
     }
 
-    /// One message with these words.
+    /// Checks that there is one message with these words.
     fn refused(&self, text: &str, words: &[&str]) {
         let error = self.parse(text).expect_err(text);
         let shown = error.render(false);

@@ -1,4 +1,4 @@
-//! Whatever the text, the reader answers with a case or with messages that can be shown.
+//! Checks that the reader answers any text with a case or with messages that can be shown.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn text_of(file: Index) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// Reads the text; what is refused must be refused with places inside it, and must render.
+/// Reads the text; the places of errors must be inside it, and the errors must render.
 fn answer(text: &str) {
     let Err(error) = elastocap_case::parse(text, Path::new("some/case.toml")) else { return };
     assert!(!error.diagnostics().is_empty());

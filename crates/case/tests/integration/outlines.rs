@@ -1,10 +1,10 @@
-//! Outlines of extrusions: corners, arcs, splines and rounded corners.
+//! Tests of the outlines of extrusions: corners, arcs, splines and rounded corners.
 
 use std::path::Path;
 
 use elastocap_case::{Case, CaseError, Curve, Shape};
 
-/// A conductor pulled along an axis, with the entries of its outline.
+/// A conductor extruded along an axis, with these entries of its outline.
 fn case(outline: &str) -> Result<Case, CaseError> {
     let text = format!(
         "format = 1\n[[conductor]]\nname = \"x\"\nextrusion = {{ axis = \"x2\", from = \"0 um\", to = \"9 um\", outline = \

@@ -1,10 +1,10 @@
-//! Bodies that the file gives as surfaces or outlines and that consist of boxes.
+//! Tests of bodies that the file gives as surfaces or outlines and that consist of boxes.
 
 use std::path::Path;
 
 use elastocap_case::{Box3, Case, CaseError, Shape};
 
-/// Two L-shaped pads side by side between walls, and what follows them in the file.
+/// Two L-shaped pads side by side between walls, and the rest of the file.
 fn pads(second_from: &str, rest: &str) -> String {
     let pad = |name: &str, [a, b, c]: [&str; 3]| {
         format!(
@@ -42,9 +42,9 @@ fn outlines_with_right_angles_become_boxes_and_keep_their_names() {
 
 #[test]
 fn bodies_stay_as_they_are_given_where_tetrahedra_or_their_order_are_asked_for() {
-    for asked in ["solver = \"tetrahedra\"", "order = 2", "solver = \"tetrahedra\"\norder = 1"] {
-        let case = accepted(&pads("40", &format!("[electrostatics]\n{asked}\n")));
-        assert!(case.recognised.is_empty() && !case.has_only_boxes(), "{asked}");
+    for settings in ["solver = \"tetrahedra\"", "order = 2", "solver = \"tetrahedra\"\norder = 1"] {
+        let case = accepted(&pads("40", &format!("[electrostatics]\n{settings}\n")));
+        assert!(case.recognised.is_empty() && !case.has_only_boxes(), "{settings}");
         assert!(matches!(case.bodies[0].parts[0], Shape::Extrusion { .. }));
     }
 }
@@ -108,9 +108,9 @@ fn unions_of_boxes_far_apart_in_open_space_stay_as_they_are_given_at_loose_toler
             .replacen(&format!("\"{from} um\""), "\"-60 um\"", 1)
             .replacen("to = \"5 um\"", "to = \"-55 um\"", 1)
     };
-    let asked = "5e-2\nsolver = \"boxes\"";
+    let by_boxes = "5e-2\nsolver = \"boxes\"";
     for (tolerance, from, recognised) in
-        [("5e-2", "0", false), (asked, "0", true), ("1e-2", "0", true), ("5e-2", "-30", true)]
+        [("5e-2", "0", false), (by_boxes, "0", true), ("1e-2", "0", true), ("5e-2", "-30", true)]
     {
         let case = accepted(&far(tolerance, from));
         assert_eq!(case.has_only_boxes(), recognised, "{tolerance}, {from}: {:?}", case.bodies);

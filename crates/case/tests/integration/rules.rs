@@ -1,4 +1,5 @@
-//! What the parts of a case file ask of one another, slip by slip: one change to a good file, one message.
+//! Tests of the rules between parts of a case file: each changes a valid file in one place and expects one
+//! message.
 
 use std::path::Path;
 
@@ -71,7 +72,7 @@ fn accepted(base: &str, changes: &[(&str, &str)]) -> Case {
     parse(&changed(base, changes)).unwrap_or_else(|e| panic!("{changes:?}\n{e}"))
 }
 
-/// Exactly one message, pointing at `at`, with these words in what is printed.
+/// Checks that there is exactly one error, at `at`, with these words in its text.
 fn refused(base: &str, changes: &[(&str, &str)], at: &str, words: &[&str]) {
     let text = changed(base, changes);
     let error = parse(&text).expect_err(&text);
@@ -114,8 +115,11 @@ fn only_tetrahedra_have_an_order_from_1_to_3() {
 fn an_absolute_tolerance_is_a_capacitance_above_zero() {
     let with = |value: &str| BOXES.to_owned() + "[electrostatics]\nabsolute_tolerance = " + value + "\n";
     for (value, farads) in [("\"1 aF\"", 1e-18), ("\"0.5 fF\"", 5e-16)] {
-        let asked = accepted(&with(value), &[]).electrostatics.and_then(|e| e.absolute_tolerance);
-        assert!(asked.is_some_and(|own| (own / farads - 1.0_f64).abs() < 1e-12), "{asked:?}");
+        let tolerance = accepted(&with(value), &[]).electrostatics.and_then(|e| e.absolute_tolerance);
+        assert!(
+            tolerance.is_some_and(|tolerance| (tolerance / farads - 1.0_f64).abs() < 1e-12),
+            "{tolerance:?}"
+        );
     }
     assert_eq!(accepted(BOXES, &[]).electrostatics.and_then(|e| e.absolute_tolerance), None);
     refused(&with("1e-18"), &[], "1e-18", &["needs a unit"]);
@@ -410,7 +414,7 @@ fn an_incompressible_layer_under_a_plate_needs_a_way_out() {
     let incompressible = ("bulk_modulus = \"1 GPa\"\n", "");
     let words = ["cannot be pressed over its whole top", "no `bulk_modulus`", "`\"free-on-substrate\"`"];
     refused(&plate, &[incompressible], "\"far\"", &words);
-    // Each of the three cures.
+    // Each of the three remedies.
     assert!(parse(&plate).is_ok());
     let cured = |text: &str, from: &str, to: &str| {
         parse(&text.replacen(incompressible.0, "", 1).replacen(from, to, 1))
@@ -460,7 +464,7 @@ fn unknown_and_later_keys_are_told_apart() {
         "zzz",
         &["unknown key `zzz`", "known keys here: `format`, `title`"],
     );
-    // A key that is there already is not what another one was meant to be.
+    // A misspelled key does not stand for a key that is given already.
     let gap = "gap = \"50 um\"";
     refused(
         LAYERED,
@@ -705,7 +709,7 @@ fn conductors_have_names_of_their_own_and_no_common_point() {
     refused(BOXES, &[("name = \"b\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice", "first used here"]);
     refused(BOXES, &[("name = \"board\"", "name = \"a\"")], "\"a\"", &["\"a\" is used twice"]);
     refused(BOXES, &[("name = \"b\"", "name = \" \"")], "\" \"", &["must be a line of text"]);
-    // A mark for the direction of writing would make the name look like another.
+    // A mark for the direction of writing would make the name look like another one.
     let turned = r#""b\u202e""#;
     let rule = &["must be a line of text", "change the direction of writing"];
     refused(BOXES, &[("name = \"b\"", &format!("name = {turned}"))], turned, rule);
@@ -746,7 +750,7 @@ fn a_conductor_alone_in_insulated_walls_is_refused() {
     );
 }
 
-/// Each of these scenes has an endless search for a relative error of zero before it.
+/// Scenes in which the search for a relative error of zero would not end.
 #[test]
 fn a_body_of_any_shape_or_several_on_one_wire_alone_in_insulated_walls_are_refused() {
     let walls = "[surroundings]\nboundary = \"insulated\"\nwalls = { min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"1 mm\", \"1 mm\"] }\n";
@@ -771,7 +775,7 @@ fn a_body_of_any_shape_or_several_on_one_wire_alone_in_insulated_walls_are_refus
     alone(&(body("a", ball) + &floating), "a");
     alone(&(body("a", &tube("0 m")) + &body("b", &tube("100 um")) + wire), "wire");
     alone(&(body("a", &cuboid("0 m")) + &body("b", &cuboid("200 um")) + wire), "wire");
-    // On two wires they are a capacitor.
+    // On two wires they form a capacitor.
     accepted(&format!("format = 1\n{}{}{walls}", body("a", &tube("0 m")), body("b", &tube("100 um"))), &[]);
 }
 
@@ -846,7 +850,7 @@ fn conductors_beside_a_layer_lie_where_there_is_a_field_and_off_the_layer() {
         let [(from, to)] = change(low, high);
         refused(LAYERED, &[(from, &to)], "{ min", words);
     }
-    // The same for other shapes, by the boxes around them.
+    // The same rules for other shapes, by their bounding boxes.
     let ball = |at: &str| {
         format!(
             "[[conductor]]\nname = \"ball\"\nsphere = {{ center = [\"0 mm\", \"{at}\", \"0 mm\"], radius = \"0.1 mm\" }}\n[surroundings]"
@@ -947,19 +951,19 @@ fn a_cylinder_with_an_inner_radius_is_a_tube_and_only_conductors_may_be_without_
 #[test]
 fn a_change_needs_two_load_steps_and_their_bounds() {
     let from = "relative_tolerance = 1e-3";
-    let asked = "relative_tolerance = 1e-3\nchange_tolerance = 0.01";
-    let case = accepted(LAYERED, &[(from, asked)]);
+    let with_change = "relative_tolerance = 1e-3\nchange_tolerance = 0.01";
+    let case = accepted(LAYERED, &[(from, with_change)]);
     assert_eq!(case.electrostatics.unwrap().change_tolerance, Some(0.01));
     assert_eq!(accepted(LAYERED, &[]).electrostatics.unwrap().change_tolerance, None);
-    let one = [(from, asked), ("[0.3, 0.1]", "[0.3]")];
+    let one = [(from, with_change), ("[0.3, 0.1]", "[0.3]")];
     refused(LAYERED, &one, "0.01", &["at least two load steps", "[load] has one step"]);
     let alone = format!("{BOXES}[electrostatics]\nchange_tolerance = 0.01\n");
     refused(&alone, &[], "0.01", &["at least two load steps", "there is no [load]"]);
-    let estimated = format!("{asked}\nbounds = false");
+    let estimated = format!("{with_change}\nbounds = false");
     refused(LAYERED, &[(from, &estimated)], "0.01", &["needs bounds", "`bounds = false`"]);
     for wrong in ["0.0", "1.0", "-0.1"] {
-        let asked = format!("{from}\nchange_tolerance = {wrong}");
-        refused(LAYERED, &[(from, &asked)], wrong, &["greater than 0 and less than 1"]);
+        let with_change = format!("{from}\nchange_tolerance = {wrong}");
+        refused(LAYERED, &[(from, &with_change)], wrong, &["greater than 0 and less than 1"]);
     }
 }
 
@@ -1000,7 +1004,7 @@ fn a_capsule_has_two_ends_and_a_radius_with_units_and_keeps_to_the_walls() {
     let touching = case("conductor", &touching);
     let error = parse(&touching).unwrap_err();
     assert!(error.to_string().contains("\"finger\" touches the grounded wall along x3"), "{error}");
-    // Beside another shape there is one too many.
+    // A second shape is refused.
     let two = case("conductor", good).replace(
         "capsule",
         "sphere = { center = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"1 mm\" }\ncapsule",

@@ -1,4 +1,5 @@
-//! The JSON Schema accepts what the reader accepts, and refuses the slips that a schema can see.
+//! Checks that the JSON Schema accepts what the reader accepts, and refuses the mistakes that a schema can
+//! express.
 
 use std::path::Path;
 
@@ -57,8 +58,8 @@ fn a_gent_material_is_valid_with_both_its_constants() {
     let validator = validator();
     let case = |constants: &str| {
         let text = acceptance("layer-on-substrate.toml").replace("mooney_rivlin", "gent");
-        let kept = |line: &&str| !line.starts_with("c10") && !line.starts_with("c01");
-        let lines: Vec<&str> = text.lines().filter(kept).collect();
+        let is_other = |line: &&str| !line.starts_with("c10") && !line.starts_with("c01");
+        let lines: Vec<&str> = text.lines().filter(is_other).collect();
         json(
             &lines
                 .join("\n")

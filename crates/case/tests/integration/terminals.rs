@@ -1,4 +1,5 @@
-//! Terminals, measurements, unions of boxes and holes: what is accepted, and each slip with its message.
+//! Tests of terminals, measurements, unions of boxes and holes: valid ones, and each mistake with its
+//! message.
 
 use std::path::Path;
 
@@ -55,7 +56,7 @@ fn accepted(base: &str, changes: &[(&str, &str)]) -> Case {
     parse(&changed(base, changes)).unwrap_or_else(|e| panic!("{changes:?}\n{e}"))
 }
 
-/// Exactly one message, pointing at `at`, with these words in what is printed.
+/// Checks that there is exactly one error, at `at`, with these words in its text.
 fn refused(base: &str, changes: &[(&str, &str)], at: &str, words: &[&str]) {
     let text = changed(base, changes);
     let error = parse(&text).expect_err(&text);
@@ -198,13 +199,13 @@ fn each_slip_in_a_terminal_is_told_where_it_is() {
 
 #[test]
 fn each_slip_in_a_measurement_is_told_where_it_is() {
-    let of = |names: &'static str| [("[\"left\", \"c\"]", names)];
-    refused(FOUR, &of("[]"), "[]", &["between two terminals, or of one"]);
-    refused(FOUR, &of("[\"left\", \"c\", \"free\"]"), "[", &["3 names"]);
-    refused(FOUR, &of("[\"lefft\"]"), "\"lefft\"", &["no terminal \"lefft\"", "write \"left\""]);
-    refused(FOUR, &of("[\"a\", \"c\"]"), "\"a\"", &["terminal that it belongs to", "write \"left\""]);
-    refused(FOUR, &of("[\"c\", \"free\"]"), "\"free\"", &["floats"]);
-    refused(FOUR, &of("[\"c\", \"c\"]"), "\"c\"", &["against itself"]);
+    let measuring = |names: &'static str| [("[\"left\", \"c\"]", names)];
+    refused(FOUR, &measuring("[]"), "[]", &["between two terminals, or of one"]);
+    refused(FOUR, &measuring("[\"left\", \"c\", \"free\"]"), "[", &["3 names"]);
+    refused(FOUR, &measuring("[\"lefft\"]"), "\"lefft\"", &["no terminal \"lefft\"", "write \"left\""]);
+    refused(FOUR, &measuring("[\"a\", \"c\"]"), "\"a\"", &["terminal that it belongs to", "write \"left\""]);
+    refused(FOUR, &measuring("[\"c\", \"free\"]"), "\"free\"", &["floats"]);
+    refused(FOUR, &measuring("[\"c\", \"c\"]"), "\"c\"", &["against itself"]);
     let ground = ("\"a\"]\n", "\"a\"]\npotential = \"ground\"\n");
     refused(FOUR, &[ground], "\"left\"", &["grounded"]);
 }

@@ -1,4 +1,4 @@
-//! The shared library of an FMU, by the C compiler of the machine.
+//! Builds the shared library of an FMU with the C compiler of the machine.
 
 use std::fs;
 use std::io;
@@ -8,7 +8,8 @@ use std::process::Command;
 use super::sources;
 use crate::model::Model;
 
-/// The folder for binaries of the machine that this program was built for, by the names of FMI 3.0; empty where it has none.
+/// The folder for binaries of the machine that this program was built for, by its name in FMI 3.0; empty if
+/// it has none.
 pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
     "x86_64-linux"
 } else if cfg!(all(target_os = "linux", target_arch = "aarch64")) {
@@ -21,14 +22,14 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_6
     ""
 };
 
-/// Why the binary of an FMU could not be built.
+/// The reason why the binary of an FMU could not be built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BinaryError {
     /// The compiler is missing or cannot be started.
     #[error("the C compiler `{}` cannot be started ({source})", compiler.display())]
     NoCompiler {
-        /// Its name.
+        /// The name of the compiler.
         compiler: PathBuf,
         /// The error that the system reports.
         source: io::Error,
@@ -36,7 +37,7 @@ pub enum BinaryError {
     /// The compiler failed.
     #[error("the C compiler `{}` failed: {said}", compiler.display())]
     Failed {
-        /// Its name.
+        /// The name of the compiler.
         compiler: PathBuf,
         /// The first lines of its messages, or its exit status if it printed none.
         said: String,
@@ -44,15 +45,15 @@ pub enum BinaryError {
     /// A file could not be written or read, for instance because the folder for temporary files is missing.
     #[error("the sources cannot be written or the library read ({0})")]
     Files(#[from] io::Error),
-    /// FMI has no name for this machine, or no binary is made for it here.
+    /// FMI has no name for this machine, or no binary is built for it here.
     #[error("no binary is made for this kind of machine")]
     Platform,
 }
 
-/// Compiles the sources of a model in a temporary folder, and gives the bytes of the library.
+/// Compiles the sources of a model in a temporary folder, and returns the bytes of the library.
 ///
 /// # Errors
-/// [`BinaryError`]; the sources serve without a binary too.
+/// [`BinaryError`]; an FMU works with its sources alone, too.
 pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     if PLATFORM.is_empty() {
         return Err(BinaryError::Platform);
@@ -65,7 +66,7 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     let is_path = compiler.components().count() > 1;
     let program = if is_path { std::path::absolute(compiler)? } else { compiler.to_owned() };
     let mut command = Command::new(program);
-    // No paths and no times get into the library, so that its bytes depend on sources and compiler alone.
+    // No paths or times get into the library, so that its bytes depend on sources and compiler only.
     command.current_dir(folder.path()).args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]);
     if cfg!(target_os = "linux") {
         command.args(["-s", "-Wl,--build-id=none"]);

@@ -6,7 +6,7 @@ use super::{has_one_voltage, token};
 use crate::header;
 use crate::model::Model;
 
-/// Text for an attribute: what XML gives a meaning is escaped, and what it forbids is left out.
+/// Text escaped for an attribute, without characters that XML forbids.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -23,7 +23,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// A variable that is computed, for the model structure.
+/// A computed variable, for the model structure.
 struct Output {
     reference: usize,
     /// The value references of the variables that it depends on.
@@ -103,7 +103,7 @@ pub(super) fn model_description(model: &Model) -> String {
     )
 }
 
-/// Writes all variables, and returns those that are computed.
+/// Writes all variables, and returns the computed ones.
 fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
     let [first, last] = model.range();
     let mut float = |name: &str, reference: usize, unit: &str, rest: &str, text: &str| {
@@ -132,7 +132,8 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
         float("band_ground", BAND_GROUND, "", band, "The same for the capacitances to common");
     }
     let start_zero = format!("{input} start=\"0\"");
-    // The names of the capacitors; those of terminals follow from identifiers that differ, and begin with another word.
+    // Only the names of capacitors can clash; those of terminals follow from different identifiers, and begin
+    // with another word.
     let names = model.branch_identifiers();
     let one = has_one_voltage(model);
     let terminals: Vec<(String, String)> = if one {
@@ -156,8 +157,8 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
     let bands: Vec<usize> = if model.has_ground_band() { vec![BAND, BAND_GROUND] } else { vec![BAND] };
     for (k, (name, text)) in terminals.iter().enumerate() {
         float(&format!("charge{name}"), CHARGES + k, "C", output, &format!("Charge {text}"));
-        let own = (0..model.branches.len()).filter(|b| touches(*b, k));
-        let mut voltages: Vec<usize> = own
+        let touching = (0..model.branches.len()).filter(|b| touches(*b, k));
+        let mut voltages: Vec<usize> = touching
             .flat_map(|b| (0..terminals.len()).filter(move |t| touches(b, *t)))
             .map(|t| VOLTAGES + t)
             .collect();
@@ -168,7 +169,7 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
     }
     for (k, (branch, name)) in model.branches.iter().zip(&names).enumerate() {
         let ends = model.ends(branch).map(|end| format!("\"{end}\"")).join(" - ");
-        let own = if model.has_ground_band() && branch.ends.1.is_none() { BAND_GROUND } else { BAND };
+        let band = if model.has_ground_band() && branch.ends.1.is_none() { BAND_GROUND } else { BAND };
         for (kind, (suffix, unit, text)) in [
             ("", "F", "Capacitance"),
             ("_lower", "F", "Lower bound of the capacitance"),
@@ -180,7 +181,7 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
         {
             let reference = CAPACITANCES + 4 * k + kind;
             float(&format!("{name}{suffix}"), reference, unit, output, &format!("{text} {ends}"));
-            let dependencies = if suffix.is_empty() || kind == 3 { vec![FORCE, own] } else { vec![FORCE] };
+            let dependencies = if suffix.is_empty() || kind == 3 { vec![FORCE, band] } else { vec![FORCE] };
             outputs.push(Output { reference, dependencies });
         }
     }

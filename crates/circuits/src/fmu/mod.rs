@@ -15,7 +15,7 @@ use crate::header;
 use crate::model::Model;
 pub use binary::{BinaryError, PLATFORM, compile};
 
-/// The headers of the FMI standard, with their licence in each, and the code that is the same for every model.
+/// The headers of the FMI standard, with their licence in each, and the code that is common to all models.
 const FIXED: [(&str, &str); 4] = [
     ("model.c", include_str!("c/model.c")),
     ("fmi3Functions.h", include_str!("c/fmi3Functions.h")),
@@ -23,7 +23,7 @@ const FIXED: [(&str, &str); 4] = [
     ("fmi3PlatformTypes.h", include_str!("c/fmi3PlatformTypes.h")),
 ];
 
-/// Why an FMU could not be made.
+/// The reason why an FMU could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FmuError {
@@ -45,10 +45,11 @@ pub fn sources(model: &Model) -> Vec<(&'static str, String)> {
 /// The FMU of a model, with a shared library for [`PLATFORM`] if one is given.
 ///
 /// # Errors
-/// [`FmuError`], which no model is known to give.
+/// [`FmuError`], which is not expected for any model.
 pub fn archive(model: &Model, binary: Option<&[u8]>) -> Result<Vec<u8>, FmuError> {
     let mut zip = ZipArchiveWriter::new(Vec::new());
-    // The earliest date that the format has, so that the bytes do not depend on the day. Not compressed: importers take that as well.
+    // The earliest date in the format, so that the bytes do not depend on the day. Without compression, which
+    // importers accept as well.
     let date = UtcDateTime::from_unix(315_532_800);
     let mut add = |name: &str, bytes: &[u8]| -> Result<(), FmuError> {
         let file = zip
@@ -76,7 +77,8 @@ pub fn archive(model: &Model, binary: Option<&[u8]>) -> Result<Vec<u8>, FmuError
     Ok(zip.finish()?)
 }
 
-/// Whether the model has one voltage and one charge: that between two terminals, or of one against ground.
+/// Whether the model has one voltage and one charge: those between two terminals, or of one terminal against
+/// ground.
 fn has_one_voltage(model: &Model) -> bool {
     !model.has_common || model.terminals.len() == 1
 }
@@ -86,7 +88,8 @@ fn potentials(model: &Model) -> usize {
     if has_one_voltage(model) { 1 } else { model.terminals.len() }
 }
 
-/// A number that depends on what the model is, so that another model is refused where this one is expected: 128 bits of FNV-1a.
+/// A token of 128 bits of FNV-1a over the content of the model, so that another model is refused in its
+/// place.
 fn token(model: &Model) -> String {
     let text = numbers(model) + &header::lines(model).join("\n");
     let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;

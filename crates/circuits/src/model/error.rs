@@ -1,10 +1,10 @@
-//! Why a result has no model.
+//! Errors of making a model.
 
 use elastocap_results::force_answer::CurveFileError;
 
 use super::MOST_TERMINALS;
 
-/// Why a result has no model, and what to do.
+/// The reason why a result has no model, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -22,7 +22,7 @@ pub enum ModelError {
     /// The sensor was solved in one state only.
     #[error("the result has no load: a model needs capacitances at several forces; give the case a `[load]`")]
     NoLoad,
-    /// No conductors, or no measurement.
+    /// The result has no conductors, or no measurement.
     #[error(
         "the result has no capacitances; give the case conductors or `[electrodes]`, and `[electrostatics]`"
     )]
@@ -33,9 +33,9 @@ pub enum ModelError {
          case again"
     )]
     FailedStep {
-        /// Which.
+        /// The step.
         step: usize,
-        /// In the words of the run.
+        /// The reason, in the words of the run.
         reason: String,
     },
     /// A step has no force.
@@ -44,9 +44,9 @@ pub enum ModelError {
          of the closed form has its maximum"
     )]
     NoForce {
-        /// Which.
+        /// The step.
         step: usize,
-        /// In the words of the run.
+        /// The reason, in the words of the run.
         reason: String,
     },
     /// The steps differ in more than their load.
@@ -55,7 +55,7 @@ pub enum ModelError {
          with the same shift and tilt at all steps"
     )]
     Moved,
-    /// Two states at one force.
+    /// One force has two states.
     #[error(
         "the force does not grow from step {before} ({force_before} N) to step {after} ({force_after} N), although the compression does, so \
          that one force has two capacitances; end `[load]` of the case before the force has its maximum"
@@ -63,14 +63,14 @@ pub enum ModelError {
     ForceTurns {
         /// The step with less compression.
         before: usize,
-        /// N.
+        /// The force at that step, N.
         force_before: f64,
-        /// The step with more.
+        /// The step with more compression.
         after: usize,
-        /// N.
+        /// The force at that step, N.
         force_after: f64,
     },
-    /// Too few forces for a curve.
+    /// There are too few forces for a curve.
     #[error(
         "the number of load steps with a force is {0}, and a model needs at least two, with different forces; give the case a `[load]` with more of them"
     )]
@@ -80,9 +80,9 @@ pub enum ModelError {
         "steps {one} and {other} of the run have nearly the same force; take one of them out of `[load]` of the case"
     )]
     TooClose {
-        /// One of them.
+        /// One of the two steps.
         one: usize,
-        /// The other.
+        /// The other step.
         other: usize,
     },
     /// A capacitance grows with the force in one place and falls in another.
@@ -91,9 +91,9 @@ pub enum ModelError {
          --allow-turns, or run the loads of one side only"
     )]
     Turns {
-        /// Which capacitance.
+        /// The name of the capacitance.
         name: String,
-        /// Where, N.
+        /// The force of the turn, N.
         force: f64,
     },
     /// The lower bound of a capacitance is not positive.
@@ -102,9 +102,9 @@ pub enum ModelError {
          smaller `relative_tolerance`"
     )]
     NotPositive {
-        /// Which step.
+        /// The step.
         step: usize,
-        /// F.
+        /// The lower bound, F.
         lower: f64,
     },
     /// The numbers of a step are impossible.

@@ -1,4 +1,4 @@
-//! From the matrices of the steps to the capacitors of a network, with bounds.
+//! Computes the capacitors of a network, with bounds, from the matrices of the steps.
 
 use super::ModelError;
 use crate::curve::StepValue;
@@ -9,9 +9,9 @@ pub(super) type Values = ((usize, Option<usize>), Vec<StepValue>);
 
 /// The capacitance that the run measured, at each step.
 pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
-    let of = |step: &&Step| {
-        let all = (step.capacitance_f, step.capacitance_lower_f, step.capacitance_upper_f);
-        let (Some(value), Some(lower), Some(upper)) = all else {
+    let at_step = |step: &&Step| {
+        let bounded = (step.capacitance_f, step.capacitance_lower_f, step.capacitance_upper_f);
+        let (Some(value), Some(lower), Some(upper)) = bounded else {
             return Err(ModelError::FailedStep { step: step.index, reason: step.why() });
         };
         let more = value.abs() * step.estimates();
@@ -26,10 +26,10 @@ pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
         }
         Ok(StepValue { lower, value, upper })
     };
-    steps.iter().map(of).collect()
+    steps.iter().map(at_step).collect()
 }
 
-/// The mutual capacitances of all pairs by rows, and those to ground behind them, at each step.
+/// The mutual capacitances of all pairs by rows, and then those to ground, at each step.
 ///
 /// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V everywhere), so that lower
 /// bounds below zero become zero and remain bounds.
@@ -43,10 +43,13 @@ pub(super) fn matrix(steps: &[&Step], count: usize) -> Result<Vec<Values>, Model
     Ok(out)
 }
 
-/// The capacitances of one step as a square matrix: mutual capacitances beside the diagonal, those to ground on it.
+/// The capacitances of one step as a square matrix: mutual capacitances off the diagonal, those to ground on
+/// it.
 fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelError> {
-    let all = (&step.maxwell_matrix_f, &step.maxwell_matrix_lower_f, &step.maxwell_matrix_upper_f);
-    let (Some(value), Some(lower), Some(upper)) = all else { return Err(ModelError::NoMatrix(step.index)) };
+    let matrices = (&step.maxwell_matrix_f, &step.maxwell_matrix_lower_f, &step.maxwell_matrix_upper_f);
+    let (Some(value), Some(lower), Some(upper)) = matrices else {
+        return Err(ModelError::NoMatrix(step.index));
+    };
     let damaged = || ModelError::Damaged(step.index);
     let is_square = |m: &Vec<Vec<f64>>| m.len() == count && m.iter().all(|row| row.len() == count);
     if count == 0 || ![value, lower, upper].into_iter().all(is_square) {
@@ -61,11 +64,11 @@ fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelErr
     let mut network = vec![vec![StepValue { lower: 0.0, value: 0.0, upper: 0.0 }; count]; count];
     for i in 0..count {
         for j in 0..i {
-            // Both entries are of the same capacitance.
+            // Both entries are the same capacitance.
             let ([la, va, ua], [lb, vb, ub]) = (bounded(i, j), bounded(j, i));
-            let own = sound((-ua).max(-ub), -0.5 * (va + vb), (-la).min(-lb)).ok_or_else(damaged)?;
-            network[i][j] = own;
-            network[j][i] = own;
+            let mutual = sound((-ua).max(-ub), -0.5 * (va + vb), (-la).min(-lb)).ok_or_else(damaged)?;
+            network[i][j] = mutual;
+            network[j][i] = mutual;
         }
     }
     for i in 0..count {
@@ -77,7 +80,7 @@ fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelErr
             value -= mutual.value;
             greatest -= mutual.lower;
         }
-        // A difference of equal numbers, where no field line leads to ground.
+        // The difference of equal numbers, if no field line leads to ground.
         if greatest < 0.0 && greatest >= -rounding {
             greatest = 0.0;
         }
@@ -86,7 +89,7 @@ fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelErr
     Ok(network)
 }
 
-/// Bounds that are not negative, and a value within them. `None` where the bounds contradict each other.
+/// Nonnegative bounds, and a value within them. `None` if the bounds contradict each other.
 fn sound(lower: f64, value: f64, upper: f64) -> Option<StepValue> {
     let lower = lower.max(0.0);
     let is_sound = [lower, value, upper].iter().all(|c| c.is_finite()) && lower <= upper;

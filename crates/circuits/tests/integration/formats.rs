@@ -1,4 +1,4 @@
-//! The files of a model.
+//! Tests of the files of a model.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -64,10 +64,10 @@ fn hostile_names_stay_in_comments_and_descriptions() {
 #[test]
 fn the_pins_of_a_subcircuit_differ_from_each_other_and_from_its_inner_nodes() {
     let model = read(&matrix(["elc_t1", "ELC-T1", "force"])).expect("a model");
-    let all = spice::pins(&model);
-    let pins: BTreeSet<String> = all.split(' ').map(str::to_ascii_lowercase).collect();
-    assert_eq!(pins.len(), 6, "{all}");
-    assert!(pins.iter().all(|pin| !pin.starts_with("elc_")), "{all}");
+    let joined = spice::pins(&model);
+    let pins: BTreeSet<String> = joined.split(' ').map(str::to_ascii_lowercase).collect();
+    assert_eq!(pins.len(), 6, "{joined}");
+    assert!(pins.iter().all(|pin| !pin.starts_with("elc_")), "{joined}");
 }
 
 #[test]
@@ -120,6 +120,6 @@ fn an_fmu_of_another_result_has_another_token() {
 #[test]
 fn a_compiler_that_is_not_there_is_told() {
     let model = read(&pair()).expect("a model");
-    let said = fmu::compile(&model, Path::new("/no/such/compiler")).expect_err("no compiler").to_string();
-    assert!(said.contains("/no/such/compiler"), "{said}");
+    let message = fmu::compile(&model, Path::new("/no/such/compiler")).expect_err("no compiler").to_string();
+    assert!(message.contains("/no/such/compiler"), "{message}");
 }

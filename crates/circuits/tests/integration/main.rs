@@ -1,4 +1,4 @@
-//! From the text of a result to models and files.
+//! Tests from the text of a result to models and files.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod formats;

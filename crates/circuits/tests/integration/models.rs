@@ -1,4 +1,4 @@
-//! What a model says of its result.
+//! Tests of the models of results.
 
 use elastocap_circuits::Model;
 use elastocap_circuits::model::{Content, Settings};
@@ -49,7 +49,7 @@ fn a_matrix_is_a_network_whose_maxwell_matrix_is_that_of_the_result() {
 
 #[test]
 fn no_capacitor_of_a_matrix_is_negative_at_any_force_and_band() {
-    // A network of capacitors that are not negative has a Maxwell matrix that is positive semidefinite.
+    // A network of nonnegative capacitors has a positive semidefinite Maxwell matrix.
     let model = read(&matrix(["a", "b", "c"])).expect("a model");
     let ground = |k: usize| model.branches.iter().find(|b| b.ends == (k, None)).expect("it is there");
     assert!(ground(0).curve.steps().iter().all(|step| step.lower == 0.0 && step.upper > 0.0));
@@ -107,8 +107,12 @@ fn steps_before_contact_are_left_out_and_the_order_of_the_steps_does_not_matter(
 fn mutual_and_own_capacitances_have_their_own_pins_and_words() {
     let mut result = pair();
     result["measurement"] = json!({ "kind": "own", "terminals": ["left"] });
-    let own = read(&result).expect("a model");
-    assert!(own.has_common && own.terminals.len() == 1 && own.branches[0].ends == (0, None));
+    let against_ground = read(&result).expect("a model");
+    assert!(
+        against_ground.has_common
+            && against_ground.terminals.len() == 1
+            && against_ground.branches[0].ends == (0, None)
+    );
     result["measurement"] = json!({ "kind": "mutual", "terminals": ["right", "left"] });
     let mutual = read(&result).expect("a model");
     assert!(!mutual.has_common && mutual.terminals[0].name == "right");

@@ -1,15 +1,15 @@
-//! Results that have no model: what is said, and what to do.
+//! Tests of results without a model, and of the messages about them.
 
 use serde_json::{Value, json};
 
 use crate::results::{matrix, pair, read, read_matrix};
 
-/// The pair with a change has no model, and the message has these words.
+/// Checks that the pair with a change has no model, and that the message has these words.
 fn refused(change: impl Fn(&mut Value), words: &str) {
     let mut result = pair();
     change(&mut result);
-    let said = read(&result).expect_err(words).to_string();
-    assert!(said.contains(words), "{said}");
+    let message = read(&result).expect_err(words).to_string();
+    assert!(message.contains(words), "{message}");
 }
 
 #[test]
@@ -71,8 +71,8 @@ fn capacitances_that_turn_or_may_be_negative_are_refused() {
     refused(|r| r["steps"][0]["capacitance_lower_f"] = json!(-1e-18), "smaller `relative_tolerance`");
     let mut result = matrix(["a", "b", "c"]);
     result["steps"][1]["maxwell_matrix_upper_f"][0][0] = json!(1e-15);
-    let said = read(&result).expect_err("a row whose sum is below zero").to_string();
-    assert!(said.contains("step 1 of the result has an impossible"), "{said}");
+    let message = read(&result).expect_err("a row whose sum is below zero").to_string();
+    assert!(message.contains("step 1 of the result has an impossible"), "{message}");
 }
 
 #[test]
@@ -96,6 +96,6 @@ fn numbers_that_cannot_be_are_refused() {
 fn a_matrix_of_too_many_terminals_is_refused() {
     let mut result = matrix(["a", "b", "c"]);
     result["conductors"] = json!((0..65).map(|k| k.to_string()).collect::<Vec<_>>());
-    let said = read(&result).expect_err("too many").to_string();
-    assert!(said.contains("65 terminals") && said.contains("at most 64"), "{said}");
+    let message = read(&result).expect_err("too many").to_string();
+    assert!(message.contains("65 terminals") && message.contains("at most 64"), "{message}");
 }

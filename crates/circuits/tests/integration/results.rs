@@ -1,4 +1,4 @@
-//! Results as a run writes them, as far as a model reads them.
+//! Results as a run writes them, with the parts that a model reads.
 
 use elastocap_circuits::model::{Content, Settings};
 use elastocap_circuits::{Model, ModelError};

@@ -1,4 +1,4 @@
-//! Carries out a study: one stage for each tolerance and kind of error, within the time given.
+//! Carries out a study: one stage for each tolerance and kind of error, within a given time.
 
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,17 +12,18 @@ use super::verdict::fastest;
 use super::walk::{LEVELS, ORDERS, Trial, walk};
 use elastocap_coupling::failure::Stop;
 
-/// Time of a stage over the time of the solver's own choice, roughly: the walk over grids, and the repeats.
+/// The approximate time of a stage over that of the solver's choice, with the search over grids and the
+/// repeats.
 const WEIGHT: f64 = 40.0;
-/// With less time than this, in the same unit, a stage would say nothing.
+/// The least useful time of a stage, in the same unit.
 const LEAST: f64 = 6.0;
-/// Seconds that a stage gets at least, however short its runs are.
+/// The least time of a stage in seconds, however short its runs are.
 const SHORTEST: f64 = 0.4;
-/// Share of a stage for finding grids; the rest is for timing the best of them.
+/// The share of a stage for finding grids; the rest is for timing the best of them.
 const SEARCH: f64 = 0.6;
-/// Number of the fastest grids that are timed again, in turn with the solver's own choice.
+/// The number of the fastest grids that are timed again, in turn with the solver's choice.
 const CONTENDERS: usize = 4;
-/// Share of all the time kept for the finest grid, which is there for the reference alone.
+/// The share of the whole time for the finest grid, which only sharpens the reference.
 const FOR_REFERENCE: f64 = 0.25;
 const REPEATS: RangeInclusive<usize> = 2..=25;
 
@@ -39,9 +40,9 @@ pub(super) struct Engine<'a> {
     cancel: &'a AtomicBool,
     report: &'a (dyn Fn(&str) + Sync),
     begun: Instant,
-    /// For all of it.
+    /// The time for the whole study, s.
     seconds: f64,
-    /// Seconds that own choices took over the forecast: with bounds, and without.
+    /// The time of the solver's choices over its forecast: with bounds, and without.
     scale: [f64; 2],
 }
 
@@ -55,7 +56,7 @@ impl<'a> Engine<'a> {
         Self { subject, runs: Vec::new(), cancel, report, begun: Instant::now(), seconds, scale: [1.0; 2] }
     }
 
-    /// Everything, from coarse to fine.
+    /// Carries out the study, from coarse to fine.
     pub(super) fn study(&mut self, tolerances: &[f64]) {
         let _ = self.subject.solve(None, 0.1, true); // The first solve warms caches up.
         let stages: Vec<Stage> = tolerances
@@ -100,15 +101,15 @@ impl<'a> Engine<'a> {
     }
 
     fn expected_seconds(&self, stage: &Stage) -> f64 {
-        let own = self.subject.expected_seconds(None, stage.tolerance, stage.bounds);
-        own.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
+        let forecast = self.subject.expected_seconds(None, stage.tolerance, stage.bounds);
+        forecast.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
     }
 
-    /// Solves the solver's own choice and the grids around it, then times the best of them in turn.
+    /// Solves the solver's choice and the grids around it, then times the best of them in turn.
     fn stage(&mut self, stage: &Stage, share: f64) {
         let until = self.elapsed() + share;
-        let Some(own) = self.solve(stage, None) else { return };
-        let Some(found) = self.runs[own].found() else { return };
+        let Some(run) = self.solve(stage, None) else { return };
+        let Some(found) = self.runs[run].found() else { return };
         let (seconds, start) = (found.seconds, found.level);
         if let Some(expected) = self.subject.expected_seconds(None, stage.tolerance, stage.bounds) {
             self.scale[usize::from(!stage.bounds)] = seconds / expected;
@@ -118,12 +119,12 @@ impl<'a> Engine<'a> {
             self.search(&room, stage.tolerance, start, until - (1.0 - SEARCH) * share);
             self.other_room(&room, stage.tolerance);
         }
-        self.time_again(stage, own, until);
+        self.time_again(stage, run, until);
     }
 
-    /// The stage whose tolerance gives the grids of this one the best room outside.
+    /// The stage whose tolerance gives the grids of this stage the best distance to the outer boundary.
     ///
-    /// How far out a given grid reaches follows from the tolerance; the solver's own choice adapts that too.
+    /// For a given grid that distance follows from the tolerance; the solver's choice adapts it as well.
     fn best_room(&mut self, stage: &Stage, level: ResolutionLevel) -> Stage {
         let rooms = [10.0 * stage.tolerance, stage.tolerance, stage.tolerance / 10.0];
         let mut best: Option<(f64, Stage)> = None;
@@ -139,7 +140,8 @@ impl<'a> Engine<'a> {
         best.map_or(Stage { tolerance: stage.tolerance / 10.0, ..*stage }, |(_, room)| room)
     }
 
-    /// The grids around the line where the tolerance is met, all with the same room.
+    /// Tries the grids around the line where the tolerance is met, all with the same distance to the outer
+    /// boundary.
     fn search(&mut self, stage: &Stage, tolerance: f64, start: ResolutionLevel, until: f64) {
         let subject = self.subject;
         let expected = |level| subject.expected_seconds(Some(level), stage.tolerance, stage.bounds);
@@ -155,7 +157,7 @@ impl<'a> Engine<'a> {
         });
     }
 
-    /// The best grid with less room outside, and coarser ones with more.
+    /// Tries the best grid with a smaller distance to the outer boundary, and coarser ones with a larger one.
     fn other_room(&mut self, stage: &Stage, tolerance: f64) {
         let best = fastest(&self.runs, Kind::of(stage.bounds), tolerance, None);
         let Some(level) = best.and_then(|i| self.runs[i].found()).and_then(|found| found.level) else {
@@ -172,8 +174,9 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Times the solver's own choice and the fastest grids in turn, so that other load on the machine affects all of them alike.
-    fn time_again(&mut self, stage: &Stage, own: usize, until: f64) {
+    /// Times the solver's choice and the fastest grids in turn, so that other load on the machine affects all
+    /// of them alike.
+    fn time_again(&mut self, stage: &Stage, chosen: usize, until: f64) {
         let kind = Kind::of(stage.bounds);
         let table = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
         let timed = self.runs.iter().enumerate().filter(|(_, run)| table(run));
@@ -185,7 +188,7 @@ impl<'a> Engine<'a> {
             if round >= *REPEATS.start() && self.elapsed() > until {
                 return;
             }
-            for i in std::iter::once(own).chain(best.iter().map(|(i, _)| *i)) {
+            for i in std::iter::once(chosen).chain(best.iter().map(|(i, _)| *i)) {
                 if self.stopped() {
                     return;
                 }
@@ -205,7 +208,8 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Solves, unless that was done before. Returns the index of the run, or `None` if the study was stopped.
+    /// Solves on a grid, unless that was done before. Returns the index of the run, or `None` if the study
+    /// was stopped.
     fn solve(&mut self, stage: &Stage, level: Option<ResolutionLevel>) -> Option<usize> {
         let kind = Kind::of(stage.bounds);
         let choice = if level.is_some() { Choice::Table } else { Choice::Own };
@@ -239,7 +243,7 @@ impl<'a> Engine<'a> {
         Some(self.runs.len() - 1)
     }
 
-    /// Solves on a finer grid than any before, as fine as the time allows, which sharpens the reference.
+    /// Solves on a finer grid than before, as fine as the time allows, which sharpens the reference.
     fn finest(&mut self) {
         let found = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
         let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));

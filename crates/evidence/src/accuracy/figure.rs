@@ -1,4 +1,4 @@
-//! `accuracy.svg`: error against run time.
+//! The figure `accuracy.svg`: error against run time.
 
 use super::{Choice, Kind, Run, Study};
 use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
@@ -8,7 +8,7 @@ pub fn figure(study: &Study) -> Option<Chart> {
     let reference = study.reference?;
     let least = reference.half_width();
     let timed = |run: &Run| run.found().map(|found| found.seconds);
-    // A true error below the reference's own uncertainty is drawn on the line of that uncertainty.
+    // A true error below the uncertainty of the reference is drawn at that uncertainty.
     let known = |run: &Run| study.true_error(run).map(|error| error.max(least));
     let certified = |run: &Run| study.certified_error(run);
     let points = |kind: Kind, choice: Choice, error: &dyn Fn(&Run) -> Option<f64>| {
@@ -41,8 +41,8 @@ pub fn figure(study: &Study) -> Option<Chart> {
             style: Style::LineAndMarkers,
         });
     }
-    let all = || clouds.iter().chain(&series).flat_map(|s| s.points.iter().map(|p| p.0));
-    let (from, to) = all().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
+    let times = || clouds.iter().chain(&series).flat_map(|s| s.points.iter().map(|p| p.0));
+    let (from, to) = times().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
     let level = |name: String, error: f64| Series {
         name,
         points: vec![(from, error), (to, error)],

@@ -1,8 +1,9 @@
-//! Error against run time over order and grading: what a number costs, and whether the solver chooses its grid well.
+//! Error against run time over order and grading: the cost of accuracy, and the quality of the solver's
+//! choice of grid.
 //!
-//! One state of a case is solved on many grids, with bounds and without, and on the grids that the solver chooses by
-//! itself. All proved intervals together give the reference for the true errors; two that have nothing in common would
-//! be a wrong bound.
+//! One state of a case is solved on many grids, with bounds and without, and on the grids that the solver
+//! chooses. The intersection of all proved intervals is the reference for the true errors; an empty
+//! intersection would mean a wrong bound.
 //!
 //! All errors are relative. Times are those of the field solve alone, the shortest of all repeats, on all threads.
 
@@ -22,7 +23,7 @@ use elastocap_electrostatics::Bounded;
 
 pub use figure::figure;
 pub use reference::{Honesty, MAX_CAUTION, Reference};
-pub use run::{Choice, Found, Kind, Missing, Run};
+pub use run::{Choice, Kind, Missing, Run, Solved};
 pub use subject::Quantity;
 pub use table::csv;
 pub use verdict::{ALLOWED, Verdict};
@@ -38,21 +39,21 @@ use subject::Subject;
 /// The settings of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// Which load step.
+    /// The load step to study.
     pub step: usize,
-    /// The tolerances at which the solver's own choice is compared, from coarse to fine.
+    /// The tolerances at which the solver's choice is compared, from coarse to fine.
     pub tolerances: Vec<f64>,
-    /// About how long it may take.
+    /// The approximate time for the study, s.
     pub seconds: f64,
 }
 
 impl Request {
-    /// Four tolerances, a minute.
+    /// The settings of a usual study: four tolerances, a minute.
     pub fn usual(step: usize) -> Self {
         Self { step, tolerances: vec![1e-2, 1e-3, 1e-4, 1e-5], seconds: 60.0 }
     }
 
-    /// Two tolerances, a few seconds.
+    /// The settings of a quick study: two tolerances, a few seconds.
     pub fn quick(step: usize) -> Self {
         Self { step, tolerances: vec![1e-2, 1e-3], seconds: 5.0 }
     }
@@ -63,19 +64,19 @@ impl Request {
 pub struct Study {
     /// The title of the case.
     pub title: String,
-    /// Which load step.
+    /// The load step studied.
     pub step: usize,
     /// The load of the step.
     pub load: StepLoad,
-    /// Which capacitance.
+    /// The capacitance studied.
     pub quantity: Quantity,
-    /// All solves, in the order they were made; parallel plates last.
+    /// All solves, in their order; parallel plates last.
     pub runs: Vec<Run>,
     /// The reference for true errors; `None` if nothing was proved.
     pub reference: Option<Reference>,
-    /// How the solver's own choices compare.
+    /// The comparisons of the solver's choices.
     pub verdicts: Vec<Verdict>,
-    /// Whether it was stopped on request before it was done.
+    /// Whether the study was stopped on request before its end.
     pub stopped: bool,
 }
 
@@ -85,7 +86,7 @@ impl Study {
         Some(self.reference?.true_error(run.found()?.value.value))
     }
 
-    /// The error that a run itself gives: half the spread, or the estimate.
+    /// The error that a run gives for itself: half the spread, or the estimate.
     pub fn certified_error(&self, run: &Run) -> Option<f64> {
         (run.kind != Kind::ParallelPlates).then(|| run.found().map(|f| f.value.relative_error())).flatten()
     }
@@ -102,65 +103,66 @@ impl Study {
         Some(self.reference?.judge(run.found()?.value.value, estimate))
     }
 
-    /// Whether two proved intervals have nothing in common.
+    /// Whether two proved intervals are disjoint.
     pub fn contradicts(&self) -> bool {
         self.reference.is_some_and(|reference| reference.contradicts())
     }
 
-    /// The verdict on a run, if it is an own choice that has one.
+    /// The verdict on a run; `None` if its grid is not the solver's choice, or has no verdict.
     pub fn verdict(&self, run: usize) -> Option<Verdict> {
-        self.verdicts.iter().find(|verdict| verdict.own == run).copied()
+        self.verdicts.iter().find(|verdict| verdict.chosen == run).copied()
     }
 
-    /// The parallel-plate line.
+    /// The run of the parallel-plate formula.
     pub fn parallel_plates(&self) -> Option<&Run> {
         self.runs.iter().find(|run| run.kind == Kind::ParallelPlates)
     }
 }
 
-/// Why a case cannot be studied.
+/// The reason why a case cannot be studied.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused {
-    /// There is no field.
+    /// The case has no conductors.
     #[error(
         "the case has no electrodes and no conductors, so there is no capacitance to study; add [electrodes] or \
          [[conductor]]"
     )]
     NoConductors,
-    /// There is no such step.
+    /// The case has no such step.
     #[error("there is no step {asked}: the steps of this case are 0 to {last}")]
     NoSuchStep {
-        /// Which one was asked for.
+        /// The requested step.
         asked: usize,
-        /// The last there is.
+        /// The last step.
         last: usize,
     },
     /// The step has no scene, or no solver.
     #[error("step {step} cannot be solved: {failure}")]
     Step {
-        /// Which.
+        /// The step.
         step: usize,
-        /// Why.
+        /// The reason.
         failure: Box<StepFailure>,
     },
-    /// The step is not solved by the box solver, of which the study is.
+    /// The box solver, which the study is about, does not solve the step.
     #[error(
         "the study is of the box solver and the grids it chooses, and step {step} is solved by {taken}: a study of boxes in \
          place of its bodies would say nothing about its error; its own bounds do, in the results of `elastocap run`"
     )]
     Route {
-        /// Which.
+        /// The step.
         step: usize,
         /// The route that a run takes.
         taken: Route,
     },
 }
 
-/// Studies one load step of a case. `report` is called with what is being solved; `cancel` ends the study with the runs done so far.
+/// Studies one load step of a case. `report` gets a description of each solve; `cancel` ends the study with
+/// the runs done so far.
 ///
 /// # Errors
-/// When there is nothing to study: see [`Refused`]. A solve that fails is no error: its status says why.
+/// [`Refused`] if there is nothing to study. A solve that fails is no error: its status has the reason.
 pub fn study(
     case: &Case,
     request: &Request,
@@ -180,7 +182,7 @@ pub fn study(
     let mut runs = engine.runs;
     if let Some((value, seconds)) = subject.plates {
         let value = Bounded { value, lower: value, upper: value };
-        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, reported_error: 0.0 };
+        let found = Solved { level: None, unknowns: None, seconds, repeats: 1, value, reported_error: 0.0 };
         runs.push(Run {
             kind: Kind::ParallelPlates,
             choice: Choice::Table,
@@ -190,7 +192,7 @@ pub fn study(
     }
     let proved = runs.iter().filter(|run| run.kind == Kind::Bounds).filter_map(Run::found);
     let reference = Reference::of(proved.map(|found| found.value));
-    let verdicts = (0..runs.len()).filter_map(|own| Verdict::of(&runs, own, reference.as_ref())).collect();
+    let verdicts = (0..runs.len()).filter_map(|run| Verdict::of(&runs, run, reference.as_ref())).collect();
     Ok(Study {
         title: case.title.clone(),
         step: request.step,

@@ -6,14 +6,14 @@ use elastocap_electrostatics::Bounded;
 /// value count as touching.
 const ROUNDING: f64 = 1e-12;
 
-/// The interval that all proved ones have in common.
+/// The intersection of all proved intervals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
     /// The largest lower bound, F.
     pub lower: f64,
     /// The smallest upper bound, F.
     pub upper: f64,
-    /// How many intervals were proved.
+    /// The number of proved intervals.
     pub intervals: usize,
 }
 
@@ -31,17 +31,17 @@ impl Reference {
         })
     }
 
-    /// Its middle, F.
+    /// The middle of the interval, F.
     pub fn value(&self) -> f64 {
         0.5 * (self.lower + self.upper)
     }
 
-    /// Half its width over its middle: true errors are known up to this.
+    /// Half the width of the interval over its middle: true errors are known up to this.
     pub fn half_width(&self) -> f64 {
         0.5 * (self.upper - self.lower).abs() / self.value().abs()
     }
 
-    /// Whether some two of the intervals have nothing in common: then one of the bounds is wrong.
+    /// Whether some two of the intervals are disjoint: then one of the bounds is wrong.
     pub fn contradicts(&self) -> bool {
         self.lower - self.upper > ROUNDING * self.value().abs()
     }
@@ -51,13 +51,14 @@ impl Reference {
         (value - self.value()).abs() / self.value().abs()
     }
 
-    /// An error estimate over the true error, where the reference is sharp enough to know the true error to a quarter.
+    /// An error estimate over the true error; `None` unless the reference determines the true error to a
+    /// quarter.
     pub fn estimate_over_true(&self, value: f64, estimate: f64) -> Option<f64> {
         let error = self.true_error(value);
         (error > 4.0 * self.half_width()).then(|| estimate / error)
     }
 
-    /// Judges an error estimate, where the reference is sharp enough.
+    /// Judges an error estimate, if the reference is sharp enough.
     pub fn judge(&self, value: f64, estimate: f64) -> Honesty {
         let (error, uncertain) = (self.true_error(value), self.half_width());
         if estimate < error - uncertain {
@@ -70,7 +71,7 @@ impl Reference {
     }
 }
 
-/// An estimate may exceed the true error by this factor.
+/// The largest acceptable ratio of an estimate to the true error.
 pub const MAX_CAUTION: f64 = 10.0;
 
 /// The verdict on an error estimate.
@@ -94,8 +95,8 @@ mod tests {
 
     #[test]
     fn the_reference_is_what_all_intervals_have_in_common() {
-        let all = [interval(0.9, 1.1), interval(0.99, 1.2), interval(0.5, 1.03)];
-        let found = Reference::of(all.into_iter()).unwrap();
+        let intervals = [interval(0.9, 1.1), interval(0.99, 1.2), interval(0.5, 1.03)];
+        let found = Reference::of(intervals.into_iter()).unwrap();
         assert_eq!((found.lower, found.upper, found.intervals), (0.99, 1.03, 3));
         assert!(!found.contradicts());
         assert!((found.half_width() - 0.02 / 1.01).abs() < 1e-15);

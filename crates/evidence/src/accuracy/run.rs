@@ -1,9 +1,9 @@
-//! One line of the study.
+//! One run of the study.
 
 use elastocap_coupling::failure::StepFailure;
 use elastocap_electrostatics::{Bounded, ResolutionLevel};
 
-/// The kind of error that a line has.
+/// The kind of error of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Both bounds proved: the certified error is half of their spread.
@@ -19,7 +19,7 @@ impl Kind {
         if bounds { Self::Bounds } else { Self::Estimate }
     }
 
-    /// As in the table.
+    /// The name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bounds => "bounds",
@@ -29,68 +29,70 @@ impl Kind {
     }
 }
 
-/// Who chose the grid.
+/// The origin of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// The study: order and layers are given.
+    /// A grid of the study, with given order and layers.
     Table,
-    /// The solver, from the tolerance; its time includes the grids it tried on the way.
+    /// The solver's choice from the tolerance; its time includes the grids tried before.
     Own,
 }
 
-/// One solve, or why there is none.
+/// One solve, or the reason why there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// The kind of error that it has.
+    /// The kind of error.
     pub kind: Kind,
-    /// Who chose the grid.
+    /// The origin of the grid.
     pub choice: Choice,
-    /// The tolerance asked for. For a given grid, the tolerance that its outer reach and its iterations are set for.
+    /// The requested tolerance. For a given grid it sets the distance to the outer boundary and the accuracy
+    /// of the iterations.
     pub tolerance: Option<f64>,
     /// The result, or the reason why there is none.
-    pub outcome: Result<Found, Missing>,
+    pub outcome: Result<Solved, Missing>,
 }
 
 /// The result of a solve.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
-    /// The order and the layers of the grid; of the last one, if there were several.
+pub struct Solved {
+    /// The order and the layers of the grid; of the last grid, if there were several.
     pub level: Option<ResolutionLevel>,
     /// The number of unknowns of the largest problem.
     pub unknowns: Option<usize>,
     /// Wall-clock seconds, the least of all repeats.
     pub seconds: f64,
-    /// How often the solve was timed.
+    /// The number of timed solves.
     pub repeats: usize,
-    /// The capacitance, F, with bounds or an error estimate; bare for parallel plates.
+    /// The capacitance, F, with bounds or an error estimate; without errors for parallel plates.
     pub value: Bounded,
-    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole Maxwell matrix where the case asks for it.
+    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole Maxwell
+    /// matrix if the case measures it.
     pub reported_error: f64,
 }
 
-/// Why a line has no numbers.
+/// The reason why a run has no numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Missing {
-    /// It would take too long; with the seconds expected.
+    /// It would take too long, with the expected seconds.
     LeftOut(f64),
     /// The study was stopped before.
     NotRun,
-    /// It cannot be solved.
+    /// The solve failed.
     Failed(Box<StepFailure>),
 }
 
 impl Run {
     /// The result, if there is one.
-    pub fn found(&self) -> Option<&Found> {
+    pub fn found(&self) -> Option<&Solved> {
         self.outcome.as_ref().ok()
     }
 
-    /// Whether it is known to meet a tolerance.
+    /// Whether the run is known to meet a tolerance.
     pub fn meets(&self, tolerance: f64) -> bool {
         self.found().is_some_and(|found| found.reported_error <= tolerance)
     }
 
-    /// `ok`, `tolerance not reached`, or why there is nothing.
+    /// `ok`, `tolerance not reached`, or the reason why there is no result.
     pub fn status(&self) -> String {
         match (&self.outcome, self.tolerance) {
             (Ok(found), Some(tolerance)) if found.reported_error > tolerance => {
@@ -111,7 +113,7 @@ impl Run {
     ) -> Self {
         let super::subject::Measured { seconds, value, reported_error, level, unknowns } = measured;
         let unknowns = Some(unknowns);
-        let found = Found { level, unknowns, seconds, repeats: 1, value, reported_error };
+        let found = Solved { level, unknowns, seconds, repeats: 1, value, reported_error };
         Self { kind, choice, tolerance: Some(tolerance), outcome: Ok(found) }
     }
 

@@ -15,22 +15,23 @@ use elastocap_coupling::route::{Bending, Bodies, Route, asked, route};
 use elastocap_coupling::scene::{DeformedScene, scene_of};
 use elastocap_coupling::terminals::shown;
 
-/// Which capacitance is studied.
+/// The capacitance that is studied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The capacitance that the case measures.
     Measured(Measurement),
-    /// The first diagonal entry of the Maxwell matrix, where the case measures all of it.
+    /// The first diagonal entry of the Maxwell matrix, if the case measures the whole matrix.
     FirstEntry,
 }
 
-/// One solve.
+/// The result of one solve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Measured {
     pub(super) seconds: f64,
-    /// The capacitance that is studied.
+    /// The studied capacitance.
     pub(super) value: Bounded,
-    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole matrix where that is asked for.
+    /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole matrix if
+    /// that is measured.
     pub(super) reported_error: f64,
     pub(super) level: Option<ResolutionLevel>,
     pub(super) unknowns: usize,
@@ -41,15 +42,15 @@ pub(super) struct Subject {
     settings: Settings,
     deformed: DeformedScene,
     pub(super) quantity: Quantity,
-    /// The parallel-plate value, F, and how long it took, mechanics included.
+    /// The parallel-plate value, F, and its computing time with mechanics, s.
     pub(super) plates: Option<(f64, f64)>,
 }
 
 impl Subject {
-    /// The state of a load step, with the settings that a run would solve it with.
+    /// The state of a load step, with the settings of a run.
     ///
     /// # Errors
-    /// A step that a run does not solve by the box solver alone, or not at all.
+    /// A step that a run does not solve, or not by the box solver alone.
     pub(super) fn new(
         case: &Case,
         plan: &Plan,
@@ -61,7 +62,7 @@ impl Subject {
             Route::BOXES => Ok(()),
             _ => Err(Refused::Route { step: step.index, taken }),
         };
-        // Before the layer is pressed, which may take minutes.
+        // Known failures come before the layer is pressed, which may take minutes.
         if let Some(failure) = &step.failure {
             return Err(failed(failure.clone()));
         }
@@ -95,8 +96,8 @@ impl Subject {
         Settings { relative_tolerance: tolerance, bounds, resolution, ..self.settings.clone() }
     }
 
-    /// Seconds expected of a grid or of the solver's own choice; nothing where it does not fit into memory or cannot be solved,
-    /// which a solve then says.
+    /// The expected seconds on a grid or with the solver's choice; `None` if the solve does not fit into
+    /// memory or is impossible, for which the solve gives the reason.
     pub(super) fn expected_seconds(
         &self,
         level: Option<ResolutionLevel>,
@@ -108,7 +109,7 @@ impl Subject {
         (found.memory_bytes <= settings.memory_limit).then_some(found.seconds)
     }
 
-    /// Solves to a tolerance on a grid, or on those that the solver chooses.
+    /// Solves to a tolerance on a given grid, or with the solver's choice.
     pub(super) fn solve(
         &self,
         level: Option<ResolutionLevel>,
@@ -145,8 +146,8 @@ fn reported_error(c: &Bounded, bounds: bool) -> f64 {
 
 /// The error that the solver compares with the tolerance: see [`Target`](elastocap_electrostatics::Target).
 fn reported_error_of(solution: &Solution, settings: &Settings) -> f64 {
-    if let Some(own) = &solution.measured {
-        return reported_error(own, settings.bounds);
+    if let Some(capacitance) = &solution.measured {
+        return reported_error(capacitance, settings.bounds);
     }
     let pair = solution.two_terminal.as_ref().map(|c| reported_error(c, settings.bounds));
     let maxwell = &solution.maxwell;
@@ -190,10 +191,10 @@ mod tests {
             let level = Some(ResolutionLevel { order: 3, levels: 1 });
             let settings = subject.settings(1e-4, bounds, level);
             let solution = solve(&subject.deformed.scene, &settings).unwrap();
-            // The solver says the number it compared, to two digits.
-            let said = solution.shortfall.as_ref().unwrap().to_string();
+            // The message of the solver has the number that it compared, to two digits.
+            let message = solution.shortfall.as_ref().unwrap().to_string();
             let reported_error = reported_error_of(&solution, &settings);
-            assert!(said.contains(&format!("{reported_error:.1e}")), "{reported_error:e}: {said}");
+            assert!(message.contains(&format!("{reported_error:.1e}")), "{reported_error:e}: {message}");
         }
     }
 }

@@ -1,31 +1,32 @@
-//! Compares the solver's own choice of grid with the fastest grid of the table.
+//! Compares the solver's choice of grid with the fastest grid of the table.
 
 use super::reference::{Honesty, Reference};
 use super::run::{Choice, Kind, Run};
 
-/// The solver's own choice is good if it takes no more than this times the fastest grid.
+/// The largest time of a good choice of the solver, over that of the fastest grid.
 pub const ALLOWED: f64 = 1.5;
 
-/// How the solver's own choice compares at one tolerance.
+/// The comparison of the solver's choice with the fastest grid at one tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Verdict {
-    /// The index of the run that is the solver's own choice.
-    pub own: usize,
+    /// The index of the run with the solver's choice.
+    pub chosen: usize,
     /// The index of the fastest run of the table that meets the tolerance.
     pub best: usize,
-    /// The seconds of the run `own` over those of the run `best`.
+    /// The seconds of the run `chosen` over those of the run `best`.
     pub ratio: f64,
 }
 
 impl Verdict {
-    /// The verdict on the run with the index `own`; `None` where it is not the solver's own choice, or nothing in the table meets its tolerance.
+    /// The verdict on the run with the index `chosen`; `None` if its grid is not the solver's choice, or
+    /// nothing in the table meets its tolerance.
     ///
     /// A grid whose error estimate the reference shows to be too low does not count as meeting its tolerance.
-    pub(super) fn of(runs: &[Run], own: usize, reference: Option<&Reference>) -> Option<Self> {
-        let run = runs.get(own).filter(|run| run.choice == Choice::Own)?;
+    pub(super) fn of(runs: &[Run], chosen: usize, reference: Option<&Reference>) -> Option<Self> {
+        let run = runs.get(chosen).filter(|run| run.choice == Choice::Own)?;
         let best = fastest(runs, run.kind, run.tolerance?, reference)?;
         let ratio = run.found()?.seconds / runs.get(best)?.found()?.seconds;
-        Some(Self { own, best, ratio })
+        Some(Self { chosen, best, ratio })
     }
 
     /// Whether the choice is good.
@@ -59,12 +60,12 @@ mod tests {
     use elastocap_electrostatics::Bounded;
 
     use super::*;
-    use crate::accuracy::run::{Found, Missing};
+    use crate::accuracy::run::{Missing, Solved};
 
     fn run(kind: Kind, choice: Choice, seconds: f64, reported_error: f64) -> Run {
         let value =
             Bounded { value: 1.0, lower: 1.0 - 0.5 * reported_error, upper: 1.0 + 0.5 * reported_error };
-        let found = Found { level: None, unknowns: None, seconds, repeats: 1, value, reported_error };
+        let found = Solved { level: None, unknowns: None, seconds, repeats: 1, value, reported_error };
         Run { kind, choice, tolerance: Some(1e-3), outcome: Ok(found) }
     }
 

@@ -1,14 +1,16 @@
-//! Chooses the grids to try: those along the line where the tolerance begins to be met.
+//! Chooses the grids to try: those along the boundary between grids that meet the tolerance and grids that do
+//! not.
 //!
-//! More order and more layers both cost time and lower the error, so on the plane of the two the grids that meet a
-//! tolerance lie above a staircase, and the fastest of them on it. The walk follows it both ways from a grid at hand.
+//! Higher order and more layers both cost time and reduce the error, so in the plane of order and layers the
+//! grids that meet a tolerance lie above a staircase, with the fastest of them on it. The walk follows the
+//! staircase both ways from a given grid.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use elastocap_electrostatics::ResolutionLevel;
 
-/// The result of one grid.
+/// The result on one grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial {
     pub(super) seconds: f64,
@@ -19,14 +21,14 @@ pub(super) struct Trial {
 /// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The factor leaves room for
 /// errors of the time forecast.
 const WORTH: f64 = 1.6;
-/// Estimates compare with the order below, so they mean nothing below order 2.
+/// Error estimates compare with the next lower order, so they mean nothing below order 2.
 pub(super) const ORDERS: RangeInclusive<usize> = 2..=14;
 pub(super) const LEVELS: RangeInclusive<usize> = 1..=10;
 
 /// Tries grids around the staircase, from `start`.
 ///
-/// `expected` gives the expected seconds of a grid in any unit, or nothing for a grid that cannot be had; `attempt`
-/// solves on it, or answers with nothing where the walk must end.
+/// `expected` gives the expected seconds of a grid in any unit, or `None` for an impossible grid; `attempt`
+/// solves on it, or returns `None` if the walk must end.
 pub(super) fn walk(
     start: ResolutionLevel,
     tolerance: f64,
@@ -43,7 +45,7 @@ struct Walk<'a> {
     tolerance: f64,
     expected: &'a dyn Fn(ResolutionLevel) -> Option<f64>,
     attempt: &'a mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
-    /// Seconds over the forecast, of the last grid.
+    /// The time over its forecast on the last grid.
     scale: Option<f64>,
 }
 
@@ -77,8 +79,8 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// The lowest order that meets the tolerance with this number of layers, searched from the order given; `None` if that
-    /// takes too long.
+    /// The lowest order that meets the tolerance with this number of layers, searched from the given order;
+    /// `None` if that takes too long.
     fn lowest_order(&mut self, from: ResolutionLevel) -> Result<Option<usize>, Halt> {
         let mut at = from;
         while self.meets(at)? == Some(false) {
@@ -123,7 +125,7 @@ impl Walk<'_> {
         Ok(Some(trial.reported_error <= self.tolerance))
     }
 
-    /// Whether no order meets the tolerance: what one more order gains shrinks once the layers are too few.
+    /// Whether no order meets the tolerance: with too few layers the gain of one more order becomes small.
     fn is_hopeless(&self, at: ResolutionLevel) -> bool {
         let reported_error =
             |order| self.tried.get(&ResolutionLevel { order, ..at }).map(|trial| trial.reported_error);
@@ -155,7 +157,7 @@ mod tests {
         Trial { seconds: seconds(at), reported_error: error(at) }
     }
 
-    /// Seconds of the fastest one that meets the tolerance.
+    /// The seconds of the fastest grid that meets the tolerance.
     fn fastest(tried: &[(ResolutionLevel, Trial)], tolerance: f64) -> Option<f64> {
         tried.iter().filter(|(_, t)| t.reported_error <= tolerance).map(|(_, t)| t.seconds).reduce(f64::min)
     }
@@ -163,8 +165,8 @@ mod tests {
     #[test]
     fn the_fastest_grid_of_all_is_among_those_tried_wherever_the_walk_begins() {
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
-            let all = ORDERS.flat_map(|order| LEVELS.map(move |levels| level(order, levels)));
-            let best = all.filter(|at| error(*at) <= tolerance).map(seconds).fold(f64::INFINITY, f64::min);
+            let grids = ORDERS.flat_map(|order| LEVELS.map(move |levels| level(order, levels)));
+            let best = grids.filter(|at| error(*at) <= tolerance).map(seconds).fold(f64::INFINITY, f64::min);
             for start in [level(5, 3), level(9, 6), level(7, 5), level(10, 7)] {
                 let tried = walk(start, tolerance, &|at| Some(1e-3 * seconds(at)), &mut |at| Some(trial(at)));
                 if let Some(found) = fastest(&tried, tolerance) {

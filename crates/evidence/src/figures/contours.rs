@@ -1,9 +1,9 @@
-//! Figs. 4 and 6: stress under a patch that is held, as bands of colour. The paper moves the contact region down by the same
-//! displacement everywhere; that is a patch that may spread, not a punch in contact.
+//! Figs. 4 and 6: stress under a held patch, as bands of colour. The paper moves the contact region down by
+//! the same displacement everywhere; that is a patch that may spread, not a punch in contact.
 //!
-//! The paper's punch is "comparable to the layer thickness" in Figs. 4 and 6a, half of it in 6b and "over three times" in
-//! 6c; taken are the half-lengths `H`, `H/2` and `3H`. The layer goes on for six thicknesses beside the punch, of which the
-//! pictures show a part.
+//! The paper's punch is "comparable to the layer thickness" in Figs. 4 and 6a, half of it in 6b and "over
+//! three times" in 6c, which suggests the half-lengths `H`, `H/2` and `3H`. The layer extends six thicknesses
+//! beyond the punch, and the pictures show a part of it.
 
 use elastocap_mechanics::solid::mesh::Mesh;
 use elastocap_mechanics::solid::stress::{Fields, Sample};
@@ -13,10 +13,10 @@ use super::shear::peak_and_end;
 use super::{Drawn, FigureError, Run, SMALL, Session, left_out};
 use elastocap_results::plot::{Axis, Cell, Fringes, Scale};
 
-/// How far beside the punch the layer is shown, over `H`.
+/// The distance beyond the punch up to which the layer is shown, over `H`.
 const BESIDE: f64 = 2.5;
 
-/// The elements up to `x1 <= limit` where they have gone, with a value at each node.
+/// The deformed elements up to `x1 <= limit`, with a value at each node.
 fn cells(mesh: &Mesh, limit: f64, at: impl Fn(usize) -> Sample, value: impl Fn(&Sample) -> f64) -> Vec<Cell> {
     let shown = mesh.elements.iter().filter(|e| e.iter().all(|&n| mesh.nodes[n as usize][0] <= limit));
     shown
@@ -29,8 +29,8 @@ fn cells(mesh: &Mesh, limit: f64, at: impl Fn(usize) -> Sample, value: impl Fn(&
         .collect()
 }
 
-/// The values between which the colours differ: those farther than a quarter of the thickness from the end of the punch at
-/// `corner`, where stress is singular.
+/// The range of the colours: the values farther than a quarter of the thickness from the end of the punch at
+/// `corner`, where the stress is singular.
 fn range(cells: &[Cell], corner: f64) -> Option<(f64, f64)> {
     let far = |p: &&(f64, f64, f64)| (p.0 - corner).hypot(p.1 - 1.0) > 0.25;
     cells.iter().flatten().filter(far).fold(None, |range, p| {
@@ -39,7 +39,8 @@ fn range(cells: &[Cell], corner: f64) -> Option<(f64, f64)> {
     })
 }
 
-/// `corner`: where the punch ends, for bands of colour; without it the elements' outlines.
+/// A picture with bands of colour and the end of the punch at `corner`; without it, with the outlines of the
+/// elements.
 fn picture(title: &str, quantity: &str, cells: Vec<Cell>, corner: Option<f64>) -> String {
     let axis = |label: &str| Axis { label: label.into(), unit: String::new(), scale: Scale::Linear };
     Fringes {
@@ -74,7 +75,7 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
     };
     let mesh = &found.models[point.fan].equations().body().mesh;
     let fields = found.fields(point);
-    let all = |value: fn(&Sample) -> f64| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), value);
+    let cells_of = |value: fn(&Sample) -> f64| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), value);
     let t = |k: usize| move |s: &Sample| s.stress.nominal()[k];
     let head = "under a held patch of half-length H, U/H = 0.05";
     let drawn_cells = |k: usize| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), t(k));

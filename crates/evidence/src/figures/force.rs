@@ -1,8 +1,9 @@
 //! Fig. 16: the force over the compression.
 //!
-//! The paper says neither its length `L_c` nor how it set `B`. Shown are two contacts: a punch of half-length `H` (a), and the
-//! whole top of the layer of section 3.2 (b). Each with eq. (50) for `L = L_c` in both (45) and (50), which
-//! needs no finite elements, and for the `L` of the balance (43) by finite elements.
+//! The paper gives neither its length `L_c` nor its choice of `B`. Two contacts are shown: a punch of
+//! half-length `H` (a), and the whole top of the layer of section 3.2 (b). Each has the force of eq. (50)
+//! with `L = L_c` in both (45) and (50), which needs no finite elements, and with the `L` of the balance (43)
+//! from finite elements.
 
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::{ClosedFormSettings, LayerState, MechanicsError};
@@ -11,7 +12,7 @@ use super::panel::{cell, figure};
 use super::{Drawn, FigureError, RUBBER, Run, Session, left_out};
 use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 
-/// Up to which compression the closed form is drawn, in steps of a hundredth.
+/// The last compression at which the closed form is drawn, in hundredths; it is drawn at every hundredth.
 const LAST: u32 = 40;
 
 /// `F/(mu H w)` of (50) on a contact of half-length `contact` over `H` with the shear length `length` over `H`.
@@ -30,7 +31,7 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
     for (file, what, run) in contacts {
         let found = session.run(run)?;
         let contact = run.contact.half_length();
-        let mut own = Vec::new();
+        let mut with_half_length = Vec::new();
         let mut csv = "compression,closed_form_force,closed_form_force_with_balance_shear_length,finite_element_force\n"
             .to_owned();
         let (mut balanced, mut points) = (vec![(0.0, 0.0)], Vec::new());
@@ -41,7 +42,7 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
         for k in 0..=LAST {
             let compression = f64::from(k) / 100.0;
             let force = closed_form_force(compression, contact, contact)?;
-            own.push((compression, force));
+            with_half_length.push((compression, force));
             let Some(point) = found.at(compression) else {
                 row(&mut csv, [compression, force, f64::NAN, f64::NAN]);
                 continue;
@@ -53,7 +54,7 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
             row(&mut csv, [compression, force, with_balance, point.shear.force]);
         }
         let series = vec![
-            line("closed form, L the half-length", own.clone(), Style::Line),
+            line("closed form, L the half-length", with_half_length.clone(), Style::Line),
             line(
                 "closed form, L by the balance (43) of finite elements",
                 balanced.clone(),
@@ -72,12 +73,12 @@ pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureErr
         drawn.files.push((format!("figure-{file}.csv"), csv));
         for ((compression, force), (_, balanced)) in points.iter().zip(&balanced[1..]) {
             if [0.05, 0.1, 0.2, 0.4].contains(compression) {
-                let own = closed_form_force(*compression, contact, contact)?;
+                let with_half_length = closed_form_force(*compression, contact, contact)?;
                 drawn.findings.push(format!(
                     "{what}, U/H = {compression}: F/(μHw) = {} by finite elements, {} in closed form with the half-length for L, {} with L by \
                      the balance",
                     figure(*force),
-                    figure(own),
+                    figure(with_half_length),
                     figure(*balanced)
                 ));
             }

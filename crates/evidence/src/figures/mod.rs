@@ -1,11 +1,12 @@
-//! The figures and tables of the paper that the closed form comes from, computed: closed form as lines, finite elements as
-//! points, the data as CSV beside each picture.
+//! Computes the figures and tables of the paper that the closed form comes from: the closed form as lines,
+//! finite elements as points, and the data as CSV beside each picture.
 //!
-//! All is without units: lengths over the thickness `H`, stresses over `C1` or the shear modulus `mu`. The finite elements are
+//! All quantities are dimensionless: lengths over the thickness `H`, stresses over `C1` or the shear modulus
+//! `mu`. The finite elements are
 //! those of [`elastocap_mechanics::solid`] with a neo-Hookean rubber: in plane strain, with volume kept, the stresses
 //! `sigma_11`, `sigma_12`, `sigma_22` of the paper's Mooney-Rivlin rubber are the same for the same `mu`.
 //!
-//! A run of finite elements that several figures need is made once, in a [`Session`].
+//! Finite-element runs that several figures need are computed once, in a [`Session`].
 
 mod contours;
 mod force;
@@ -24,11 +25,11 @@ use elastocap_mechanics::{LayerMap, LayerStress, MechanicsError, MooneyRivlin};
 
 /// The paper's rubber, in Pa: `C1 = 1364.3`, `C2 = -87863.8`.
 const RUBBER: MooneyRivlin = MooneyRivlin { c10: 682.15, c01: 43931.9 };
-/// `C1` of the paper in Pa, by which it divides stresses.
+/// `C1` of the paper in Pa, the unit of its stresses.
 const C1: f64 = 1364.3;
 /// Half-length over thickness of the paper's finite-element model (section 3.2).
 const HALF_LENGTH: f64 = 4.0;
-/// The compressions that finite elements are asked for.
+/// The compressions of the finite-element runs.
 const COMPRESSIONS: [f64; 8] = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4];
 
 /// A figure or a table.
@@ -61,7 +62,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// All, in the order of the paper; the shear length last.
+    /// All items, in the order of the paper; the shear length last.
     pub const ALL: [Self; 12] = [
         Self::Table1,
         Self::Table2,
@@ -77,7 +78,7 @@ impl Item {
         Self::ShearLength,
     ];
 
-    /// How it is asked for.
+    /// The name of the item on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Table1 => "table-1",
@@ -100,7 +101,7 @@ impl Item {
         Self::ALL.into_iter().find(|item| item.name() == name)
     }
 
-    /// The title of the item: what it shows.
+    /// The title of the item.
     pub fn title(self) -> &'static str {
         match self {
             Self::Table1 => "the phase angle over the compression",
@@ -119,30 +120,30 @@ impl Item {
     }
 }
 
-/// The files and findings of an item that was drawn.
+/// The files and findings of a drawn item.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
     /// Names and contents of its files.
     pub files: Vec<(String, String)>,
     /// The findings in numbers, a sentence each.
     pub findings: Vec<String>,
-    /// The parts that were left out because the solver stopped.
+    /// The parts that are missing because the solver stopped.
     pub missing: Vec<String>,
 }
 
-/// Why an item cannot be drawn.
+/// The reason why an item cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// The finite-element model.
+    /// The finite-element model cannot be built.
     #[error("the finite-element model cannot be built: {0}")]
     Model(#[from] ModelError),
-    /// The closed form.
+    /// The closed form has no solution.
     #[error("the closed form has no answer: {0}")]
     ClosedForm(#[from] MechanicsError),
 }
 
-/// A run of finite elements: what presses, what becomes of the end, up to which compression, elements over the thickness.
+/// A finite-element run: contact, end of the layer, last compression, and elements over the thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
     contact: Contact,
@@ -152,12 +153,12 @@ struct Run {
 }
 
 impl Run {
-    /// The layer of section 3.2, its top pressed all over.
+    /// The layer of section 3.2, pressed over its whole top.
     const fn layer(end: End) -> Self {
         Self { contact: Contact::WholeTop(HALF_LENGTH), end, compressions: &COMPRESSIONS, elements: 12 }
     }
 
-    /// A patch that is held, as the paper has it for a punch, of this half-length over `H`.
+    /// A held patch of this half-length over `H`, as the paper models a punch.
     const fn punch(half_length: f64) -> Self {
         Self {
             contact: Contact::Punch(half_length),
@@ -167,7 +168,7 @@ impl Run {
         }
     }
 
-    /// A patch that is held, as for [`Run::punch`], at small strain.
+    /// A held patch as for [`Run::punch`], at small strain.
     const fn small_strain(half_length: f64) -> Self {
         Self { compressions: &[SMALL], ..Self::punch(half_length) }
     }
@@ -186,7 +187,7 @@ impl Session {
     /// Draws one item.
     ///
     /// # Errors
-    /// [`FigureError`]; points that the solver does not reach are no error but named in [`Drawn::missing`].
+    /// [`FigureError`]; points that the solver does not reach are no error but listed in [`Drawn::missing`].
     pub fn draw(&mut self, item: Item) -> Result<Drawn, FigureError> {
         match item {
             Item::Table1 => tables::phase_angles(),
@@ -220,7 +221,7 @@ fn closed_form(compression: f64, shear_length: f64) -> Result<LayerStress, Mecha
     LayerStress::new(LayerMap::new(1.0, compression)?, RUBBER, shear_length)
 }
 
-/// The part that a run left out, if any, in words.
+/// The part that a run does not reach, if any, in words.
 fn left_out(what: &str, found: &ShearLengths) -> Option<String> {
     let stopped = found.stopped.as_ref()?;
     let last = found.points.last().map_or(0.0, |p| p.shear.compression);

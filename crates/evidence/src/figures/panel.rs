@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 
-/// A quantity: as the picture and as the CSV file name it.
+/// The name of a quantity in the picture and in the CSV file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Named(pub(super) &'static str, pub(super) &'static str);
 
-/// A curve at one value of the parameter: at each abscissa the closed form's value and the finite elements'; NaN where
-/// there is none.
+/// A curve at one value of the parameter: at each abscissa the values of the closed form and of the finite
+/// elements; NaN where there is none.
 pub(super) struct Curve {
     pub(super) parameter: f64,
     pub(super) rows: Vec<[f64; 3]>,
@@ -24,9 +24,9 @@ pub(super) struct Panel {
     pub(super) y: Named,
     pub(super) parameter: Named,
     pub(super) curves: Vec<Curve>,
-    /// Whether the abscissa is `x1`, and not the parameter.
+    /// Whether the abscissa, and not the parameter, is `x1`.
     pub(super) x_is_x1: bool,
-    /// Every how many abscissae a point is drawn.
+    /// The stride of abscissae with a point.
     pub(super) stride: usize,
 }
 
@@ -47,13 +47,13 @@ impl Panel {
                 style: Style::Line,
             })
             .collect();
-        for (of, curve) in self.curves.iter().enumerate() {
+        for (line, curve) in self.curves.iter().enumerate() {
             let points = curve.rows.iter().step_by(self.stride).filter(|r| r[2].is_finite());
             series.push(Series {
                 name: String::new(),
                 points: points.map(|r| (r[0], r[2])).collect(),
                 band: None,
-                style: Style::Points { of },
+                style: Style::Points { of: line },
             });
         }
         let axis = |named: Named| Axis { label: named.0.into(), unit: String::new(), scale: Scale::Linear };
@@ -71,7 +71,8 @@ impl Panel {
         out
     }
 
-    /// Largest difference between points and lines up to `x1 = limit`, and the largest point of all, both in size.
+    /// The largest difference between points and lines up to `x1 = limit`, and the largest value of all
+    /// points, both absolute.
     fn difference(&self, limit: f64) -> (f64, f64) {
         let (mut difference, mut largest) = (0.0f64, 0.0f64);
         for curve in &self.curves {
@@ -104,7 +105,7 @@ impl Panel {
     }
 }
 
-/// Four significant digits.
+/// The value with four significant digits.
 pub(super) fn figure(value: f64) -> String {
     figure_of(value, 4)
 }
@@ -117,7 +118,7 @@ fn figure_of(value: f64, digits: i32) -> String {
     format!("{value:.places$}")
 }
 
-/// Ten significant digits; empty where there is no value.
+/// The value with ten significant digits; empty where there is none.
 pub(super) fn cell(value: f64) -> String {
     if !value.is_finite() {
         return String::new();

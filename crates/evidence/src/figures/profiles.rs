@@ -1,8 +1,9 @@
 //! Figs. 9 to 13: stress and displacement of the layer of section 3.2 along lines of fixed `x2` and of fixed `x1`.
 //!
-//! Which lines the paper shows its text does not say; taken are `x2/H` and `x1/H` at quarters and halves, over the range
-//! of its axes, `x1/H` from 0 to 2. At 5 % the end is free, as in the paper; at 40 % the substrate goes on beyond it, since the
-//! free end has no forces that meshes agree on there.
+//! The text of the paper does not say which lines it shows. Here they are at quarters and halves of `x2/H`
+//! and `x1/H`, over the range of the paper's axes, `x1/H` from 0 to 2. At 5 % the end is free, as in the
+//! paper; at 40 % the substrate continues beyond it, since the forces at a folded free end depend on the
+//! mesh.
 
 use elastocap_mechanics::LayerStress;
 use elastocap_mechanics::solid::layer::End;
@@ -15,7 +16,7 @@ use super::{C1, Drawn, FigureError, RUBBER, Run, Session, closed_form, left_out}
 /// `x2/H` of the rows and `x1/H` of the columns that are shown.
 const ROWS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const COLUMNS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
-/// Abscissae of a curve; every second one gets a point.
+/// The number of abscissae of a curve; every second one gets a point.
 const ABSCISSAE: usize = 33;
 
 /// The quantity on the vertical axis.
@@ -73,7 +74,7 @@ enum Along {
 }
 
 impl Along {
-    /// The lines' places, the other coordinate's range, and the names of abscissa and parameter.
+    /// The places of the lines, the range of the other coordinate, and the names of abscissa and parameter.
     fn lines(self) -> ([f64; 5], f64, Named, Named) {
         let (x1, x2) = (Named("x₁/H", "x_1_over_h"), Named("x₂/H", "x_2_over_h"));
         match self {
@@ -90,7 +91,8 @@ impl Along {
     }
 }
 
-/// The state of a figure: finite elements if they got there, and the closed form with the shear length they ask for.
+/// The state of a figure: finite elements if they converged there, and the closed form with their shear
+/// length.
 struct Shown<'a> {
     fields: Option<Fields<'a>>,
     closed: LayerStress,

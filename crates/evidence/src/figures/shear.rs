@@ -1,7 +1,7 @@
 //! Fig. 7, the shear stress along the bonded edge, and the shear length that comes from it.
 //!
-//! The paper's punch is "a fourth of the layer thickness" and its peak lies at 2 to 3 times `L`: taken is the half-length
-//! `L = H/4`. The layer goes on for six thicknesses beside the punch.
+//! The paper's punch is "a fourth of the layer thickness" and its peak lies at 2 to 3 times `L`, which
+//! suggests the half-length `L = H/4`. The layer extends six thicknesses beyond the punch.
 
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, FANS, ShearLengths};
@@ -17,7 +17,8 @@ const QUARTER: f64 = 0.25;
 /// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on 450 um.
 const PUNCHES: [f64; 7] = [QUARTER, 0.5, 1.0, 500.0 / 450.0, 2.0, 3.0, 4.0];
 
-/// Where along the bonded edge the shear stress is largest, and where beyond that it has fallen to a tenth; over `H`.
+/// The place along the bonded edge where the shear stress is largest, and the place beyond it where the
+/// stress has fallen to a tenth; over `H`.
 pub(super) fn peak_and_end(edge: &[Sample]) -> Option<(f64, f64)> {
     let (place, peak) = edge.iter().enumerate().max_by(|a, b| a.1.stress.s12.total_cmp(&b.1.stress.s12))?;
     let end = edge[place..].iter().find(|s| s.stress.s12 < 0.1 * peak.stress.s12)?;
@@ -65,7 +66,7 @@ pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
     Ok(drawn)
 }
 
-/// A contact's name in the legend, and in the CSV what becomes of the layer's end.
+/// The name of a contact in the legend, and its contact and layer end in the CSV file.
 fn named(run: &Run) -> (String, &'static str, &'static str) {
     match (run.contact, run.end) {
         (Contact::Punch(a), _) => (format!("held patch, a/H = {}", figure_short(a)), "punch", "far away"),

@@ -1,4 +1,4 @@
-//! Tables 1 and 2.
+//! Tables 1 and 2 of the paper.
 
 use elastocap_mechanics::LayerMap;
 
@@ -60,7 +60,7 @@ pub(super) fn poisson_ratios() -> Drawn {
     }
 }
 
-/// Poisson's ratio of the moduli's ratio `K/mu`, (47).
+/// Poisson's ratio for the ratio `K/mu` of the moduli, (47).
 fn poisson_ratio(ratio: f64) -> f64 {
     (3.0 * ratio - 2.0) / (6.0 * ratio + 2.0)
 }

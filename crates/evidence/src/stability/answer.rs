@@ -1,4 +1,4 @@
-//! The answer to one case file: read, planned and run as `elastocap run` does it, within a time.
+//! The answer to one case file, which is read, planned and run as by `elastocap run`, within a time limit.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,36 +10,37 @@ use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 
-/// How a case ended.
+/// The outcome of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Answer {
-    /// It was not read: bad input.
+    /// The case was refused as bad input.
     Refused(String),
-    /// It was run; steps may have failed. The number is the largest relative error that a step may have and be ok.
+    /// The case was run; steps may have failed. The number is the largest relative error of an acceptable
+    /// step.
     Run(Box<Outcome>, f64),
-    /// It was not done in time.
+    /// The case was not finished in time.
     TooLong(Duration),
-    /// It was stopped by the user.
+    /// The user stopped the case.
     Stopped,
-    /// It ended in a way that must not happen: a panic, for instance.
+    /// The case ended in a way that must not happen, such as a panic.
     Broken(String),
 }
 
-/// How long to wait for a solve that was asked to stop; then its thread is abandoned.
+/// The time to wait for a solve that was asked to stop; then its thread is abandoned.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Solves a case text on `threads` threads of its own, within `limit`.
+/// Solves a case text on `threads` new threads, within `limit`.
 pub(super) fn answer(text: &str, threads: usize, limit: Duration, stop: &AtomicBool) -> Answer {
     let cancel = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
-    let (text, told) = (text.to_owned(), Arc::clone(&cancel));
+    let (text, shared_cancel) = (text.to_owned(), Arc::clone(&cancel));
     let started = std::thread::Builder::new().name("entry".to_owned()).spawn(move || {
-        // Threads of its own: an abandoned solve must not hold up the next one.
+        // A separate pool, since an abandoned solve must not hold up the next one.
         let answer = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-            Ok(pool) => pool.install(|| solve(&text, &told)),
+            Ok(pool) => pool.install(|| solve(&text, &shared_cancel)),
             Err(error) => Answer::Broken(format!("cannot start threads: {error}")),
         };
-        // If it took too long, the receiver is gone.
+        // After too long a time the receiver is gone.
         let _ = sender.send(answer);
     });
     match started {

@@ -1,4 +1,4 @@
-//! The claims of an entry: a number with its stated error, and what is known of it from elsewhere.
+//! The claims of an entry: a number with its stated error, and independent limits of its true value.
 
 use elastocap_electrostatics::Bounded;
 
@@ -10,14 +10,14 @@ pub const ROUNDING: f64 = 1e-12;
 /// The limits between which a number lies, known independently of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
-    /// May be minus infinity.
+    /// The lower limit; may be minus infinity.
     pub low: f64,
-    /// May be infinite.
+    /// The upper limit; may be infinite.
     pub high: f64,
 }
 
 impl Truth {
-    /// Between two numbers.
+    /// A truth between two numbers.
     pub fn between(low: f64, high: f64) -> Self {
         Self { low, high }
     }
@@ -28,19 +28,19 @@ impl Truth {
         Self { low: value - slack, high: value + slack }
     }
 
-    /// Not more than this.
+    /// A truth of at most this number.
     pub fn at_most(high: f64) -> Self {
         Self { low: f64::NEG_INFINITY, high }
     }
 
-    /// Not less than this.
+    /// A truth of at least this number.
     pub fn at_least(low: f64) -> Self {
         Self { low, high: f64::INFINITY }
     }
 
     /// The limits that a solve of another scene proves, scaled.
-    pub fn proved(of: Bounded, scale: f64) -> Self {
-        Self { low: scale * of.lower, high: scale * of.upper }
+    pub fn proved(bounds: Bounded, scale: f64) -> Self {
+        Self { low: scale * bounds.lower, high: scale * bounds.upper }
     }
 }
 
@@ -68,7 +68,7 @@ impl Claim {
         Self { what: what.into(), unit: "F", value, lower, upper, truth }
     }
 
-    /// A number of a formula that should be good to a relative error.
+    /// A claim on the number of a formula that should have this relative error.
     pub fn formula(
         what: impl Into<String>,
         unit: &'static str,
@@ -80,7 +80,7 @@ impl Claim {
         Self { what: what.into(), unit, value, lower: value - slack, upper: value + slack, truth }
     }
 
-    /// Whether the truth can lie within the stated limits, and the value does.
+    /// Whether the truth is compatible with the stated limits, and the value lies within them.
     pub fn holds(&self) -> bool {
         let Self { value, lower, upper, truth, .. } = self;
         let slack = ROUNDING * lower.abs().max(upper.abs());
@@ -96,7 +96,7 @@ impl Claim {
         if self.value == 0.0 { 0.0 } else { 0.5 * (self.upper - self.lower) / self.value.abs() }
     }
 
-    /// The largest relative error that the truth leaves room for; `None` where only one side is known.
+    /// The largest relative error that is compatible with the truth; `None` if only one side is known.
     pub fn true_error(&self) -> Option<f64> {
         let Truth { low, high } = self.truth;
         let scale = low.abs().max(high.abs());
@@ -107,7 +107,7 @@ impl Claim {
         Some(if scale == 0.0 { error } else { error / scale })
     }
 
-    /// Whether the truth is so narrow that [`Claim::true_error`] is the error, not a limit of it.
+    /// Whether the truth is so narrow that [`Claim::true_error`] is the error itself, not only a limit of it.
     pub fn is_sharp(&self) -> bool {
         let Truth { low, high } = self.truth;
         let error = 0.5 * ((self.value - low).abs() + (self.value - high).abs());
@@ -115,18 +115,19 @@ impl Claim {
     }
 }
 
-/// All claims of an entry, or why there are none.
+/// All claims of an entry, or the reason why there are none.
 pub(super) type Claims = Result<Vec<Claim>, ClaimError>;
 
-/// Why nothing can be claimed: the outcomes of an entry lack a number that it is about, or have one that they must not have.
+/// The reason why nothing can be claimed: the outcomes of an entry lack a number that it is about, or have
+/// one that they must not have.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ClaimError {
-    /// There is no such step.
+    /// The case has no such step.
     #[error("case {case} has no step {step}")]
     Step {
-        /// Which of the entry's cases.
+        /// The number of the case in the entry.
         case: usize,
-        /// Which step.
+        /// The step.
         step: usize,
     },
     /// A cell of the row is empty.
@@ -138,13 +139,13 @@ pub enum ClaimError {
     /// There is no capacitance between two terminals.
     #[error("case {case} has no two-terminal capacitance")]
     TwoTerminal {
-        /// Which of the entry's cases.
+        /// The number of the case in the entry.
         case: usize,
     },
     /// There is no such entry of the Maxwell matrix.
     #[error("case {case} has no Maxwell entry ({row}, {column})")]
     MaxwellEntry {
-        /// Which of the entry's cases.
+        /// The number of the case in the entry.
         case: usize,
         /// The row of the entry of the matrix.
         row: usize,
@@ -251,8 +252,8 @@ mod tests {
                     Claim::capacitance("C", found, Truth::between(low, high))
                 };
                 let (plus, minus) = (one(1.0, [low, high]), one(-1.0, [-high, -low]));
-                let all = |c: &Claim| (c.holds(), c.stated_error(), c.true_error(), c.is_sharp());
-                assert_eq!(all(&plus), all(&minus), "{value} {spread} {low} {high}");
+                let results = |c: &Claim| (c.holds(), c.stated_error(), c.true_error(), c.is_sharp());
+                assert_eq!(results(&plus), results(&minus), "{value} {spread} {low} {high}");
             }
         }
         let formula = |value: f64| Claim::formula("F", "N", value, 0.25, Truth::value(value, 0.0));

@@ -1,4 +1,5 @@
-//! A catalogue of stiff and extreme cases. Something about the result of each is known independently of the program.
+//! A catalogue of stiff and extreme cases for which something about the result is known independently of the
+//! program.
 //!
 //! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a closed form,
 //! a scaling law, a limit with a known remainder, a reference value, or an inequality between proved bounds. A result is wrong if a
@@ -30,15 +31,15 @@ type ClaimsOf = Box<dyn Fn(&[Outcome]) -> Claims + Send + Sync>;
 
 /// One extreme case.
 pub struct Entry {
-    /// The extreme that it is about.
+    /// The extreme property of the case.
     pub subject: &'static str,
     /// The name of the case.
     pub name: String,
-    /// How it should end.
+    /// The expected answer.
     pub expect: Expect,
     /// Whether it belongs to the quick selection.
     pub quick: bool,
-    /// The case files that it solves.
+    /// The case files to be solved.
     pub cases: Vec<String>,
     claims: ClaimsOf,
 }
@@ -55,11 +56,11 @@ impl std::fmt::Debug for Entry {
 /// The verdict on an entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The extreme that the entry is about.
+    /// The extreme property that the entry is about.
     pub subject: &'static str,
     /// The entry's name.
     pub name: String,
-    /// The numbers; the first is the one to show.
+    /// The checked numbers; the first is the one to show.
     pub claims: Vec<Claim>,
     /// The verdict.
     pub verdict: Verdict,
@@ -88,8 +89,8 @@ impl Entry {
         Self { quick: true, ..self }
     }
 
-    /// Solves the entry's cases on `threads` threads and judges what comes of them. A case that takes longer than `limit`
-    /// is given up; `stop` ends it early.
+    /// Solves the entry's cases on `threads` threads and judges the answers. A case that takes longer than
+    /// `limit` is abandoned; `stop` ends it early.
     pub fn run(&self, threads: usize, limit: Duration, stop: &AtomicBool) -> Report {
         let begin = Instant::now();
         let mut answers = Vec::new();
@@ -133,10 +134,10 @@ pub fn csv(reports: &[Report]) -> String {
     out
 }
 
-/// Puts `stability.csv` into a folder, whole or not at all.
+/// Writes `stability.csv` into a folder, as a whole or not at all.
 ///
 /// # Errors
-/// When it cannot be written.
+/// [`OutputError`] if it cannot be written.
 pub fn save(reports: &[Report], folder: &Path) -> Result<Placed, OutputError> {
     let folder = OutputFolder::open(folder)?;
     folder.stage("stability.csv", csv(reports).as_bytes())?;

@@ -1,4 +1,4 @@
-//! Verdicts distinguish wrong values from right ones.
+//! Tests that verdicts distinguish wrong values from right ones.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops by panicking")]
 
@@ -10,7 +10,7 @@ use super::*;
 
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A cube in a box of which `truth` is claimed.
+/// A cube in a box, with a claim that its capacitance is `truth`.
 fn cube(truth: f64, tolerance: f64) -> Entry {
     let case = Scene::new().cube("cube", [0.0; 3], 1.0).grounded([-1.0; 3], [1.0; 3], to(tolerance));
     Entry::new("test", "cube", [case], move |out| {

@@ -1,8 +1,8 @@
-//! Case files as text, from a few numbers.
+//! Generates case files from a few numbers.
 
 use std::fmt::Write as _;
 
-/// A length as a case file has it.
+/// A length in metres as a case file has it.
 pub(super) fn metres(length: f64) -> String {
     format!("\"{length:e} m\"")
 }
@@ -71,7 +71,7 @@ impl Scene {
         .text
     }
 
-    /// In endless space of this permittivity.
+    /// The case in open space of this permittivity.
     pub(super) fn open_in(self, permittivity: f64, solve: Solve) -> String {
         self.surroundings("open", "", permittivity, solve)
     }
@@ -95,19 +95,19 @@ impl Scene {
     }
 }
 
-/// How well.
+/// The accuracy of a solve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solve {
     tolerance: f64,
     bounds: bool,
 }
 
-/// To this spread of the bounds.
+/// A solve to this spread of the bounds.
 pub(super) fn to(tolerance: f64) -> Solve {
     Solve { tolerance, bounds: true }
 }
 
-/// To this estimated error, without bounds.
+/// A solve to this estimated error, without bounds.
 pub(super) fn estimated(tolerance: f64) -> Solve {
     Solve { tolerance, bounds: false }
 }
@@ -119,7 +119,8 @@ impl std::fmt::Display for Solve {
     }
 }
 
-/// A pair of electrodes in a layer: the paper's sensor, of which entries change a few numbers. Lengths in m.
+/// A pair of electrodes in a layer: the paper's sensor, with a few numbers changed by each entry. Lengths in
+/// m.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
     pub(super) stacked: bool,
@@ -129,12 +130,12 @@ pub(super) struct Sensor {
     pub(super) thickness: f64,
     pub(super) width: f64,
     pub(super) height: f64,
-    /// As the file has it, or `None` for rigid electrodes.
+    /// The shear modulus as the file has it, or `None` for rigid electrodes.
     pub(super) modulus: Option<f64>,
-    /// Half-length and width of the contact.
+    /// The half-length and the width of the contact.
     pub(super) contact: f64,
     pub(super) shear_length: f64,
-    /// The line of `[load]`; none for a sensor that nothing presses.
+    /// The line of `[load]`; `None` for a sensor without load.
     pub(super) load: Option<String>,
     pub(super) boundary: &'static str,
     pub(super) margin: Option<f64>,
@@ -150,7 +151,7 @@ pub(super) const MODULUS: f64 = 2.0 * (CONSTANTS[0] + CONSTANTS[1]);
 pub(super) const INSULATED: &str = "\"insulated\"";
 pub(super) const GROUNDED: &str = "\"grounded\"";
 
-/// A medium of some thickness (m); endless if that is infinite.
+/// A medium of some thickness (m); unbounded if that is infinite.
 pub(super) fn medium(permittivity: f64, thickness: f64) -> String {
     let thickness = if thickness.is_finite() { metres(thickness) } else { "\"open\"".to_owned() };
     format!("{{ relative_permittivity = {permittivity:e}, thickness = {thickness} }}")

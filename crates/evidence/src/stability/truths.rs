@@ -1,4 +1,5 @@
-//! Independent knowledge: reference values, and the closed form evaluated in another way than by the mechanics crate.
+//! Independent knowledge: reference values, and the closed form evaluated in another way than in the
+//! mechanics crate.
 
 use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 use std::f64::consts::PI;
@@ -61,7 +62,7 @@ impl Layer {
     }
 }
 
-/// |F| / (2 w L mu) at a tiny compression; the next term is smaller by the order of the compression.
+/// |F| / (2 w L mu) at a tiny compression, to first order in the compression.
 pub(super) fn force_at_first(compression: f64, a: f64, b: f64) -> f64 {
     3.0 * compression * (1.5 + 0.5 * a * a - b * b / 6.0)
 }
@@ -109,8 +110,8 @@ pub(super) fn near_plates(gap: f64) -> [f64; 2] {
 /// Two-terminal capacitance of two unit cubes with their middles a distance apart, F, and its relative error: a cube
 /// has no quadrupole, and what one polarises the other by falls as the fourth power.
 pub(super) fn far_cubes(distance: f64) -> (f64, f64) {
-    let own = CUBE * FOUR_PI_EPS0;
-    (0.5 * own / (1.0 - CUBE / distance), distance.powi(-3))
+    let alone = CUBE * FOUR_PI_EPS0;
+    (0.5 * alone / (1.0 - CUBE / distance), distance.powi(-3))
 }
 
 #[cfg(test)]

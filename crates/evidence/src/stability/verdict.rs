@@ -10,10 +10,10 @@ use elastocap_coupling::failure::StepFailure;
 use elastocap_coupling::load_steps::StepLoad;
 use elastocap_coupling::outcome::{Outcome, Status, StepResult};
 
-/// How an entry should end.
+/// The expected answer to an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expect {
-    /// A number that is right.
+    /// A right number.
     Number,
     /// A refusal with a reason: of the case, of the step, or of its force.
     Refusal,
@@ -24,18 +24,18 @@ pub enum Expect {
 pub enum Verdict {
     /// The truth lies within the stated error.
     Right,
-    /// Refused, as it should be, with this reason.
+    /// The answer is an expected refusal, with this reason.
     Refused(String),
     /// The tolerance was missed, or the time ran out, and the result says so. The stated limits hold.
     NotReached(String),
-    /// The program is wrong.
+    /// The answer is wrong.
     Wrong(String),
-    /// Stopped by the user.
+    /// The user stopped the entry.
     Stopped,
 }
 
 impl Verdict {
-    /// The reason, where there is one.
+    /// The reason, if there is one.
     pub fn reason(&self) -> Option<&str> {
         match self {
             Self::Right | Self::Stopped => None,
@@ -84,7 +84,7 @@ pub(super) fn judge(
     for step in steps() {
         if let Status::Failed(failure) = &step.row.status {
             let verdict = match failure.as_ref() {
-                // No bounds are given then.
+                // There are no bounds then.
                 StepFailure::Field(SolveError::NotConverged) => Verdict::NotReached(failure.to_string()),
                 failure if failure.is_defect() => Verdict::Wrong(failure.to_string()),
                 failure => refusal(expect, failure.to_string()),
@@ -115,9 +115,9 @@ pub(super) fn judge(
     let reason = |step: &StepResult| {
         step.reason.as_ref().map_or_else(|| "no reason was given".to_owned(), ToString::to_string)
     };
-    let of = |wanted: fn(&Status) -> bool| steps().find(|step| wanted(&step.row.status));
-    let not_reached = of(|status| matches!(status, Status::ToleranceNotReached(_)));
-    let verdict = match (not_reached, of(|status| *status == Status::BeyondForceLimit)) {
+    let first_with = |wanted: fn(&Status) -> bool| steps().find(|step| wanted(&step.row.status));
+    let not_reached = first_with(|status| matches!(status, Status::ToleranceNotReached(_)));
+    let verdict = match (not_reached, first_with(|status| *status == Status::BeyondForceLimit)) {
         (Some(step), _) => Verdict::NotReached(reason(step)),
         (None, Some(step)) => Verdict::Refused(reason(step)),
         (None, None) => match steps().find(|step| !step.row.status.is_ok()) {
@@ -136,7 +136,7 @@ fn refusal(expect: Expect, reason: String) -> Verdict {
     }
 }
 
-/// A flaw that no step may have, whatever the truth, in words; `None` if the step has none.
+/// A flaw that no step may have, whatever the truth; `None` if the step has none.
 fn flaw(step: &StepResult, allowed: f64) -> Option<String> {
     let numbers = step.row.numbers();
     if let Some(bad) = numbers.iter().flatten().find(|number| !number.is_finite()) {

@@ -1,4 +1,4 @@
-//! What the files of figures hold, against formulas and audited values.
+//! Compares the files of figures with formulas and audited values.
 
 use elastocap_evidence::figures::{Drawn, Item, Session};
 
@@ -41,23 +41,23 @@ fn profiles_at_forty_per_cent_are_the_closed_forms_and_the_finite_elements_follo
     assert_near(at(&rows(&thirteen, "figure-13a.csv"), 1.5, 1.0)[2], 1.5 * (lambda - 1.0), 1e-9);
     assert_near(at(&rows(&thirteen, "figure-13b.csv"), 0.5, 1.0)[2], -0.4, 1e-12);
     for panel in ["12a", "12b", "12c", "12d", "12e"] {
-        let all = rows(&twelve, &format!("figure-{panel}.csv"));
-        let largest = all.iter().fold(0.0f64, |m, r| m.max(r[3].abs()));
-        assert_eq!(all.len(), 5 * 33);
-        let near = all.iter().filter(|r| r[1] <= 1.0);
+        let values = rows(&twelve, &format!("figure-{panel}.csv"));
+        let largest = values.iter().fold(0.0f64, |m, r| m.max(r[3].abs()));
+        assert_eq!(values.len(), 5 * 33);
+        let near = values.iter().filter(|r| r[1] <= 1.0);
         let worst = near.fold(0.0f64, |m, r| m.max((r[2] - r[3]).abs())) / largest;
         println!("{panel}: {worst:.1e} of {largest}");
         // Far from the end the closed form is right; NaN would not pass.
-        assert!(worst < 5e-3 && all.iter().all(|r| r[3].is_finite()), "{panel}: {worst}");
+        assert!(worst < 5e-3 && values.iter().all(|r| r[3].is_finite()), "{panel}: {worst}");
     }
 }
 
 #[test]
 fn the_bonded_edge_is_in_balance_with_the_shear_length_of_its_figure() {
     let drawn = Session::default().draw(Item::Figure7).unwrap();
-    let all = rows(&drawn, "figure-7.csv");
+    let values = rows(&drawn, "figure-7.csv");
     for compression in [0.05, 0.1] {
-        let edge: Vec<_> = all.iter().filter(|r| r[0] == compression).collect();
+        let edge: Vec<_> = values.iter().filter(|r| r[0] == compression).collect();
         assert_eq!(edge.len(), 121);
         // The closed form's straight line up to L and the finite elements' curve have the same area: that is (43). The
         // line is drawn up to the last abscissa before L; they are 0.05 apart.
@@ -68,9 +68,9 @@ fn the_bonded_edge_is_in_balance_with_the_shear_length_of_its_figure() {
         println!("{compression}: {length} {last}");
         assert!(length > last && length < last + 0.05, "{length} {last}");
     }
-    // What the punch does not reach is named, not drawn.
+    // Points that the punch does not reach are listed, not drawn.
     assert!(drawn.missing.iter().all(|text| text.contains("beyond U/H")), "{drawn:?}");
-    assert!(drawn.missing.is_empty() == all.iter().any(|r| r[0] == 0.4));
+    assert!(drawn.missing.is_empty() == values.iter().any(|r| r[0] == 0.4));
 }
 
 #[test]

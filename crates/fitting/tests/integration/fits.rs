@@ -1,4 +1,4 @@
-//! Fits to points that are known to the last digit: what is found, and what cannot be.
+//! Fits to points without errors: parameters that are recovered, and parameters that cannot be determined.
 
 use elastocap_case::Correction;
 use elastocap_fitting::fit::{FitError, fit_with, fitted_case};
@@ -29,18 +29,18 @@ fn keys_that_change_the_field_are_found_by_differences() {
     let noisy = with_noise(&exact, 0.01e-15, &mut normal(3));
     let found = fit_with(&curves, &parameters, &noisy).unwrap();
     assert!(found.converged, "{:?}", found.findings);
-    for (own, truth) in found.parameters.iter().zip([70e3, 3.1, 5e-15]) {
-        let half = own.standard_error.unwrap() * 4.0;
-        // Grids differ between neighbouring values, by far less than the bounds say.
-        let shift = own.shift_by_curve.unwrap();
+    for (parameter, truth) in found.parameters.iter().zip([70e3, 3.1, 5e-15]) {
+        let half = parameter.standard_error.unwrap() * 4.0;
+        // Grids differ between neighbouring values, but their errors vary by far less than the bounds.
+        let shift = parameter.shift_by_curve.unwrap();
         assert!(
-            (own.value - truth).abs() <= half + 0.2 * shift,
+            (parameter.value - truth).abs() <= half + 0.2 * shift,
             "{}: {} {half} {shift}",
-            own.name,
-            own.value
+            parameter.name,
+            parameter.value
         );
     }
-    // What was found is written into the case, whose comments stay.
+    // The fitted values are written into the case, whose comments stay.
     let written = fitted_case(&format!("{text}[measurement]\n"), &parameters, &found).unwrap();
     assert!(written.contains("# a first guess") && written.contains("parasitic = "), "{written}");
     let svg = picture("a pair", &noisy, &found).to_svg();
@@ -49,7 +49,7 @@ fn keys_that_change_the_field_are_found_by_differences() {
 
 #[test]
 fn gain_and_permittivity_of_a_pair_in_one_medium_cannot_be_told_apart() {
-    // The layer is all that the field meets: its permittivity is a factor, as the gain is.
+    // The field is in the layer alone, so that its permittivity is a factor like the gain.
     let text = pair("0.02").replace(
         "above       = { relative_permittivity = 1.0, thickness = \"1 mm\" }",
         "above       = \"insulated\"",
@@ -60,8 +60,8 @@ fn gain_and_permittivity_of_a_pair_in_one_medium_cannot_be_told_apart() {
     let parameters = free(&text, &["layer.relative_permittivity=2..4", "gain=0.5..2"], &exact);
     let noisy = with_noise(&exact, 0.05e-15, &mut normal(5));
     let found = fit_with(&curves, &parameters, &noisy).unwrap();
-    let said = found.findings.join("\n");
-    assert!(said.contains("apart") && said.contains("gain"), "{said}");
+    let findings = found.findings.join("\n");
+    assert!(findings.contains("apart") && findings.contains("gain"), "{findings}");
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn deviations_that_are_given_count_in_place_of_residuals() {
     let found = fit_with(&curves, &parameters, &given).unwrap();
     let reduced = found.reduced_chi_squared.unwrap();
     assert!(found.noise_is_given && reduced > 0.2 && reduced < 3.0, "{reduced}");
-    // Points that scatter by more than they say are told of.
+    // Points that scatter by more than their deviations are reported.
     given.points.iter_mut().for_each(|point| point.deviation = Some(0.01e-15));
     let found = fit_with(&curves, &parameters, &given).unwrap();
     assert!(

@@ -1,4 +1,4 @@
-//! Fits and searches on cases whose answers are known.
+//! Tests of fits and searches on cases with known answers.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops by panicking")]
 

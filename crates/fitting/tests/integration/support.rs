@@ -1,4 +1,5 @@
-//! A pair of electrodes, points of its curve with noise, and random numbers that are the same at each run.
+//! Support for the tests: a pair of electrodes, points of its curve with noise, and reproducible random
+//! numbers.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,7 +30,7 @@ pub(crate) fn free(text: &str, names: &[&str], measured: &MeasuredPoints) -> Vec
     parameters(&free, text, Some(measured)).expect("keys of the case")
 }
 
-/// Points at these loads, without noise, of a curve with a correction.
+/// Points of a corrected curve at these loads, without noise.
 pub(crate) fn points(
     curves: &Curves,
     values: &[(&str, String)],

@@ -1,24 +1,24 @@
-//! The keys of case files by their paths, and those that differ between several.
+//! The keys of case files by their paths, and the keys whose values differ.
 
 use std::collections::BTreeMap;
 
 use toml::de::{DeTable, DeValue};
 
-/// A key of which the cases have different values.
+/// A key that has different values in the cases.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DifferentKey {
-    /// With dots between tables, as `electrodes.in_plane_pair.gap`; `[0]` for entries of arrays.
+    /// The path, with dots between tables, as `electrodes.in_plane_pair.gap`; `[0]` for entries of arrays.
     pub path: String,
-    /// As the files have it; `None` where a file does not have it.
+    /// The value in each file as it is written there; `None` where a file does not have the key.
     pub values: Vec<Option<String>>,
 }
 
-/// The values of a case file by their paths; `None` if it is no TOML.
+/// The values of a case file by their paths; `None` if it is not TOML.
 pub(super) fn keys(text: &str) -> Option<BTreeMap<String, String>> {
     let document = DeTable::parse(text).ok()?;
-    let mut all = BTreeMap::new();
-    add_table(document.get_ref(), "", &mut all);
-    Some(all)
+    let mut values = BTreeMap::new();
+    add_table(document.get_ref(), "", &mut values);
+    Some(values)
 }
 
 fn add_table(table: &DeTable<'_>, path: &str, all: &mut BTreeMap<String, String>) {
@@ -32,8 +32,11 @@ fn add_table(table: &DeTable<'_>, path: &str, all: &mut BTreeMap<String, String>
 fn add(value: &DeValue<'_>, path: String, all: &mut BTreeMap<String, String>) {
     match value {
         DeValue::Table(table) => add_table(table, &path, all),
-        // An array of numbers or texts is one value; one of tables is as many as there are.
-        DeValue::Array(entries) if entries.iter().any(|own| matches!(own.get_ref(), DeValue::Table(_))) => {
+        // An array of numbers or texts is one value; an array of tables has as many values as tables have
+        // keys.
+        DeValue::Array(entries)
+            if entries.iter().any(|entry| matches!(entry.get_ref(), DeValue::Table(_))) =>
+        {
             for (k, entry) in entries.iter().enumerate() {
                 add(entry.get_ref(), format!("{path}[{k}]"), all);
             }
@@ -52,7 +55,7 @@ fn shown(value: &DeValue<'_>) -> String {
         DeValue::Boolean(value) => value.to_string(),
         DeValue::Datetime(value) => value.to_string(),
         DeValue::Array(entries) => {
-            let entries: Vec<String> = entries.iter().map(|own| shown(own.get_ref())).collect();
+            let entries: Vec<String> = entries.iter().map(|entry| shown(entry.get_ref())).collect();
             format!("[{}]", entries.join(", "))
         }
         // Inside of arrays of arrays only.
@@ -60,16 +63,16 @@ fn shown(value: &DeValue<'_>) -> String {
     }
 }
 
-/// The keys whose values are not the same in all of them, in the order of their paths.
+/// The keys whose values differ between the cases, in the order of their paths.
 pub(super) fn different(cases: &[BTreeMap<String, String>]) -> Vec<DifferentKey> {
     let mut paths: Vec<&String> = cases.iter().flat_map(BTreeMap::keys).collect();
     paths.sort();
     paths.dedup();
-    let all = paths.into_iter().map(|path| DifferentKey {
+    let keys = paths.into_iter().map(|path| DifferentKey {
         path: path.clone(),
-        values: cases.iter().map(|own| own.get(path).cloned()).collect(),
+        values: cases.iter().map(|values| values.get(path).cloned()).collect(),
     });
-    all.filter(|key| key.values.windows(2).any(|pair| pair[0] != pair[1])).collect()
+    keys.filter(|key| key.values.windows(2).any(|pair| pair[0] != pair[1])).collect()
 }
 
 #[cfg(test)]

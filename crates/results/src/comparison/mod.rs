@@ -15,7 +15,7 @@ use crate::pose;
 
 pub use keys::DifferentKey;
 
-/// One result, as far as it is compared.
+/// The parts of one result that are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OneResult {
     /// The path of the result as the caller named it.
@@ -65,9 +65,9 @@ pub struct StepValue {
 pub struct Difference {
     /// The capacitance less that of the first result, F.
     pub value: f64,
-    /// The least and the greatest difference that the bounds of both leave open, F.
+    /// The least and the greatest difference within the bounds of both capacitances, F.
     pub range: [f64; 2],
-    /// The difference over the capacitance of the first result, which counts without its sign.
+    /// The difference over the absolute capacitance of the first result.
     pub relative: f64,
 }
 
@@ -86,8 +86,9 @@ impl Difference {
 impl ComparedStep {
     /// The difference of the result with this number from the first; `None` where one of the two capacitances is not known.
     pub fn difference(&self, result: usize) -> Option<Difference> {
-        let of = |k: usize| self.values.get(k).copied().flatten().and_then(|own| own.capacitance);
-        let ([a, a_lower, a_upper], [b, b_lower, b_upper]) = (of(0)?, of(result)?);
+        let capacitance =
+            |k: usize| self.values.get(k).copied().flatten().and_then(|value| value.capacitance);
+        let ([a, a_lower, a_upper], [b, b_lower, b_upper]) = (capacitance(0)?, capacitance(result)?);
         Some(Difference {
             value: b - a,
             range: [b_lower - a_upper, b_upper - a_lower],
@@ -99,7 +100,7 @@ impl ComparedStep {
 /// Several results side by side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// In the order of the caller.
+    /// The compared results, in the order of the caller.
     pub results: Vec<OneResult>,
     /// The keys that differ between the case files; `None` where a result does not have the text of its case.
     pub keys: Option<Vec<DifferentKey>>,
@@ -173,7 +174,7 @@ struct Step {
     /// The load that the case asks for; filled in from the plan.
     #[serde(skip)]
     load: String,
-    /// How what is attached is moved besides; filled in from the plan.
+    /// Displacement of the attached bodies besides the load; filled in from the plan.
     #[serde(skip)]
     pose: Pose,
 }
@@ -184,7 +185,7 @@ struct StepSeconds {
 }
 
 impl Step {
-    /// The load for people.
+    /// The load in words.
     fn label(&self) -> String {
         let distance = self.distance_m.filter(|d| *d > 0.0).map(|d| format!("{:.6} mm away", 1e3 * d));
         let compression = self.compression.map(|c| format!("U/H = {}", (1e4 * c).round() / 1e4));
@@ -195,7 +196,8 @@ impl Step {
         }
     }
 
-    /// With limits that hold for the sensor: the bounds of the field, widened by the estimates for the layer's mesh and for flat faces.
+    /// The capacitance with limits that hold for the sensor: the bounds of the field, widened by the
+    /// estimated errors of the layer's mesh and by the faceting error.
     fn value(&self) -> StepValue {
         let capacitance = self.capacitance_f.zip(self.capacitance_lower_f).zip(self.capacitance_upper_f);
         let estimates =
@@ -217,19 +219,25 @@ fn read(path: &Path) -> Result<OneResult, CurveFileError> {
     let mut steps = document.steps;
     for (step, planned) in steps.iter_mut().zip(&document.plan.steps) {
         let pose = planned.pose.as_ref();
-        step.pose = pose.map_or_else(Pose::default, |own| Pose {
-            distance: own.distance_m,
-            shift: own.shift_m,
-            tilt: own.tilt_rad,
+        step.pose = pose.map_or_else(Pose::default, |planned| Pose {
+            distance: planned.distance_m,
+            shift: planned.shift_m,
+            tilt: planned.tilt_rad,
         });
         step.load = format!("{} {:?}", planned.load, step.pose);
     }
-    // Older results do not name what is shown.
-    let shown = |own: &Measured| if own.shown.is_empty() { own.terminals.clone() } else { own.shown.clone() };
-    let measured = document.measurement.map(|own| match (own.kind.as_str(), shown(&own).as_slice()) {
-        ("two_terminal", _) => format!("two-terminal capacitance of {}", own.terminals.join(" and ")),
-        (_, [one]) => format!("capacitance of {one} against ground"),
-        (_, shown) => format!("mutual capacitance of {}", shown.join(" and ")),
+    // Results of older versions have no `shown`.
+    let shown = |measurement: &Measured| {
+        if measurement.shown.is_empty() { measurement.terminals.clone() } else { measurement.shown.clone() }
+    };
+    let measured = document.measurement.map(|measurement| {
+        match (measurement.kind.as_str(), shown(&measurement).as_slice()) {
+            ("two_terminal", _) => {
+                format!("two-terminal capacitance of {}", measurement.terminals.join(" and "))
+            }
+            (_, [one]) => format!("capacitance of {one} against ground"),
+            (_, shown) => format!("mutual capacitance of {}", shown.join(" and ")),
+        }
     });
     Ok(OneResult {
         path: path.to_owned(),
@@ -252,11 +260,15 @@ fn read(path: &Path) -> Result<OneResult, CurveFileError> {
 /// [`CurveFileError`] where one cannot be read.
 pub fn compare(paths: &[PathBuf]) -> Result<Comparison, CurveFileError> {
     let results = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
-    let known: Option<Vec<_>> = results.iter().map(|own| own.keys.clone()).collect();
-    Ok(Comparison { keys: known.map(|all| keys::different(&all)), steps: side_by_side(&results), results })
+    let known: Option<Vec<_>> = results.iter().map(|result| result.keys.clone()).collect();
+    Ok(Comparison {
+        keys: known.map(|cases| keys::different(&cases)),
+        steps: side_by_side(&results),
+        results,
+    })
 }
 
-/// Steps of the same load; the second step of a load belongs to the second one of the others.
+/// Pairs the steps of the same load; where a load occurs several times, its occurrences are paired in order.
 fn side_by_side(results: &[OneResult]) -> Vec<ComparedStep> {
     let mut places: BTreeMap<(String, usize), usize> = BTreeMap::new();
     let mut steps: Vec<ComparedStep> = Vec::new();
@@ -269,7 +281,7 @@ fn side_by_side(results: &[OneResult]) -> Vec<ComparedStep> {
                 steps.len() - 1
             });
             *count += 1;
-            if let Some(value) = steps.get_mut(place).and_then(|own| own.values.get_mut(k)) {
+            if let Some(value) = steps.get_mut(place).and_then(|step| step.values.get_mut(k)) {
                 *value = Some(step.value());
             }
         }
@@ -278,27 +290,29 @@ fn side_by_side(results: &[OneResult]) -> Vec<ComparedStep> {
 }
 
 impl Comparison {
-    /// Names for the results that tell them apart: A, B, C.
+    /// A letter for each result: A, B, C.
     pub fn letter(&self, result: usize) -> String {
         let letter = char::from(b'A' + (result % 26) as u8);
         if result < 26 { letter.to_string() } else { format!("{letter}{}", result / 26) }
     }
 
-    /// Results whose capacitances are something else than those of the first.
+    /// Whether a result has another kind of capacitance than the first.
     pub fn measured_differently(&self) -> bool {
-        self.results.iter().any(|own| own.measured != self.results[0].measured)
+        self.results.iter().any(|result| result.measured != self.results[0].measured)
     }
 
-    /// The whole as JSON: see docs/report.md.
+    /// The comparison as JSON; docs/report.md describes it.
     pub fn json(&self) -> Value {
         let results: Vec<Value> = self
             .results
             .iter()
-            .map(|own| {
+            .map(|result| {
                 json!({
-                    "result": own.path.display().to_string(), "title": own.title, "status": own.status, "measured": own.measured,
-                    "bounds": if own.proved { "proved" } else { "estimated" }, "seconds": own.seconds, "threads": own.threads,
-                    "unknowns": own.unknowns, "version": own.version,
+                    "result": result.path.display().to_string(), "title": result.title,
+                    "status": result.status, "measured": result.measured,
+                    "bounds": if result.proved { "proved" } else { "estimated" }, "seconds": result.seconds,
+                    "threads": result.threads,
+                    "unknowns": result.unknowns, "version": result.version,
                 })
             })
             .collect();
@@ -310,20 +324,22 @@ impl Comparison {
     }
 
     fn step_json(&self, step: &ComparedStep) -> Value {
-        let value = |own: &Option<StepValue>| {
-            own.map(|own| {
-                let c = own.capacitance;
+        let value = |value: &Option<StepValue>| {
+            value.map(|value| {
+                let c = value.capacitance;
                 json!({
-                    "force_n": own.force_n, "capacitance_f": c.map(|c| c[0]), "capacitance_lower_f": c.map(|c| c[1]),
-                    "capacitance_upper_f": c.map(|c| c[2]), "seconds": own.seconds,
+                    "force_n": value.force_n, "capacitance_f": c.map(|c| c[0]),
+                    "capacitance_lower_f": c.map(|c| c[1]),
+                    "capacitance_upper_f": c.map(|c| c[2]), "seconds": value.seconds,
                 })
             })
         };
         let against = |k: usize| {
-            step.difference(k).map(|own| {
+            step.difference(k).map(|difference| {
                 json!({
-                    "difference_f": own.value, "difference_lower_f": own.range[0], "difference_upper_f": own.range[1],
-                    "relative": own.relative, "agrees": own.agrees(),
+                    "difference_f": difference.value, "difference_lower_f": difference.range[0],
+                    "difference_upper_f": difference.range[1],
+                    "relative": difference.relative, "agrees": difference.agrees(),
                 })
             })
         };
@@ -334,24 +350,24 @@ impl Comparison {
         })
     }
 
-    /// The curves of all results in one chart, without the steps that are shifted or tilted beside others that are not; `None` where none
-    /// has two steps with force and capacitance.
+    /// The curves of all results in one chart. Steps that are shifted or tilted are left out beside others
+    /// that are not. `None` where no result has two steps with a force and a capacitance.
     pub fn chart(&self) -> Option<Chart> {
         let series = |(k, result): (usize, &OneResult)| {
             let pressed = result.steps.iter().filter(|step| step.distance_m.is_none_or(|d| d == 0.0));
             let pressed: Vec<&Step> = pressed.collect();
             let poses: Vec<Pose> = pressed.iter().map(|step| step.pose).collect();
-            let own: Vec<(f64, [f64; 3])> = (pressed.iter().zip(pose::on_curve(&poses)))
+            let curve: Vec<(f64, [f64; 3])> = (pressed.iter().zip(pose::on_curve(&poses)))
                 .filter(|(_, on_curve)| *on_curve)
                 .filter_map(|(step, _)| Some((step.force_n?, step.value().capacitance?)))
                 .collect();
-            (own.len() > 1).then(|| Series {
-                name: match self.results.iter().filter(|own| own.title == result.title).count() {
+            (curve.len() > 1).then(|| Series {
+                name: match self.results.iter().filter(|other| other.title == result.title).count() {
                     1 => format!("{}: {}", self.letter(k), result.title),
                     _ => format!("{}: {}", self.letter(k), result.path.display()),
                 },
-                points: own.iter().map(|(force, c)| (*force, c[0])).collect(),
-                band: Some(own.iter().map(|(_, c)| (c[1], c[2])).collect()),
+                points: curve.iter().map(|(force, c)| (*force, c[0])).collect(),
+                band: Some(curve.iter().map(|(_, c)| (c[1], c[2])).collect()),
                 style: Style::LineAndMarkers,
             })
         };
@@ -375,12 +391,14 @@ mod tests {
     fn results_agree_where_their_bounds_overlap_and_differ_by_the_gap_between_these() {
         let value = |c: [f64; 3]| Some(StepValue { force_n: None, capacitance: Some(c), seconds: 0.0 });
         let step = |a, b| ComparedStep { label: String::new(), values: vec![value(a), value(b)] };
-        let own = step([10.0, 9.0, 11.0], [12.0, 10.5, 12.5]).difference(1).unwrap();
-        assert!(own.agrees() && own.at_least() == 0.0 && own.range == [-0.5, 3.5]);
-        let own = step([10.0, 9.0, 11.0], [13.0, 12.0, 14.0]).difference(1).unwrap();
-        assert!(!own.agrees() && own.at_least() == 1.0 && (own.relative - 0.3).abs() < 1e-15);
-        let own = step([10.0, 9.0, 11.0], [7.0, 6.0, 8.0]).difference(1).unwrap();
-        assert!(!own.agrees() && own.at_least() == 1.0 && own.value == -3.0);
+        let difference = step([10.0, 9.0, 11.0], [12.0, 10.5, 12.5]).difference(1).unwrap();
+        assert!(difference.agrees() && difference.at_least() == 0.0 && difference.range == [-0.5, 3.5]);
+        let difference = step([10.0, 9.0, 11.0], [13.0, 12.0, 14.0]).difference(1).unwrap();
+        assert!(
+            !difference.agrees() && difference.at_least() == 1.0 && (difference.relative - 0.3).abs() < 1e-15
+        );
+        let difference = step([10.0, 9.0, 11.0], [7.0, 6.0, 8.0]).difference(1).unwrap();
+        assert!(!difference.agrees() && difference.at_least() == 1.0 && difference.value == -3.0);
         assert_eq!(step([1.0; 3], [1.0; 3]).difference(2), None);
     }
 
@@ -403,9 +421,9 @@ mod tests {
 
     #[test]
     fn estimates_for_the_layer_and_for_flat_faces_widen_the_limits() {
-        let mut own = step(1.0, Pose::default());
-        (own.mechanics_error_estimate, own.geometry_error_estimate) = (Some(0.1), Some(0.05));
-        let [value, lower, upper] = own.value().capacitance.unwrap();
+        let mut step = step(1.0, Pose::default());
+        (step.mechanics_error_estimate, step.geometry_error_estimate) = (Some(0.1), Some(0.05));
+        let [value, lower, upper] = step.value().capacitance.unwrap();
         assert!(value == 2.0 && (lower - 1.6).abs() < 1e-12 && (upper - 2.4).abs() < 1e-12);
     }
 

@@ -1,56 +1,56 @@
-//! The curve of a run, made ready to be read from capacitance to force.
+//! The curve of a run, prepared for reading forces from capacitances.
 
 use super::curve_limits::CurveLimits;
 use super::monotone::MonotoneCubic;
 
-/// A load step as the curve needs it.
+/// A load step in the form that the curve needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveStep {
-    /// Its place in the run, for messages.
+    /// The number of the step in the run, for messages.
     pub index: usize,
-    /// N.
+    /// The force, N.
     pub force: f64,
-    /// Error of the force, N; zero where it is exact.
+    /// The error of the force, N; zero where it is exact.
     pub force_error: f64,
     /// The reported capacitance, F.
     pub capacitance: f64,
-    /// The capacitance is not smaller, F: bounds of the field, and its estimated errors.
+    /// The lower limit of the capacitance, F, from the bounds of the field and the estimated errors.
     pub lower: f64,
-    /// It is not larger, F.
+    /// The upper limit of the capacitance, F.
     pub upper: f64,
-    /// The part of the distance to either limit that the estimated errors take, F. They change little from one step to the next.
+    /// The estimated errors in the distance to either limit, F. They vary slowly from step to step.
     pub estimated: f64,
 }
 
-/// Why steps are not a curve that forces can be read from.
+/// The reason why steps are not a curve that forces can be read from.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveError {
-    /// One force says nothing of others.
+    /// There is only one force.
     #[error(
         "the result has {0} steps with a force and a capacitance, of different forces; a curve needs two at least: give `[load]` of the \
          case more of them"
     )]
     TooFewSteps(usize),
-    /// A number that cannot be.
+    /// A force or a capacitance is impossible.
     #[error("step {0} has a force or a capacitance that cannot be; run the case again")]
     Damaged(usize),
-    /// Several forces may give the same capacitance.
+    /// The curve is not monotone, so that several forces may give the same capacitance.
     #[error(
         "the capacitance does not tell the force: it {before} up to step {step} ({force} N) and then {after}; measure where the curve is \
          monotonic and give `[load]` of the case those loads only, or, if the turn is smaller than the bounds, tighten `relative_tolerance`"
     )]
     NotMonotonic {
-        /// Where it turns.
+        /// The step at which the curve turns.
         step: usize,
         /// The force there, N.
         force: f64,
-        /// The course of the capacitance before it, as a verb.
+        /// The course of the capacitance before that step, as a verb.
         before: &'static str,
-        /// And after it.
+        /// The course of the capacitance after it.
         after: &'static str,
     },
-    /// It does not change by more than it is uncertain.
+    /// The capacitance changes by less than its errors.
     #[error(
         "the capacitance changes by no more than its bounds from the smallest to the largest force; tighten `relative_tolerance`, or run \
          larger loads"
@@ -58,16 +58,18 @@ pub enum CurveError {
     Flat,
 }
 
-/// A monotone curve of capacitance over force with what is known of its errors.
+/// A monotone curve of capacitance over force, with its errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceCurve {
     /// The forces of the steps, N, strictly increasing; at least two.
     pub(super) forces: Vec<f64>,
     /// The error of each force, N.
     pub(super) force_errors: Vec<f64>,
-    /// 1 where the capacitance grows with the force, -1 where it falls: capacitances here are counted with this sign.
+    /// 1 where the capacitance grows with the force, -1 where it falls. The capacitances below are multiplied
+    /// by it.
     pub(super) sign: f64,
-    /// The least capacitance at each step, F, counted with `sign`. Neither it nor `middle`, the value, nor `upper`, the greatest, decreases.
+    /// The least capacitance at each step, F, times `sign`. Neither it nor `middle`, the value, nor `upper`,
+    /// the greatest, decreases.
     pub(super) lower: Vec<f64>,
     pub(super) middle: Vec<f64>,
     pub(super) upper: Vec<f64>,
@@ -76,7 +78,7 @@ pub struct ForceCurve {
 }
 
 impl ForceCurve {
-    /// Makes the curve through load steps in any order.
+    /// Makes a curve from load steps in any order.
     ///
     /// # Errors
     /// [`CurveError`] where they are too few or not monotone.
@@ -92,7 +94,7 @@ impl ForceCurve {
             }
         }
         steps.sort_by(|a, b| a.force.total_cmp(&b.force).then(a.index.cmp(&b.index)));
-        // The same load twice is one step.
+        // Steps with the same force count as one.
         steps.dedup_by(|later, earlier| later.force == earlier.force);
         let [first, .., last] = steps.as_slice() else { return Err(CurveError::TooFewSteps(steps.len())) };
         let (sign, before, after) = if last.capacitance > first.capacitance {
@@ -100,11 +102,11 @@ impl ForceCurve {
         } else {
             (-1.0, "falls", "grows")
         };
-        // A turn is the first step from which the capacitance goes the other way.
+        // The curve turns at the first step from which the capacitance changes in the other direction.
         let turn = steps.windows(2).find(|pair| sign * (pair[1].capacitance - pair[0].capacitance) < 0.0);
         if let Some([step, _]) = turn {
             let (before, after) = if step.index == first.index { (after, before) } else { (before, after) };
-            // What begins in the wrong direction turns later: it is told where.
+            // If the curve begins in the wrong direction, the message names the later turn.
             let at = if step.index == first.index {
                 let back = |pair: &&[CurveStep]| sign * (pair[1].capacitance - pair[0].capacitance) > 0.0;
                 steps.windows(2).find(back).map_or(*step, |pair| pair[0])
@@ -113,7 +115,7 @@ impl ForceCurve {
             };
             return Err(CurveError::NotMonotonic { step: at.index, force: at.force, before, after });
         }
-        // What is known of one step limits the others, since the curve is monotone.
+        // The limits of one step limit the others, since the curve is monotone.
         let mut lower: Vec<f64> = steps.iter().map(|s| if sign > 0.0 { s.lower } else { -s.upper }).collect();
         let mut upper: Vec<f64> = steps.iter().map(|s| if sign > 0.0 { s.upper } else { -s.lower }).collect();
         for k in 1..lower.len() {
@@ -143,7 +145,7 @@ impl ForceCurve {
         })
     }
 
-    /// Interpolates values at the steps.
+    /// The interpolation of values at the steps.
     pub(super) fn cubic(&self, values: &[f64]) -> MonotoneCubic {
         MonotoneCubic::through(self.forces.clone(), values.to_vec())
     }

@@ -1,4 +1,4 @@
-//! The limits of a smooth curve between points through which it goes.
+//! Limits of a smooth curve between known points.
 //!
 //! Let the derivative of order n of a curve keep its sign over n + 1 neighbouring points. Between any two of these points the curve
 //! then lies between two polynomials of degree n - 1, the one through the first n of the points and the one through the last n: the
@@ -12,13 +12,14 @@
 
 use std::ops::Range;
 
-/// The highest order that is used: polynomials of degree two. Higher ones are hardly narrower, and carry the errors of the points farther.
+/// The highest order in use: polynomials of degree two. Higher orders are hardly narrower, and carry the
+/// errors of the points farther.
 const MAX_ORDER: usize = 3;
 
-/// Places in an interval at which limits are compared.
+/// The number of places in an interval at which limits are compared.
 const PLACES: usize = 32;
 
-/// Relative rounding of a sum of a few products, with room.
+/// A safe bound of the relative rounding of a sum of a few products.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Limits of a curve between points.
@@ -27,9 +28,9 @@ pub struct CurveLimits {
     x: Vec<f64>,
     /// The least and the greatest value at each point.
     y: Vec<[f64; 2]>,
-    /// A further error at each point, which changes little from one to the next.
+    /// A further error at each point, which varies slowly from point to point.
     shared_errors: Vec<f64>,
-    /// The orders that are used in each interval between points, ascending.
+    /// The orders in use in each interval between points, ascending.
     orders: Vec<Vec<usize>>,
 }
 
@@ -45,18 +46,20 @@ impl CurveLimits {
         limits
     }
 
-    /// The limits of the curve if its values have further `errors`, one at each point, which change little from one point to the next. Between
-    /// points these errors are interpolated; the error that each value has of its own is carried along by a polynomial.
+    /// The limits of the curve if its values have further `errors`, one at each point, which vary slowly from
+    /// point to point. Between points these errors are interpolated, whereas a polynomial extrapolates the
+    /// independent error of each value.
     pub fn with_shared_errors(self, errors: Vec<f64>) -> Self {
         Self { shared_errors: errors, ..self }
     }
 
-    /// Whether the points show more of the curve from point `k` to the next than that it is monotone.
+    /// Whether the points limit the curve between point `k` and the next beyond its being monotone.
     pub fn is_curved(&self, k: usize) -> bool {
         self.orders[k].iter().any(|order| *order > 1)
     }
 
-    /// The least and the greatest value that the curve may have at `at`, between point `k` and the next; `None` where the points say nothing.
+    /// The least and the greatest value of the curve at `at`, between point `k` and the next; `None` where
+    /// the points give no limit.
     pub fn at(&self, k: usize, at: f64) -> Option<[f64; 2]> {
         let mut known = [f64::NEG_INFINITY, f64::INFINITY];
         for order in &self.orders[k] {
@@ -67,7 +70,7 @@ impl CurveLimits {
                 let [a, b] = [first, first + 1].map(|j| self.polynomial(j..j + order, at));
                 [low.max(a[0].min(b[0])), high.min(a[1].max(b[1]))]
             });
-            // Limits that exclude one another show that the derivative of this order does not keep its sign.
+            // Contradictory limits show that the derivative of this order changes its sign.
             if narrowed[0] <= narrowed[1] {
                 known = narrowed;
             }
@@ -78,11 +81,11 @@ impl CurveLimits {
         (low.is_finite() && high.is_finite()).then_some([low - shared, high + shared])
     }
 
-    /// The largest value of `excess` over the interval from point `k` to the next, given an argument and the limits there; `None` where the
-    /// points say nothing.
+    /// The largest value of `excess`, given an argument and the limits there, over the interval from point
+    /// `k` to the next; `None` where the points give no limit.
     pub fn largest(&self, k: usize, excess: impl Fn(f64, [f64; 2]) -> f64) -> Option<f64> {
-        let own = self.places(k).map(|at| Some(excess(at, self.at(k, at)?)));
-        own.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+        let excesses = self.places(k).map(|at| Some(excess(at, self.at(k, at)?)));
+        excesses.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
     }
 
     /// Where a curve that does not decrease may reach `value` first, in the interval from point `k` to the next; the end of the interval if

@@ -7,13 +7,13 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::curve::{CurveError, CurveStep, ForceCurve};
-use crate::own_files::{fault, read_own};
+use crate::own_files::{fault, read_bounded};
 
-/// Why a result has no curve to read.
+/// The reason why a result has no curve.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveFileError {
-    /// Nothing there, or nothing that can be read.
+    /// The file does not exist or cannot be read.
     #[error("`{}` cannot be read ({source}); name the output folder of a run, such as results/in-plane-pair", file.display())]
     Unreadable {
         /// The file.
@@ -21,12 +21,12 @@ pub enum CurveFileError {
         /// The error that the system reports.
         source: io::Error,
     },
-    /// Another file.
+    /// The file is not the `result.json` of a run.
     #[error("`{}` is not the result.json of a run ({fault}); name the output folder of a run, or the result.json in it", file.display())]
     NotAResult {
         /// The file.
         file: PathBuf,
-        /// Where, and how.
+        /// The position of the error and its kind.
         fault: String,
     },
     /// The run measured a matrix.
@@ -35,26 +35,26 @@ pub enum CurveFileError {
          that, or give several with their terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`"
     )]
     Matrix(usize),
-    /// The load is not all that differs between its steps.
+    /// The steps differ in more than their load.
     #[error(
         "the load steps of the result also shift or tilt what is attached, so that a capacitance does not tell the force; give several \
          with their terminals, as `-c A=2.3pF+-1fF -c B=2.4pF+-1fF`, or run the case with the same shift and tilt at all steps"
     )]
     Moved,
-    /// No force in it.
+    /// The result has no force.
     #[error(
         "the result has no forces: the case has no `[load]`, or its steps failed or lie beyond the largest force of the closed form"
     )]
     NoForces,
-    /// No capacitance in it.
+    /// The result has no capacitance.
     #[error("the result has no capacitances; the case has no conductors, or its steps failed")]
     NoCapacitances,
-    /// No curve.
+    /// The steps are not a curve.
     #[error(transparent)]
     Curve(#[from] CurveError),
 }
 
-/// A curve and what else its file says that matters to the reader of a force.
+/// A curve, and the further content of its file that concerns a force read from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveOnFile {
     /// The title of the case.
@@ -83,7 +83,7 @@ struct Plan {
 
 #[derive(Deserialize)]
 struct PlannedStep {
-    /// How what is attached is moved, where it is.
+    /// The displacement of the attached bodies, if they have one.
     pose: Option<serde_json::Value>,
 }
 
@@ -119,7 +119,7 @@ impl Step {
         self.distance_m.is_some_and(|distance| distance > 0.0)
     }
 
-    /// As the curve needs it; `None` without force or capacitance, and before contact.
+    /// The step as a point of the curve; `None` without force or capacitance, and before contact.
     fn on_curve(&self) -> Option<CurveStep> {
         if self.is_before_contact() {
             return None;
@@ -144,7 +144,7 @@ impl Step {
 /// Reads the curve of a run from its output folder or from the `result.json` in it.
 ///
 /// # Errors
-/// [`CurveFileError`] where there is none, or none that tells forces.
+/// [`CurveFileError`] if there is no file, or no curve that forces can be read from.
 pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
     let document: Document = read_document(result)?;
     if let Some(Measured { kind, terminals }) = &document.measurement
@@ -169,29 +169,30 @@ pub fn read_curve(result: &Path) -> Result<CurveOnFile, CurveFileError> {
     Ok(CurveOnFile { title: document.title, curve: ForceCurve::new(steps)?, warnings })
 }
 
-/// The part that is asked for of a result, given its folder or the `result.json` in it.
+/// The part `T` of a result, given its folder or the `result.json` in it.
 ///
 /// # Errors
-/// [`CurveFileError`] where there is none, or no file that can be read.
+/// [`CurveFileError`] if there is no readable file.
 pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileError> {
     let file = if result.is_dir() { result.join("result.json") } else { result.to_owned() };
-    let text = match read_own(&file) {
+    let text = match read_bounded(&file) {
         Ok(text) => text,
         Err(error) => return Err(CurveFileError::Unreadable { file, source: error.into() }),
     };
     serde_json::from_slice(&text).map_err(|error| CurveFileError::NotAResult { file, fault: fault(&error) })
 }
 
-/// An error of the model of the layer, relative to the capacitance or to the force, from which it is said that the limits do not include it.
+/// The error of the layer's model, over the capacitance or the force, above which a warning says that the
+/// limits do not include it.
 const NOTABLE: f64 = 0.02;
 
 /// Warnings of errors that the limits of a force do not include.
 fn warnings(document: &Document, used: usize) -> Vec<String> {
     let mut out = Vec::new();
     if document.status != "complete" {
-        let all = document.steps.len();
+        let count = document.steps.len();
         out.push(format!(
-            "the run is {}: {used} of its {all} steps have a force and a capacitance",
+            "the run is {}: {used} of its {count} steps have a force and a capacitance",
             document.status
         ));
     }
@@ -208,9 +209,10 @@ fn warnings(document: &Document, used: usize) -> Vec<String> {
     {
         out.push("the error of the force is not known at all steps, and is not counted there".to_owned());
     }
-    let worst = |of: &dyn Fn(&Step) -> Option<f64>| document.steps.iter().filter_map(of).fold(0.0, f64::max);
+    let worst =
+        |error: &dyn Fn(&Step) -> Option<f64>| document.steps.iter().filter_map(error).fold(0.0, f64::max);
     let of_capacitance = worst(&|step| step.model_error_estimate);
-    // What finite elements leave open of the force is in the limits.
+    // The error of finite elements is already in the limits of the force.
     let of_force = worst(&|step| {
         let of_mesh = step.layer.as_ref().and_then(|layer| layer.relative_error_estimate);
         Some(step.force_error_estimate? - of_mesh.unwrap_or(0.0))

@@ -1,10 +1,11 @@
-//! The force that belongs to a measured capacitance, by the curve of a run.
+//! The force that a measured capacitance belongs to, read from the curve of a run.
 //!
-//! The true curve C(F) is taken to be monotone between the first and the last step. Of each step it is known that C lies between two
-//! limits. Both together bound the force: where C grows, a step whose upper limit is below the measured capacitance has a smaller
-//! force, and a step whose lower limit is above it has a larger one. This is the *enclosure*, and it needs no interpolation. Where the
-//! steps show that the curve bends one way, they also limit it between one step and the next ([`CurveLimits`]); that gives the narrower
-//! *interval*, which is never wider than the enclosure.
+//! The true curve C(F) is taken to be monotone between the first and the last step, and at each step C lies
+//! between two limits. Together they bound the force: where C grows, a step whose upper limit is below the
+//! measured capacitance has a smaller force, and a step whose lower limit is above it has a larger one. This
+//! is the *enclosure*, and it needs no interpolation. Where the steps show that the curve bends one way, they
+//! also limit it between one step and the next ([`CurveLimits`]); that gives the narrower *interval*, which
+//! is never wider than the enclosure.
 
 mod curve;
 mod curve_limits;
@@ -24,9 +25,10 @@ pub use monotone::MonotoneCubic;
 pub struct ForceAnswer {
     /// The force at which the interpolated curve has the capacitance, N.
     pub force_n: f64,
-    /// The true force is not below this one, N: errors of the measurement, of the computed steps and of the interpolation.
+    /// The lower limit of the true force, N, from the errors of the measurement, of the computed steps and of
+    /// the interpolation.
     pub force_lower_n: f64,
-    /// It is not above this one, N.
+    /// The upper limit of the true force, N.
     pub force_upper_n: f64,
     /// The limits if the measured capacitance alone were uncertain, N.
     pub from_measurement_n: [f64; 2],
@@ -34,12 +36,12 @@ pub struct ForceAnswer {
     pub from_curve_n: [f64; 2],
     /// The limits without interpolation, N: they hold for every monotone curve.
     pub enclosure_n: [f64; 2],
-    /// Estimated error of the capacitance by interpolation between the two steps around the force, F; `None` where the steps show no more
-    /// than that the curve is monotone.
+    /// The estimated error of the capacitance by interpolation between the two steps around the force, F;
+    /// `None` where the steps only show that the curve is monotone.
     pub interpolation_error_f: Option<f64>,
 }
 
-/// Why a measured capacitance has no force.
+/// The reason why a measured capacitance has no force.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoForce {
@@ -62,7 +64,7 @@ pub enum NoForce {
         /// Capacitance at the largest force, F.
         last: f64,
     },
-    /// The measurement reaches below the first step, at which there is a force already.
+    /// The measurement reaches below the first step, which has a nonzero force.
     #[error(
         "the force may be smaller than {0} N, where the curve begins; add a step without load to the case (`compression` or `force` 0)"
     )]
@@ -78,7 +80,7 @@ impl ForceCurve {
     /// The force that belongs to a measured capacitance.
     ///
     /// # Errors
-    /// [`NoForce`] where the capacitance, or a part of what it may be, is not on the curve.
+    /// [`NoForce`] where the measured interval is not entirely on the curve.
     pub fn force(&self, measured: MeasuredCapacitance) -> Result<ForceAnswer, NoForce> {
         let MeasuredCapacitance { value, error } = measured;
         let c = value * self.sign;
@@ -94,34 +96,35 @@ impl ForceCurve {
                 last: self.middle[last] * self.sign,
             });
         }
-        // No compressive force is below zero, and so nothing is lost below a first step without load.
+        // Compressive forces are not below zero, so that nothing is missing below a first step without load.
         if forces[0] > 0.0 && c - error <= self.upper[0] {
             return Err(NoForce::BelowFirst(forces[0]));
         }
         if c + error >= self.lower[last] {
             return Err(NoForce::BeyondLast(forces[last]));
         }
-        let all = [c - error, c + error];
-        let [force_lower, force_upper] = self.by_limits(all);
+        let limits = [c - error, c + error];
+        let [force_lower, force_upper] = self.by_limits(limits);
         let [force, _] = self.by_cubic([c, c]);
         Ok(ForceAnswer {
             force_n: force.clamp(force_lower, force_upper),
             force_lower_n: force_lower,
             force_upper_n: force_upper,
-            from_measurement_n: self.by_cubic(all),
+            from_measurement_n: self.by_cubic(limits),
             from_curve_n: self.by_limits([c, c]),
-            enclosure_n: self.by_steps(all),
+            enclosure_n: self.by_steps(limits),
             interpolation_error_f: self.interpolation_error(self.interval(force)),
         })
     }
 
-    /// The interval between steps that a force is in.
+    /// The interval between steps that contains a force.
     fn interval(&self, force: f64) -> usize {
         let after = self.forces.partition_point(|step| *step <= force);
         after.saturating_sub(1).min(self.forces.len() - 2)
     }
 
-    /// By how much the limits between step `k` and the next are wider than interpolated limits of the steps, F.
+    /// The excess width of the limits between step `k` and the next over the interpolated limits of the
+    /// steps, F.
     fn interpolation_error(&self, k: usize) -> Option<f64> {
         let [lower, upper] = [&self.lower, &self.upper].map(|values| self.cubic(values));
         let excess =
@@ -178,8 +181,8 @@ impl ForceCurve {
         [low, high]
     }
 
-    /// The first force at which the interpolated curve has the one value, and the last at which it has the other; its ends where it does
-    /// not reach them.
+    /// The first force at which the interpolated curve has the value `least`, and the last at which it has
+    /// `greatest`; its ends where it does not reach them.
     fn by_cubic(&self, [least, greatest]: [f64; 2]) -> [f64; 2] {
         let cubic = self.cubic(&self.middle);
         let at = |after: usize, value| match after.checked_sub(1) {

@@ -10,7 +10,7 @@ pub struct MonotoneCubic {
 }
 
 impl MonotoneCubic {
-    /// Through the points (x, y), with `x` strictly increasing; at least two of them.
+    /// The interpolation through the points (x, y), with `x` strictly increasing; at least two points.
     pub fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
         let slopes = (0..x.len()).map(|k| slope(&x, &y, k)).collect();
         Self { x, y, slopes }
@@ -42,8 +42,8 @@ impl MonotoneCubic {
         6.0 * s * t * secant + s * (1.0 - 3.0 * t) * self.slopes[k] + t * (3.0 * t - 2.0) * self.slopes[k + 1]
     }
 
-    /// Where a function that does not decrease takes a value, in the interval from point `k` to the next; the nearer end where it does
-    /// not.
+    /// The argument at which a nondecreasing function has a value, in the interval from point `k` to the
+    /// next; the nearer end where it does not have it.
     pub fn argument(&self, k: usize, value: f64) -> f64 {
         let (mut low, mut high) = (self.x[k], self.x[k + 1]);
         if value <= self.y[k] {
@@ -52,7 +52,7 @@ impl MonotoneCubic {
         if value >= self.y[k + 1] {
             return high;
         }
-        // Bisection ends where no number is left between the two.
+        // Bisection ends when no floating-point number lies between the two.
         loop {
             let middle = low + 0.5 * (high - low);
             if middle <= low || middle >= high {
@@ -82,7 +82,8 @@ fn slope(x: &[f64], y: &[f64], k: usize) -> f64 {
         let share = (x[k + 1] - x[k]) / (x[k + 1] - x[k - 1]);
         (left * share + right * (1.0 - share), [left, right])
     };
-    // Within three times the flatter secant, and of its sign, a cubic is monotone.
+    // A cubic is monotone if its slopes have the sign of the flatter secant and are at most three times as
+    // large.
     let [a, b] = neighbours;
     if a * b <= 0.0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Curves that are known as formulas, so that the true force of any capacitance is known too.
+//! Tests on curves that are known as formulas, so that the true force of any capacitance is known too.
 
 use super::*;
 
@@ -11,11 +11,11 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Capacitance over force, and force over compression.
+/// A formula for capacitance over force, or force over compression.
 type Formula = fn(f64) -> f64;
 
-/// Plates whose gap closes under a hardening spring, a fringing field that falls, and a ball: force with the power 3/2 of the
-/// displacement, so that the curve begins vertically.
+/// Plates whose gap closes under a hardening spring, a decreasing fringing field, and a ball: its force grows
+/// with the power 3/2 of the displacement, so that the curve begins vertically.
 const SENSORS: [(&str, Formula); 3] = [
     ("closing plates", |force| 1.0 / (1.0 - 0.5 * force / (1.0 + force))),
     ("fringing pair", |force| 4.0 - force.sqrt().atan()),
@@ -26,7 +26,7 @@ const SENSORS: [(&str, Formula); 3] = [
 fn steps(formula: Formula, count: usize, spread: f64, random: &mut impl FnMut() -> f64) -> Vec<CurveStep> {
     (0..count)
         .map(|index| {
-            // Denser towards small forces, as steps of equal compression are.
+            // Denser at small forces, as steps of equal compression are.
             let force = 3.0 * (index as f64 / (count - 1) as f64).powf(1.5);
             let capacitance = formula(force);
             let lower = capacitance - spread * random();
@@ -135,8 +135,8 @@ fn a_curve_that_turns_is_refused_where_it_turns() {
         ([1.0, 0.5, 2.0, 3.0], "falls up to step 1 (1 N) and then grows"),
         ([3.0, 3.5, 2.0, 1.0], "grows up to step 1 (1 N) and then falls"),
     ] {
-        let said = turning(values);
-        assert!(said.contains(words), "{said}");
+        let message = turning(values);
+        assert!(message.contains(words), "{message}");
     }
 }
 

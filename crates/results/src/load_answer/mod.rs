@@ -1,8 +1,10 @@
-//! The load that belongs to several measured capacitances, by the steps of a run: normal force, shift and tilt, with their covariance.
+//! The load that several measured capacitances belong to, from the steps of a run: normal force, shift and
+//! tilt, with their covariance.
 //!
-//! Each capacitance is a polynomial of the quantities that differ between the steps (`surfaces.rs`). The load is the one that meets the
-//! measured capacitances best, each weighted by its variance: that of the measurement, of the bounds of the steps and of the polynomial.
-//! Limits count as the ends of a uniform distribution, whose variance is a third of their square.
+//! Each capacitance is a polynomial of the quantities that differ between the steps (`surfaces.rs`). The load
+//! is the one that meets the measured capacitances best, each weighted by its variance, from the measurement,
+//! the bounds of the steps and the polynomial. Limits count as the ends of a uniform distribution, whose
+//! variance is a third of their square.
 
 mod surfaces;
 mod table;
@@ -13,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use surfaces::Surfaces;
 pub use table::{LoadTable, LoadTableError, read_table};
 
-/// Names and units of what a step may vary, in the order of [`table::LoadStep::load`].
+/// Names and units of the quantities of a step, in the order of [`table::LoadStep::load`].
 const QUANTITIES: [(&str, &str); 5] = [
     ("force", "N"),
     ("shift along x1", "m"),
@@ -23,14 +25,16 @@ const QUANTITIES: [(&str, &str); 5] = [
 ];
 const SIDEWAYS: [(&str, &str); 2] = [("force along x1", "N"), ("force along x3", "N")];
 
-/// Steps of the iteration for the load.
+/// The largest number of steps of the iteration for the load.
 const MAX_ITERATIONS: usize = 100;
-/// Loads are looked for up to here, in halves of the range of the steps.
+/// The distance from the middle up to which loads are looked for, in halves of the range of the steps.
 const FARTHEST: f64 = 100.0;
-/// Beyond the steps by this share of half their range a load is still accepted, besides its own error.
+/// The distance beyond the steps up to which a load is accepted, as a share of half their range and in
+/// addition to the load's error.
 const BEYOND: f64 = 0.02;
-/// The largest sum of squares of what measurements and polynomials differ by, over their standard deviations, that is accepted with so many
-/// measurements to spare: if they belong together, it is less in all but one of some ten thousand cases.
+/// The largest accepted sum of squared differences between measurements and polynomials, over their standard
+/// deviations, with so many measurements to spare: consistent measurements exceed it in one of some ten
+/// thousand cases.
 fn accepted(to_spare: f64) -> f64 {
     to_spare + 5.0 * (2.0 * to_spare).sqrt() + 10.0
 }
@@ -40,7 +44,8 @@ fn accepted(to_spare: f64) -> f64 {
 pub struct MeasuredEntry {
     /// The terminal, by its position among [`LoadTable::terminals`].
     pub terminal: usize,
-    /// The other one of a mutual capacitance; `None` for that of the terminal against all others at potential zero.
+    /// The other terminal of a mutual capacitance; `None` for the capacitance of the terminal against all
+    /// others at potential zero.
     pub other: Option<usize>,
     /// The measured capacitance.
     pub capacitance: MeasuredCapacitance,
@@ -48,14 +53,14 @@ pub struct MeasuredEntry {
 
 /// One quantity of the load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct LoadQuantity {
     /// The name of the quantity.
     pub name: &'static str,
-    /// N, m or rad.
+    /// The unit: N, m or rad.
     pub unit: &'static str,
     /// The most likely value, in that unit.
     pub value: f64,
-    /// Its standard deviation.
+    /// The standard deviation, in the same unit.
     pub deviation: f64,
 }
 
@@ -63,20 +68,20 @@ pub struct Found {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadAnswer {
     /// The quantities that differ between the steps, and the horizontal forces where these are known.
-    pub quantities: Vec<Found>,
-    /// Their covariance, in the products of their units.
+    pub quantities: Vec<LoadQuantity>,
+    /// The covariance of the quantities, in the products of their units.
     pub covariance: Vec<Vec<f64>>,
-    /// Sum of squares of what measurements and polynomials differ by, over their standard deviations.
+    /// The sum of squared differences between measurements and polynomials, over their standard deviations.
     pub chi_squared: f64,
-    /// How many more capacitances were measured than there are unknown quantities.
+    /// The number of measured capacitances less that of the unknown quantities.
     pub to_spare: usize,
 }
 
-/// Why measured capacitances have no load.
+/// The reason why no load belongs to measured capacitances.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoLoad {
-    /// Nothing differs between the steps.
+    /// All steps have the same load.
     #[error("all steps of the result have the same load")]
     OneLoad,
     /// The steps do not determine polynomials and their errors.
@@ -85,11 +90,11 @@ pub enum NoLoad {
          values or more of each, in at least {least} steps, such as shifts of -100, 0 and 100 um at each of four forces"
     )]
     TooFewSteps {
-        /// How many there are.
+        /// The number of steps.
         steps: usize,
-        /// The quantities that differ between them.
+        /// The quantities that differ between the steps.
         quantities: String,
-        /// How many a linear dependence needs.
+        /// The number of steps that a linear dependence needs.
         least: usize,
     },
     /// There are more unknowns than measurements.
@@ -98,11 +103,11 @@ pub enum NoLoad {
          that vary fewer"
     )]
     TooFewMeasured {
-        /// How many were measured.
+        /// The number of measured capacitances.
         measured: usize,
-        /// How many quantities there are.
+        /// The number of unknown quantities.
         unknown: usize,
-        /// Which.
+        /// Their names.
         quantities: String,
     },
     /// Different loads have the same capacitances.
@@ -110,13 +115,13 @@ pub enum NoLoad {
         "the measured capacitances hardly depend on some of {0}, or only on them together; give others as well"
     )]
     NotDetermined(String),
-    /// No load has these capacitances together.
+    /// No load has all of these capacitances.
     #[error(
         "no load of the result has these capacitances together: they miss the nearest by {0:.1} standard deviations (root mean square); \
          check units, offsets and the order of the terminals"
     )]
     NoFit(f64),
-    /// The load is not among the steps.
+    /// The load is outside the range of the steps.
     #[error(
         "the {name} would be {value:.4e} {unit}, and the steps of the result reach from {low:.4e} to {high:.4e}; add steps there"
     )]
@@ -145,7 +150,7 @@ impl LoadTable {
     /// The load that belongs to measured capacitances.
     ///
     /// # Errors
-    /// [`NoLoad`] where steps or measurements do not tell it.
+    /// [`NoLoad`] where steps or measurements do not determine the load.
     pub fn load(&self, measured: &[MeasuredEntry]) -> Result<LoadAnswer, NoLoad> {
         let axes = self.axes();
         let names = axes.iter().map(|axis| QUANTITIES[axis.index].0).collect::<Vec<_>>().join(", ");
@@ -156,14 +161,14 @@ impl LoadTable {
             axes.iter().map(|axis| (step.load[axis.index] - axis.middle) / axis.half).collect::<Vec<f64>>()
         };
         let places: Vec<Vec<f64>> = self.steps.iter().map(scaled).collect();
-        let of = |entry: &MeasuredEntry, k: usize| -> Vec<f64> {
+        let entry_values = |entry: &MeasuredEntry, k: usize| -> Vec<f64> {
             let value = |step: &table::LoadStep| match entry.other {
                 None => step.maxwell[k][entry.terminal][entry.terminal],
                 Some(other) => -step.maxwell[k][entry.terminal][other],
             };
             self.steps.iter().map(value).collect()
         };
-        let values: Vec<Vec<f64>> = measured.iter().map(|entry| of(entry, 1)).collect();
+        let values: Vec<Vec<f64>> = measured.iter().map(|entry| entry_values(entry, 1)).collect();
         let too_few =
             || NoLoad::TooFewSteps { steps: places.len(), quantities: names.clone(), least: axes.len() + 2 };
         let surfaces = Surfaces::fitted(&places, &values).ok_or_else(too_few)?;
@@ -175,7 +180,7 @@ impl LoadTable {
             });
         }
         let deviation = |(k, entry): (usize, &MeasuredEntry)| {
-            let (low, high) = (of(entry, 0), of(entry, 2));
+            let (low, high) = (entry_values(entry, 0), entry_values(entry, 2));
             let spread = low.iter().zip(&high).map(|(a, b)| 0.5 * (b - a).abs()).fold(0.0, f64::max);
             let limits = (entry.capacitance.error.powi(2) + spread.powi(2)) / 3.0;
             (limits + surfaces.errors[k].powi(2)).sqrt()
@@ -203,14 +208,15 @@ impl LoadTable {
 
     fn axes(&self) -> Vec<Axis> {
         let axis = |index: usize| {
-            let all = || self.steps.iter().map(|step| step.load[index]);
-            let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+            let values = || self.steps.iter().map(|step| step.load[index]);
+            let (low, high) =
+                (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
             (high > low).then_some(Axis { index, middle: 0.5 * (low + high), half: 0.5 * (high - low) })
         };
         (0..QUANTITIES.len()).filter_map(axis).collect()
     }
 
-    /// The answer in the units of the quantities, with the horizontal forces that belong to it.
+    /// The answer in the units of the quantities, with the resulting horizontal forces.
     fn answer(
         &self,
         axes: &[Axis],
@@ -227,44 +233,44 @@ impl LoadTable {
             slopes = slopes.insert_row(k, 0.0);
             slopes[(k, k)] = axis.half;
         }
-        // Horizontal forces, of a known shift at a known force.
+        // Horizontal forces, from shift and normal force.
         let forces: Option<Vec<[f64; 2]>> = self.steps.iter().map(|step| step.sideways).collect();
         for (k, (name, unit)) in SIDEWAYS.into_iter().enumerate() {
-            let of = forces.iter().flatten().map(|force| force[k]).collect::<Vec<f64>>();
-            let is_moved = of.iter().any(|force| *force != 0.0);
-            if let Some(surface) = is_moved.then(|| Surfaces::fitted(places, &[of])).flatten() {
+            let along_axis = forces.iter().flatten().map(|force| force[k]).collect::<Vec<f64>>();
+            let is_moved = along_axis.iter().any(|force| *force != 0.0);
+            if let Some(surface) = is_moved.then(|| Surfaces::fitted(places, &[along_axis])).flatten() {
                 let row = slopes.nrows();
                 slopes = slopes.insert_row(row, 0.0);
                 slopes.row_mut(row).copy_from(&surface.slopes(place).row(0));
                 named.push((name, unit, surface.at(place)[0]));
             }
         }
-        let all = &slopes * covariance * slopes.transpose();
-        let found = |(k, (name, unit, value)): (usize, (&'static str, &'static str, f64))| Found {
+        let covariance = &slopes * covariance * slopes.transpose();
+        let quantity = |(k, (name, unit, value)): (usize, (&'static str, &'static str, f64))| LoadQuantity {
             name,
             unit,
             value,
-            deviation: all[(k, k)].max(0.0).sqrt(),
+            deviation: covariance[(k, k)].max(0.0).sqrt(),
         };
         LoadAnswer {
-            quantities: named.into_iter().enumerate().map(found).collect(),
-            covariance: all.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            quantities: named.into_iter().enumerate().map(quantity).collect(),
+            covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             chi_squared,
             to_spare,
         }
     }
 }
 
-/// The search for the load that meets the measured capacitances best, by the method of Gauss and Newton with Levenberg's damping.
+/// The Gauss-Newton search for the best load, with Levenberg's damping.
 struct Search<'a> {
     surfaces: &'a Surfaces,
     measured: &'a [MeasuredEntry],
-    /// Standard deviation of what each differs from its polynomial by, F.
+    /// Standard deviation of the difference between each measurement and its polynomial, F.
     deviations: Vec<f64>,
 }
 
 impl Search<'_> {
-    /// By how many standard deviations each capacitance at a place is more than was measured.
+    /// The excess of each capacitance at a place over the measured one, in standard deviations.
     fn excess(&self, place: &[f64]) -> DVector<f64> {
         let mut found = self.surfaces.at(place);
         for (k, entry) in self.measured.iter().enumerate() {
@@ -285,7 +291,7 @@ impl Search<'_> {
         slopes
     }
 
-    /// The place that meets them best, from one near it.
+    /// The place that meets the measured capacitances best, by iteration from a place near it.
     fn nearest(&self, mut place: Vec<f64>) -> Vec<f64> {
         let mut damping = 1e-3;
         for _ in 0..MAX_ITERATIONS {
@@ -295,7 +301,8 @@ impl Search<'_> {
             for k in 0..place.len() {
                 damped[(k, k)] += damping * normal[(k, k)].max(f64::MIN_POSITIVE);
             }
-            let Some(step) = damped.cholesky().map(|own| own.solve(&(slopes.transpose() * &excess))) else {
+            let Some(step) = damped.cholesky().map(|factor| factor.solve(&(slopes.transpose() * &excess)))
+            else {
                 damping *= 10.0;
                 continue;
             };

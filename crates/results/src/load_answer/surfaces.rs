@@ -1,18 +1,20 @@
 //! Capacitances as polynomials of the load, fitted to the steps of a run.
 //!
-//! Each quantity is scaled to run from -1 to 1 over the steps. Of several sets of terms, from linear to cubic, the one counts whose fit
-//! to the others meets the steps best that were left out: each by itself, and together all that have a quantity in common, but for its
-//! least and largest value. Steps on a grid tell by the latter alone what lies between its lines. What is missed then, by root mean square,
-//! is the error of the polynomials; where a quantity has two values only, nothing is known of it.
+//! Each quantity is scaled to run from -1 to 1 over the steps. Several sets of terms, from linear to cubic,
+//! are tried, and cross-validation chooses one: each step is left out by itself, and then all steps with the
+//! same value of a quantity, other than its least and its largest value, are left out together. On a grid of
+//! steps only the latter shows the error between its lines. The larger root mean square of the errors at the
+//! steps left out is the error of the polynomials; where a quantity has two values only, the error is
+//! unknown.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Least ratio of singular values at which steps still determine a polynomial.
+/// The least ratio of singular values at which steps still determine a polynomial.
 const LEAST_RATIO: f64 = 1e-7;
-/// Values of a quantity that differ by less, scaled, are one.
+/// The largest difference of scaled values of a quantity that count as one.
 const SAME: f64 = 1e-6;
 
-/// The exponents of one term, one for each quantity.
+/// The exponents of one term, one exponent for each quantity.
 type Term = Vec<i32>;
 
 /// Polynomials of the same terms, one for each capacitance.
@@ -21,25 +23,25 @@ pub(super) struct Surfaces {
     terms: Vec<Term>,
     /// The coefficients of the polynomial of each capacitance, one for each term, F.
     coefficients: Vec<DVector<f64>>,
-    /// How far each polynomial misses steps that it was not fitted to, root mean square, F.
+    /// The root-mean-square error of each polynomial at steps that it was not fitted to, F.
     pub(super) errors: Vec<f64>,
 }
 
-/// The sets of terms that are tried for so many quantities.
+/// The sets of terms to be tried for so many quantities.
 fn candidates(count: usize) -> Vec<Vec<Term>> {
     let up_to = |degree: i32| -> Vec<Term> {
-        let mut all = vec![vec![]];
+        let mut terms = vec![vec![]];
         for _ in 0..count {
             let longer = |term: &Term| {
                 let left = degree - term.iter().sum::<i32>();
                 (0..=left).map(|e| [term.as_slice(), &[e]].concat()).collect::<Vec<_>>()
             };
-            all = all.iter().flat_map(longer).collect();
+            terms = terms.iter().flat_map(longer).collect();
         }
-        all
+        terms
     };
     let (linear, quadratic) = (up_to(1), up_to(2));
-    // Curved in the force, and linear in what a force makes larger or smaller.
+    // Quadratic in the force, and linear in the other quantities, whose effect grows or falls with the force.
     let crossed = quadratic.iter().filter(|term| term.iter().skip(1).sum::<i32>() <= 1).cloned().collect();
     let mut curved = linear.clone();
     curved.extend(quadratic.iter().filter(|term| term.contains(&2)).cloned());
@@ -47,14 +49,14 @@ fn candidates(count: usize) -> Vec<Vec<Term>> {
 }
 
 impl Surfaces {
-    /// Fitted to `values` (a list for each capacitance, F) at scaled `places` (a list for each step); `None` where no set of terms is
-    /// determined by the steps with one to spare.
+    /// Polynomials fitted to `values` (a list for each capacitance, F) at scaled `places` (a list for each
+    /// step); `None` if the steps overdetermine no set of terms.
     pub(super) fn fitted(places: &[Vec<f64>], values: &[Vec<f64>]) -> Option<Self> {
         let count = places.first()?.len();
         let fits = candidates(count).into_iter().filter_map(|terms| Self::with(terms, places, values));
-        let miss = |own: &Self| {
-            let scaled = own.errors.iter().zip(values).map(|(error, of)| {
-                let size = of.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+        let miss = |fit: &Self| {
+            let scaled = fit.errors.iter().zip(values).map(|(error, values)| {
+                let size = values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
                 (error / size).powi(2)
             });
             scaled.sum::<f64>()
@@ -63,15 +65,16 @@ impl Surfaces {
     }
 
     fn with(terms: Vec<Term>, places: &[Vec<f64>], values: &[Vec<f64>]) -> Option<Self> {
-        let all: Vec<usize> = (0..places.len()).collect();
-        let coefficients = coefficients(&terms, places, values, &all)?;
+        let steps: Vec<usize> = (0..places.len()).collect();
+        let coefficients = coefficients(&terms, places, values, &steps)?;
         let mut errors = vec![0.0_f64; values.len()];
         let mut single = vec![0.0; values.len()];
         for (number, left_out) in left_out(places).iter().enumerate() {
-            let kept: Vec<usize> = all.iter().copied().filter(|step| !left_out.contains(step)).collect();
+            let remaining: Vec<usize> =
+                steps.iter().copied().filter(|step| !left_out.contains(step)).collect();
             let others = Self {
                 terms: terms.clone(),
-                coefficients: self::coefficients(&terms, places, values, &kept)?,
+                coefficients: self::coefficients(&terms, places, values, &remaining)?,
                 errors: Vec::new(),
             };
             let mut sums = vec![0.0; values.len()];
@@ -101,7 +104,7 @@ impl Surfaces {
         DVector::from_iterator(self.coefficients.len(), self.coefficients.iter().map(|c| c.dot(&terms)))
     }
 
-    /// Their slopes along each quantity, F: a row for each capacitance.
+    /// The slopes of the capacitances along each quantity, F: a row for each capacitance.
     pub(super) fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
         let slope = |term: &Term, axis: usize| {
             let mut lower = term.clone();
@@ -114,8 +117,9 @@ impl Surfaces {
     }
 }
 
-/// The steps that are left out together: first each by itself, then those with a value of a quantity that is neither its least nor its
-/// largest one. Without such a value it is all of them, so that no polynomial is fitted.
+/// The groups of steps that are left out together: first each step by itself, then the steps with the same
+/// value of a quantity that is neither its least nor its largest. A quantity without such a value gives the
+/// group of all steps, so that no polynomial is fitted.
 fn left_out(places: &[Vec<f64>]) -> Vec<Vec<usize>> {
     let mut out: Vec<Vec<usize>> = (0..places.len()).map(|step| vec![step]).collect();
     for axis in 0..places.first().map_or(0, Vec::len) {
@@ -134,26 +138,26 @@ fn left_out(places: &[Vec<f64>]) -> Vec<Vec<usize>> {
     out
 }
 
-/// The coefficients of the polynomials through some of the steps, those in `kept`, by least squares; `None` where these steps do not determine
-/// them.
+/// The least-squares coefficients of the polynomials through the steps in `used`; `None` where these steps do
+/// not determine them.
 fn coefficients(
     terms: &[Term],
     places: &[Vec<f64>],
     values: &[Vec<f64>],
-    kept: &[usize],
+    used: &[usize],
 ) -> Option<Vec<DVector<f64>>> {
-    if kept.len() < terms.len() {
+    if used.len() < terms.len() {
         return None;
     }
     let matrix =
-        DMatrix::from_fn(kept.len(), terms.len(), |row, term| monomial(&terms[term], &places[kept[row]]));
+        DMatrix::from_fn(used.len(), terms.len(), |row, term| monomial(&terms[term], &places[used[row]]));
     let svd = matrix.svd(true, true);
     let (largest, smallest) = (svd.singular_values.max(), svd.singular_values.min());
     if smallest.partial_cmp(&(LEAST_RATIO * largest)) != Some(std::cmp::Ordering::Greater) {
         return None;
     }
-    let fit = |of: &Vec<f64>| {
-        svd.solve(&DVector::from_iterator(kept.len(), kept.iter().map(|step| of[*step])), 0.0).ok()
+    let fit = |values_of_one: &Vec<f64>| {
+        svd.solve(&DVector::from_iterator(used.len(), used.iter().map(|step| values_of_one[*step])), 0.0).ok()
     };
     values.iter().map(fit).collect()
 }

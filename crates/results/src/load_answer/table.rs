@@ -6,14 +6,14 @@ use serde::Deserialize;
 
 use crate::force_answer::{CurveFileError, read_document};
 
-/// Why a result has no table of loads and capacitances.
+/// The reason why a result has no table of loads and capacitances.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadTableError {
-    /// No result.
+    /// There is no result.
     #[error(transparent)]
     File(#[from] CurveFileError),
-    /// A step without what is needed is left out; there is none with it.
+    /// No step has both loads and a matrix.
     #[error(
         "no step of the result has a force and a capacitance matrix; the case has no `[load]`, or its steps failed"
     )]
@@ -30,7 +30,7 @@ pub struct LoadTable {
     pub(super) steps: Vec<LoadStep>,
 }
 
-/// One step.
+/// A step with its load and its matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LoadStep {
     /// Normal force, N; shift along x1 and x3, m; tilt about x3 and x1, rad.

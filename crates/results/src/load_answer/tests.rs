@@ -1,7 +1,8 @@
 use super::table::LoadStep;
 use super::*;
 
-/// Four capacitances of a force and two shifts: sum and differences, and what the force makes of them, F.
+/// Four capacitances at a force and two shifts, F: their sum depends on the force, their differences on the
+/// shifts.
 fn capacitances([force, x1, x3]: [f64; 3]) -> [f64; 4] {
     let sum = 4e-12 * (1.0 + 0.1 * force + 0.02 * force * force);
     let [along, across] = [x1, x3].map(|x| 3e-9 * x * (1.0 + 0.2 * force));
@@ -45,7 +46,7 @@ fn measured(values: [f64; 4], error: f64) -> Vec<MeasuredEntry> {
 fn exact_capacitances_tell_force_shift_and_shear() {
     let load = [1.3, -4e-5, 7e-5];
     let answer = table(0.0).load(&measured(capacitances(load), 1e-18)).unwrap();
-    let names: Vec<_> = answer.quantities.iter().map(|own| own.name).collect();
+    let names: Vec<_> = answer.quantities.iter().map(|quantity| quantity.name).collect();
     assert_eq!(names, ["force", "shift along x1", "shift along x3", "force along x1", "force along x3"]);
     let expected = [load[0], load[1], load[2], 2e3 * load[1], 2e3 * load[2]];
     for (found, expected) in answer.quantities.iter().zip(expected) {
@@ -77,8 +78,8 @@ fn the_deviation_is_that_of_answers_to_measurements_with_noise() {
         assert!((0.85..1.15).contains(&ratio), "{k}: {ratio}");
     }
     // The two shifts come from different differences.
-    let [own, other] = [exact.covariance[1][1], exact.covariance[1][2]];
-    assert!(other.abs() < 0.05 * own);
+    let [variance, covariance] = [exact.covariance[1][1], exact.covariance[1][2]];
+    assert!(covariance.abs() < 0.05 * variance);
 }
 
 #[test]
@@ -101,11 +102,15 @@ fn what_does_not_tell_a_load_is_refused() {
     let two = measured(capacitances([1.0, 0.0, 0.0]), 1e-15)[..2].to_vec();
     assert!(matches!(whole.load(&two), Err(NoLoad::TooFewMeasured { measured: 2, unknown: 3, .. })));
     let few = LoadTable { steps: whole.steps[..4].to_vec(), ..whole.clone() };
-    let own = measured(capacitances([0.0, 0.0, 0.0]), 1e-15);
-    assert!(matches!(few.load(&own), Err(NoLoad::TooFewSteps { steps: 4, .. })), "{:?}", few.load(&own));
+    let at_rest = measured(capacitances([0.0, 0.0, 0.0]), 1e-15);
+    assert!(
+        matches!(few.load(&at_rest), Err(NoLoad::TooFewSteps { steps: 4, .. })),
+        "{:?}",
+        few.load(&at_rest)
+    );
     let one = LoadTable { steps: whole.steps[..1].to_vec(), ..whole.clone() };
-    assert_eq!(one.load(&own), Err(NoLoad::OneLoad));
-    // The sum of all knows nothing of shifts.
-    let same: Vec<MeasuredEntry> = (0..3).map(|_| own[0].clone()).collect();
+    assert_eq!(one.load(&at_rest), Err(NoLoad::OneLoad));
+    // The sum of all capacitances does not depend on the shifts.
+    let same: Vec<MeasuredEntry> = (0..3).map(|_| at_rest[0].clone()).collect();
     assert!(matches!(whole.load(&same), Err(NoLoad::NotDetermined(_))), "{:?}", whole.load(&same));
 }

@@ -1,4 +1,4 @@
-//! Requests to the file system: files that survive a power failure, folders that change places, locks.
+//! Calls to the file system: syncing to disk, exchanging folders, locks.
 
 use std::fs::{self, File};
 use std::io;
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Files synced at the same time: the disk then writes its journal once for several of them.
+/// The number of files synced at the same time, so that the disk writes its journal once for several of them.
 const SYNCED_AT_ONCE: usize = 8;
 
-/// Waits until these files are on the disk. The first that cannot be is returned with the reason.
+/// Waits until these files are on the disk. The first that fails is returned with the reason.
 pub(super) fn sync_files(files: &[PathBuf]) -> Result<(), (PathBuf, io::Error)> {
     let next = AtomicUsize::new(0);
     let failed = Mutex::new(None);
@@ -24,7 +24,7 @@ pub(super) fn sync_files(files: &[PathBuf]) -> Result<(), (PathBuf, io::Error)> 
     };
     std::thread::scope(|scope| {
         for _ in 1..SYNCED_AT_ONCE.min(files.len()) {
-            // A thread that cannot be had is not a failure: this one does the work then.
+            // If no thread can be started, this one does the work.
             let _ = std::thread::Builder::new().spawn_scoped(scope, work);
         }
         work();
@@ -34,11 +34,11 @@ pub(super) fn sync_files(files: &[PathBuf]) -> Result<(), (PathBuf, io::Error)> 
 
 /// Waits until the content of a file is on the disk.
 pub(super) fn sync_file(file: &Path) -> io::Result<()> {
-    // Windows syncs only what is open for writing.
+    // Windows syncs only files that are open for writing.
     fs::OpenOptions::new().read(true).write(cfg!(windows)).open(file)?.sync_all()
 }
 
-/// Waits until the names in a folder are on the disk. File systems without such a call are taken at their word.
+/// Waits until the names in a folder are on the disk, on systems that have such a call.
 pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(windows) {
         return Ok(());
@@ -51,10 +51,11 @@ pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// Lets two folders change their names at once.
+/// Exchanges the names of two folders in one step.
 ///
 /// # Errors
-/// [`io::ErrorKind::Unsupported`] where the system or the file system knows no such thing; any other reason.
+/// [`io::ErrorKind::Unsupported`] where the system or the file system has no such call; otherwise the reason
+/// of the failure.
 pub(super) fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     #[cfg(any(target_os = "linux", target_os = "macos"))]
     {
@@ -72,10 +73,10 @@ pub(super) fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     }
 }
 
-/// Whether files may be made in a folder.
+/// Checks that files can be made in a folder.
 ///
 /// # Errors
-/// Why not.
+/// The reason why not.
 pub(super) fn writable(folder: &Path) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -98,7 +99,7 @@ pub(super) fn same_disk(one: &Path, other: &Path) -> bool {
     identity(one).map(|i| i[0]) == identity(other).map(|i| i[0])
 }
 
-/// Whether a new folder would have another owner than the one it is to replace.
+/// Whether a new folder would have the owner of the folder that it replaces.
 pub(super) fn same_owner(one: &Path, other: &Path) -> bool {
     #[cfg(unix)]
     {
@@ -113,12 +114,12 @@ pub(super) fn same_owner(one: &Path, other: &Path) -> bool {
     }
 }
 
-/// The number of a folder on its disk, where the system numbers them.
+/// The inode number of a folder, on systems that have it.
 pub(super) fn number(folder: &Path) -> Option<u64> {
     identity(folder).map(|[_, number]| number)
 }
 
-/// Disk and number of a file, links not followed.
+/// The device and inode number of a file, links not followed.
 fn identity(path: &Path) -> Option<[u64; 2]> {
     #[cfg(unix)]
     {
@@ -132,14 +133,14 @@ fn identity(path: &Path) -> Option<[u64; 2]> {
     }
 }
 
-/// Takes a folder for this process, until the lock is dropped or the process ends, however it ends. `None` if another process
-/// has it, or if there is no telling.
+/// Locks a folder for this process, until the lock is dropped or the process ends, however it ends. `None` if
+/// another process has the lock, or if that is unknown.
 pub(super) fn lock(folder: &Path) -> Option<File> {
     let handle = File::open(folder).ok()?;
     handle.try_lock().ok().map(|()| handle)
 }
 
-/// Removes a folder of files. What cannot be removed stays.
+/// Removes a folder of files. Anything that cannot be removed stays.
 pub(super) fn remove_files(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let _ = fs::remove_file(entry.path());

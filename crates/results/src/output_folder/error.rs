@@ -1,13 +1,13 @@
-//! Why results cannot be written.
+//! Errors of writing results.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why results cannot be written.
+/// The reason why results cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The folder cannot be made or written to.
+    /// The folder cannot be made, or is not writable.
     #[error("cannot write to the output folder `{}`: {source}; name another one with -o", folder.display())]
     Folder {
         /// The folder.
@@ -15,7 +15,7 @@ pub enum OutputError {
         /// The error that the system reports.
         source: io::Error,
     },
-    /// A file of this name is there already, and is not from elastocap.
+    /// A file of this name exists, and elastocap did not write it.
     #[error(
         "`{}` is not from a run of elastocap, or its result.json is gone, and would be replaced: move it away, or name \
          another folder with -o",
@@ -39,7 +39,7 @@ pub enum OutputError {
         /// The error that the system reports.
         source: io::Error,
     },
-    /// The files stand ready and cannot be put in place.
+    /// The files are complete but cannot be put in place.
     #[error("cannot put the new files in place in `{}`: {source}; what was there before is there again", folder.display())]
     Place {
         /// The folder.
@@ -47,7 +47,7 @@ pub enum OutputError {
         /// The error that the system reports.
         source: io::Error,
     },
-    /// The files stand ready, were put in place in part, and cannot be taken back.
+    /// The files were put in place in part, and that cannot be undone.
     #[error(
         "cannot put the new files in place in `{}`: {source}; the rest of them is in `{}`, and the next run with this \
          output folder completes it",
@@ -57,7 +57,7 @@ pub enum OutputError {
     HalfPlaced {
         /// The folder.
         folder: PathBuf,
-        /// Where the rest is.
+        /// The folder with the remaining files.
         rest: PathBuf,
         /// The error that the system reports.
         source: io::Error,

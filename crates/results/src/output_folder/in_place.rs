@@ -1,9 +1,9 @@
-//! Files put in place one by one, where the folder cannot be replaced as a whole: it is a mount point, someone's current
-//! folder, or has folders of the user in it.
+//! Puts files in place one by one, where the folder cannot be replaced as a whole: it is a mount point, the
+//! current folder of a process, or contains folders of the user.
 //!
-//! The new files are complete in a folder [`COMMIT`] first, with a plan of what goes where. From then on the way leads forward
-//! only: what ends the process in between leaves a folder without `result.json`, and the next run completes it by the plan. An
-//! error that the system reports is undone.
+//! The complete new files are first in a folder [`COMMIT`], with a plan of the moves. From then on a process
+//! that ends in between leaves a folder without `result.json`, and the next run completes it by the plan. If
+//! the system reports an error, the moves are undone.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,29 +16,29 @@ use serde::{Deserialize, Serialize};
 use super::disk::{remove_files, sync_file, sync_files, sync_folder};
 use super::index::INDEX;
 use super::staging::Staging;
-use crate::own_files::read_own;
+use crate::own_files::read_bounded;
 
 /// The folder, inside the output folder, from which files go to their places.
 pub(super) const COMMIT: &str = ".elastocap-commit";
-/// Where the files go that are replaced or removed, inside that folder.
+/// The folder for replaced or removed files, inside that folder.
 const OLD: &str = "old";
-/// The plan, inside that folder.
+/// The file with the plan, inside that folder.
 const PLAN: &str = ".plan";
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Plan {
-    /// Files that leave the folder: those of an earlier run, and those that are replaced.
+    /// The files that leave the folder: those of an earlier run, and replaced ones.
     remove: BTreeSet<String>,
-    /// Files that come.
+    /// The new files.
     place: BTreeSet<String>,
 }
 
-/// Why files could not be put in place.
+/// The failure to put files in place.
 #[derive(Debug)]
 pub(super) struct NotPlaced {
     /// The error that the system reports.
     pub(super) source: io::Error,
-    /// Whether it is all as it was before.
+    /// Whether all moves were undone.
     pub(super) undone: bool,
 }
 
@@ -48,16 +48,16 @@ impl From<io::Error> for NotPlaced {
     }
 }
 
-/// Puts the files `names`, which stand in `staging`, in place in `target`, where the files `remove` go.
+/// Puts the files `names`, which are in `staging`, in place in `target`, from where the files `remove` go.
 pub(super) fn place(
     staging: &Path,
     target: &Path,
     remove: &BTreeSet<String>,
     names: &BTreeSet<String>,
 ) -> Result<(), NotPlaced> {
-    let there = |name: &&String| target.join(name.as_str()).symlink_metadata().is_ok();
+    let exists = |name: &&String| target.join(name.as_str()).symlink_metadata().is_ok();
     let plan =
-        Plan { remove: names.iter().chain(remove).filter(there).cloned().collect(), place: names.clone() };
+        Plan { remove: names.iter().chain(remove).filter(exists).cloned().collect(), place: names.clone() };
     let text = serde_json::to_vec(&plan).map_err(io::Error::from)?;
     fs::write(staging.join(PLAN), text)?;
     sync_file(&staging.join(PLAN))?;
@@ -77,35 +77,36 @@ pub(super) fn place(
     Ok(())
 }
 
-/// Does what renaming `staging` to `commit` would do, where `staging` is on another disk: its files are copied.
+/// Moves the files of `staging` to `commit` by copying, for a `staging` on another disk.
 fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: &Path) -> io::Result<()> {
-    let here = Staging::inside(target, &[], &mut |_| ())?;
+    let copies = Staging::inside(target, &[], &mut |_| ())?;
     let copied = || {
         let names: Vec<&str> = names.iter().map(String::as_str).chain([PLAN]).collect();
         for name in &names {
-            fs::copy(staging.join(name), here.path.join(name))?;
+            fs::copy(staging.join(name), copies.path.join(name))?;
         }
-        let files: Vec<_> = names.iter().map(|name| here.path.join(name)).collect();
+        let files: Vec<_> = names.iter().map(|name| copies.path.join(name)).collect();
         sync_files(&files).map_err(|(_, error)| error)?;
-        sync_folder(&here.path)?;
-        fs::rename(&here.path, commit)
+        sync_folder(&copies.path)?;
+        fs::rename(&copies.path, commit)
     };
     let copied = copied();
     match copied {
         Ok(()) => remove_files(staging),
-        Err(_) => remove_files(&here.path),
+        Err(_) => remove_files(&copies.path),
     }
     copied
 }
 
-/// Completes what a process began that was ended in between. `false` if `left` is not such a folder.
+/// Completes the commit of a process that ended in between. `false` if `left` is not a folder of such a
+/// commit.
 pub(super) fn complete(left: &Path, target: &Path) -> io::Result<bool> {
     if left.file_name().is_none_or(|name| name != COMMIT) {
         return Ok(false);
     }
-    let text = match read_own(&left.join(PLAN)) {
+    let text = match read_bounded(&left.join(PLAN)) {
         Ok(text) => text,
-        // Without a plan it is done: the plan is removed last but for the folder.
+        // The plan is removed last before the folder, so without it all files are in place.
         Err(error) if error.is_missing() => {
             tidy_up(left, target);
             return Ok(true);
@@ -122,7 +123,7 @@ pub(super) fn complete(left: &Path, target: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Goes on from wherever the plan is: a file that is not in the folder any more has been put in place.
+/// Carries out a plan from any state: a file that is not in the folder any more is already in place.
 fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     let old = commit.join(OLD);
     match fs::create_dir(&old) {
@@ -130,14 +131,14 @@ fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
         _ => {}
     }
     let waits = |name: &String| commit.join(name).symlink_metadata().is_ok();
-    // The index goes first and comes last: a folder without it holds no result.
+    // The index leaves first and comes last: a folder without it holds no result.
     let first = |name: &&String| *name != INDEX;
     let mut leaving: Vec<&String> = plan.remove.iter().collect();
     leaving.sort_by_key(first);
     for name in leaving {
-        let there = target.join(name);
-        if (waits(name) || !plan.place.contains(name)) && there.symlink_metadata().is_ok() {
-            fs::rename(there, old.join(name))?;
+        let path = target.join(name);
+        if (waits(name) || !plan.place.contains(name)) && path.symlink_metadata().is_ok() {
+            fs::rename(path, old.join(name))?;
         }
     }
     sync_folder(target)?;
@@ -149,7 +150,7 @@ fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     sync_folder(target)
 }
 
-/// Takes everything back.
+/// Undoes all moves.
 fn undo(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     let old = commit.join(OLD);
     let first = |name: &&String| *name != INDEX;
@@ -170,7 +171,7 @@ fn undo(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes what is left when all files are in place.
+/// Removes the remaining files when all new files are in place.
 fn tidy_up(commit: &Path, target: &Path) {
     remove_files(&commit.join(OLD));
     remove_files(commit);

@@ -1,4 +1,4 @@
-//! Which files of a folder are elastocap's own.
+//! The index files of a folder, which list the files that elastocap wrote.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -6,38 +6,38 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::own_files::read_own;
+use crate::own_files::read_bounded;
 use crate::report::REPORT;
 
-/// The file that says what the results folder of a run holds.
+/// The file that lists what the results folder of a run holds.
 pub(crate) const INDEX: &str = "result.json";
 
-/// The file that says what `elastocap mesh` has written.
+/// The file that lists what `elastocap mesh` has written.
 pub(crate) const MESH_INDEX: &str = "mesh.json";
 
-/// The file that a stopped run leaves for one that goes on from it.
+/// The file from which a stopped run can be resumed.
 pub(crate) const RESUME: &str = "resume.json";
 
-/// The contents of a folder, as far as the files that list them tell.
+/// The contents of a folder as its index files list them.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     /// Files that a run or `mesh` wrote.
     pub(super) files: BTreeSet<String>,
-    /// Whether they are the result of a run.
+    /// Whether the folder holds the result of a run.
     pub(super) run: bool,
     /// Whether all steps of that run have their results.
     pub(super) complete: bool,
 }
 
 impl Known {
-    /// Reads what `folder` says of itself; nothing is known where it says nothing.
+    /// Reads the index files of `folder`; without one, nothing is known.
     ///
     /// # Errors
-    /// When it says something that cannot be read.
+    /// If an index cannot be read.
     pub(super) fn of(folder: &Path) -> io::Result<Self> {
         let mut known = Self::default();
         for index in [INDEX, MESH_INDEX] {
-            let Some(document) = own_document(&folder.join(index))? else { continue };
+            let Some(document) = read_index(&folder.join(index))? else { continue };
             known.files.extend(document.files.into_iter().filter(|name| is_result_name(name)));
             known.files.insert(index.to_owned());
             if index == INDEX {
@@ -49,10 +49,10 @@ impl Known {
     }
 }
 
-/// The parts of an index that matter here.
+/// The parts of an index that are used here.
 #[derive(Debug, Deserialize)]
 struct Document {
-    /// Only elastocap writes its own version.
+    /// The version of elastocap, which no other program writes.
     #[expect(dead_code, reason = "a file without it is not from elastocap")]
     versions: Versions,
     status: Option<String>,
@@ -66,12 +66,12 @@ struct Versions {
     elastocap: String,
 }
 
-/// The content of an index, if it is there and elastocap wrote it.
-fn own_document(file: &Path) -> io::Result<Option<Document>> {
+/// The content of an index, if the file exists and elastocap wrote it.
+fn read_index(file: &Path) -> io::Result<Option<Document>> {
     if file.is_dir() {
         return Ok(None);
     }
-    match read_own(file) {
+    match read_bounded(file) {
         Ok(bytes) => Ok(serde_json::from_slice(&bytes).ok()),
         Err(error) if error.is_missing() => Ok(None),
         Err(error) => {
@@ -85,7 +85,7 @@ fn name_of(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Whether a run or `mesh` gives files this name. No other file is ever removed, whatever a list says.
+/// Whether a run or `mesh` gives files this name. Only such files are ever removed, whatever an index lists.
 pub(crate) fn is_result_name(name: &str) -> bool {
     const FILES: [&str; 12] = [
         "approach.svg",

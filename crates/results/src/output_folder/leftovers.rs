@@ -1,4 +1,4 @@
-//! The folders that killed runs left behind.
+//! Recovery from folders that killed runs left behind.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -9,7 +9,7 @@ use super::in_place;
 use super::index::is_result_name;
 use super::staging::{OLD, STAGING, SWAP, prefix_beside};
 
-/// Completes or removes what killed runs left at `place`. Returns what the user should know.
+/// Completes or removes the leftovers of killed runs beside and in `place`. Returns notes for the user.
 pub(super) fn recover(place: &Path) -> Vec<String> {
     let mut notes = Vec::new();
     for left in abandoned(place, OsStr::new(STAGING)) {
@@ -41,11 +41,11 @@ pub(super) fn recover(place: &Path) -> Vec<String> {
     notes
 }
 
-/// The kind of files that a folder beside an output folder holds.
+/// The content of a folder beside an output folder.
 enum Stage {
-    /// Files that were never put in place, and links to some that are in place.
+    /// Files that were never put in place, and links to files in place.
     New,
-    /// Files that were in place before.
+    /// The earlier result.
     Old,
 }
 
@@ -58,7 +58,7 @@ fn stage_of(left: &Path) -> Stage {
     }
 }
 
-/// Folders in `parent` whose names begin like this and whose process has ended.
+/// The folders in `parent` whose names begin with `prefix` and whose process has ended.
 fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
     let entries = fs::read_dir(parent).into_iter().flatten().flatten();
     let ours = entries.filter(|entry| {
@@ -68,17 +68,18 @@ fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
     ours.map(|entry| entry.path()).filter(|path| lock(path).is_some()).collect()
 }
 
-/// Removes a folder that is not an output folder any more, or never became one: the files of a run in it, and those that `place`
-/// has too. A file that came in while the folders changed places goes to `place`. Returns what is left, if anything.
+/// Removes a folder that is not an output folder any more, or never became one: the files of a run in it, and
+/// those that `place` has too. A user's file that came in while the folders were exchanged goes to `place`.
+/// Returns a note if something is left.
 pub(super) fn clear(left: &Path, place: &Path) -> Option<String> {
     for entry in fs::read_dir(left).into_iter().flatten().flatten() {
         let (name, path) = (entry.file_name(), entry.path());
-        let there = place.join(&name);
-        let ours = name.to_str().is_some_and(is_result_name);
-        if ours || same_file(&path, &there) {
+        let counterpart = place.join(&name);
+        let is_result = name.to_str().is_some_and(is_result_name);
+        if is_result || same_file(&path, &counterpart) {
             let _ = fs::remove_file(path);
-        } else if there.symlink_metadata().is_err() && place.exists() {
-            let _ = fs::rename(path, there);
+        } else if counterpart.symlink_metadata().is_err() && place.exists() {
+            let _ = fs::rename(path, counterpart);
         }
     }
     let removed = fs::remove_dir(left).is_ok() || !left.exists();

@@ -1,4 +1,4 @@
-//! A folder whose files appear all at once, or not at all.
+//! An output folder whose files appear all at once, or not at all.
 //!
 //! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be guessed, and synced there. Then the two
 //! folders change places, in one step of the file system. Files of the user in the old folder are linked into the new one
@@ -6,13 +6,13 @@
 //!
 //! | module | what is in it |
 //! |---|---|
-//! | `index` | which files of a folder are elastocap's own |
+//! | `index` | which files of a folder elastocap wrote |
 //! | `staging` | where files wait |
-//! | `leftovers` | what killed runs left |
+//! | `leftovers` | what killed runs left behind |
 //! | `replace` | the folder replaced as a whole |
-//! | `in_place` | files put in place one by one, where it cannot be |
-//! | `unfinished` | what is removed when the process is broken off |
-//! | `disk` | what is asked of the file system |
+//! | `in_place` | files put in place one by one, where the folder cannot be replaced |
+//! | `unfinished` | what is removed when the process is interrupted |
+//! | `disk` | calls to the file system |
 
 mod disk;
 mod error;
@@ -30,7 +30,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::own_files::copy_own;
+use crate::own_files::copy_bounded;
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use leftovers::recover;
@@ -41,15 +41,15 @@ pub use error::OutputError;
 pub(crate) use index::{INDEX, MESH_INDEX, RESUME, is_result_name};
 pub use unfinished::Unfinished;
 
-/// A folder that gets its files all at once.
+/// An output folder that gets its files all at once.
 ///
 /// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped without that, it
 /// leaves what was there before.
 #[derive(Debug)]
 pub struct OutputFolder {
-    /// As the user named it.
-    asked: PathBuf,
-    /// Where it is, links resolved.
+    /// The path as the user gave it.
+    given: PathBuf,
+    /// The path with links resolved.
     place: PathBuf,
     /// Folders above it that did not exist before, innermost first.
     created: Vec<PathBuf>,
@@ -58,14 +58,14 @@ pub struct OutputFolder {
     warnings: Vec<String>,
 }
 
-/// How far a run came.
+/// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finish {
-    /// Every step has its result.
+    /// Every step has a result.
     Complete,
-    /// It went through all steps, and some failed or missed their tolerance.
+    /// The run went through all steps, and some failed or missed their tolerance.
     Incomplete,
-    /// It was stopped before it had gone through all steps.
+    /// The run was stopped before it had gone through all steps.
     Stopped,
 }
 
@@ -85,12 +85,13 @@ pub struct Placed {
 enum Keep {
     /// Files that no run and no `mesh` wrote.
     Foreign,
-    /// All that are not replaced by one of the same name.
+    /// All files that no new one of the same name replaces.
     Others,
 }
 
 impl OutputFolder {
-    /// Makes the folders above it and a place to stage files. What a killed process left there is completed or removed.
+    /// Makes the folders above the output folder and a staging folder. Leftovers of a killed process are
+    /// completed or removed.
     ///
     /// # Errors
     /// [`OutputError::Folder`] if it cannot be made or written to.
@@ -98,9 +99,10 @@ impl OutputFolder {
         Self::open_announced(folder, |_| ())
     }
 
-    /// Makes the folders above it and a place to stage files, as [`OutputFolder::open`] does, for whoever must
-    /// [give the files up](Unfinished::give_up) when the process is broken off. Before the place to stage files is made, `announce` is told
-    /// what will then have to be removed. The folders above it are there by then, with nothing in them.
+    /// Opens the folder as [`OutputFolder::open`] does, for a caller that must [give the files
+    /// up](Unfinished::give_up) when the process is interrupted. Before the staging folder is made,
+    /// `announce` gets what would then have to be removed. The folders above it exist by then, with nothing
+    /// in them.
     ///
     /// # Errors
     /// [`OutputError::Folder`] if it cannot be made or written to.
@@ -110,8 +112,8 @@ impl OutputFolder {
         let created: Vec<PathBuf> = missing.map(Path::to_owned).collect();
         match Self::prepare(folder, &created, &mut announce) {
             Ok((place, staging, warnings)) => {
-                let (asked, staged) = (folder.to_owned(), Mutex::default());
-                Ok(Self { asked, place, created, staging, staged, warnings })
+                let (given, staged) = (folder.to_owned(), Mutex::default());
+                Ok(Self { given, place, created, staging, staged, warnings })
             }
             Err(source) => {
                 remove_empty(&created);
@@ -143,9 +145,9 @@ impl OutputFolder {
         Ok((place, staging, warnings))
     }
 
-    /// The folder, as it was named.
+    /// The path of the folder as the user gave it.
     pub fn path(&self) -> &Path {
-        &self.asked
+        &self.given
     }
 
     /// The warnings that came up when the folder was opened.
@@ -153,15 +155,17 @@ impl OutputFolder {
         &self.warnings
     }
 
-    /// The folders that have to be removed when the process is broken off before the files are in place.
+    /// The folders that have to be removed if the process is interrupted before the files are in place.
     pub fn unfinished(&self) -> &Unfinished {
         &self.staging.unfinished
     }
 
-    /// Looks for files that a run would replace and that are not from elastocap, in the folder and in that for unfinished runs.
+    /// Checks that a run would replace no file of others, neither in the folder nor in that for unfinished
+    /// runs.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] names the first. [`OutputError::Folder`] if it cannot be known.
+    /// [`OutputError::Foreign`] names the first such file. [`OutputError::Folder`] if a folder cannot be
+    /// read.
     pub fn holds_nothing_foreign(&self) -> Result<(), OutputError> {
         for folder in [self.place.clone(), self.partial()] {
             let known = self.known(&folder)?;
@@ -176,18 +180,18 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// Looks for the result of a run, which must not give way to anything but another run.
+    /// Checks that the folder does not hold the result of a run, which only another run may replace.
     ///
     /// # Errors
-    /// [`OutputError::HoldsRun`]. [`OutputError::Folder`] if it cannot be known.
+    /// [`OutputError::HoldsRun`] if it does. [`OutputError::Folder`] if the folder cannot be read.
     pub fn holds_no_run(&self) -> Result<(), OutputError> {
         match self.known(&self.place)?.run {
-            true => Err(OutputError::HoldsRun { folder: self.asked.clone() }),
+            true => Err(OutputError::HoldsRun { folder: self.given.clone() }),
             false => Ok(()),
         }
     }
 
-    /// The contents of a folder, as its own files list them.
+    /// The contents of a folder as its index files list them.
     fn known(&self, folder: &Path) -> Result<Known, OutputError> {
         Known::of(folder).map_err(|source| OutputError::Folder { folder: self.shown(folder), source })
     }
@@ -200,25 +204,25 @@ impl OutputFolder {
         self.note(name, fs::write(self.staging.path.join(name), bytes))
     }
 
-    /// Makes `name` a copy of a file staged before.
+    /// Makes `name` a copy of an already staged file.
     ///
     /// # Errors
     /// [`OutputError::File`].
-    pub fn stage_copy(&self, of: &str, name: &str) -> Result<(), OutputError> {
+    pub fn stage_copy(&self, original: &str, name: &str) -> Result<(), OutputError> {
         let staging = &self.staging.path;
-        self.note(name, fs::copy(staging.join(of), staging.join(name)).map(drop))
+        self.note(name, fs::copy(staging.join(original), staging.join(name)).map(drop))
     }
 
-    /// Makes `name` a copy of a file that is elsewhere.
+    /// Makes `name` a copy of a file outside of the staging folder.
     ///
     /// # Errors
     /// [`OutputError::File`].
     pub(crate) fn stage_from(&self, file: &Path, name: &str) -> Result<(), OutputError> {
-        self.note(name, copy_own(file, &self.staging.path.join(name)).map_err(io::Error::from))
+        self.note(name, copy_bounded(file, &self.staging.path.join(name)).map_err(io::Error::from))
     }
 
     fn note(&self, name: &str, written: io::Result<()>) -> Result<(), OutputError> {
-        written.map_err(|source| OutputError::File { file: self.asked.join(name), source })?;
+        written.map_err(|source| OutputError::File { file: self.given.join(name), source })?;
         self.staged.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned());
         Ok(())
     }
@@ -228,29 +232,30 @@ impl OutputFolder {
         self.staged.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 
-    /// Puts all staged files in place, in the stead of those of an earlier run or `mesh`; which those are, their own lists say.
+    /// Puts all staged files in place, and removes those of an earlier run or `mesh` that its index lists.
     ///
     /// # Errors
-    /// [`OutputError`]; then the files before are there, all of them.
+    /// [`OutputError`]; then all earlier files are in place.
     pub fn commit(&self) -> Result<Placed, OutputError> {
         let place = self.place.clone();
         self.put(&place, Keep::Foreign)
     }
 
-    /// Puts all staged files in place, and leaves the others there as they are: what an earlier run wrote stays true.
+    /// Puts all staged files in place, and leaves the other files there, since they are still valid.
     ///
     /// # Errors
-    /// [`OutputError`]; then the files before are there, all of them.
+    /// [`OutputError`]; then all earlier files are in place.
     pub fn commit_beside(&self) -> Result<Placed, OutputError> {
         let place = self.place.clone();
         self.put(&place, Keep::Others)
     }
 
-    /// Puts the result of a run in place. One that was stopped goes to [`OutputFolder::partial`], and so does one with failed steps where
-    /// there is a complete one. A result that comes to its folder removes an unfinished one beside it.
+    /// Puts the result of a run in place. A stopped run goes to [`OutputFolder::partial`], and so does a run
+    /// with failed steps if the folder has a complete result. A result in the folder itself removes an
+    /// unfinished one beside it.
     ///
     /// # Errors
-    /// [`OutputError`]; then the files before are there, all of them.
+    /// [`OutputError`]; then all earlier files are in place.
     pub fn commit_run(&self, finish: Finish) -> Result<Placed, OutputError> {
         let partial = self.partial();
         let complete_before = self.known(&self.place)?.complete;
@@ -264,19 +269,19 @@ impl OutputFolder {
             remove_result(&partial);
             return Ok(placed);
         }
-        let (shown, asked) = (self.shown(&partial), self.asked.display().to_string());
+        let (shown, given) = (self.shown(&partial), self.given.display().to_string());
         let mut placed = self.put(&partial, Keep::Foreign)?;
-        let kept = if complete_before {
-            format!("`{asked}` keeps the complete result of an earlier run, and ")
+        let note = if complete_before {
+            format!("`{given}` keeps the complete result of an earlier run, and ")
         } else {
             String::new()
         };
-        placed.warnings.push(format!("{kept}what this run has found is in `{}`", shown.display()));
+        placed.warnings.push(format!("{note}what this run has found is in `{}`", shown.display()));
         Ok(placed)
     }
 
-    /// The folder for results that must not take the place of a complete one: beside the output folder, its name with `.partial`;
-    /// inside it, where no files may be made beside it on the same disk.
+    /// The folder for results that must not replace a complete one: beside the output folder, its name with
+    /// `.partial`; inside it, where no files can be made beside it on the same disk.
     pub fn partial(&self) -> PathBuf {
         let beside = match self.place.parent() {
             Some(parent) => {
@@ -287,17 +292,17 @@ impl OutputFolder {
         partial_of(&self.place, beside)
     }
 
-    /// A folder in the words of the user, where they lead there.
+    /// The path of a folder as the user would write it, where that leads there.
     fn shown(&self, folder: &Path) -> PathBuf {
         let name = |path: &Path| path.file_name().map(OsStr::to_owned);
         if folder == self.place {
-            return self.asked.clone();
+            return self.given.clone();
         }
         match (name(folder), folder.parent() == self.place.parent()) {
-            (Some(name), true) if self.asked.file_name() == self.place.file_name() => {
-                self.asked.with_file_name(name)
+            (Some(name), true) if self.given.file_name() == self.place.file_name() => {
+                self.given.with_file_name(name)
             }
-            (Some(name), false) if folder.parent() == Some(&self.place) => self.asked.join(name),
+            (Some(name), false) if folder.parent() == Some(&self.place) => self.given.join(name),
             _ => folder.to_owned(),
         }
     }
@@ -358,13 +363,13 @@ impl OutputFolder {
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        // Not there any more once it is in place.
+        // After a commit there is nothing left to remove.
         remove_files(&self.staging.path);
         remove_empty(&self.created);
     }
 }
 
-/// The folder itself, links resolved. Those above it are made.
+/// The path of the folder with links resolved. Missing folders above it are made.
 fn resolve(folder: &Path) -> io::Result<PathBuf> {
     if folder.exists() {
         let place = fs::canonicalize(folder)?;
@@ -394,12 +399,12 @@ fn partial_of(place: &Path, beside: bool) -> PathBuf {
     }
 }
 
-/// Removes the result of a run; the folder too, if nothing else is in it.
+/// Removes the result of a run, and the folder if nothing else is in it.
 fn remove_result(folder: &Path) {
-    // What cannot be read stays.
+    // Unreadable folders stay.
     let mut names: Vec<String> =
         Known::of(folder).map(|known| known.files).unwrap_or_default().into_iter().collect();
-    // The list goes last: as long as it is there, it can be seen whose files they are.
+    // The index goes last: as long as it is there, it tells that elastocap wrote the files.
     names.sort_by_key(|name| name == INDEX);
     for name in names {
         let _ = fs::remove_file(folder.join(name));
@@ -413,7 +418,7 @@ fn remove_result(folder: &Path) {
 
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
-        // Fails, as it should, where something else is in it by now.
+        // Fails, as it should, if something else is in the folder by now.
         let _ = fs::remove_dir(folder);
     }
 }

@@ -1,4 +1,4 @@
-//! A folder that is replaced as a whole.
+//! Replaces an output folder as a whole.
 
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
@@ -10,45 +10,47 @@ use super::disk::{exchange, same_file, same_owner, sync_folder};
 use super::leftovers::clear;
 use super::staging::Staging;
 
-/// With more files of the user in it, a folder is not replaced as a whole: each of them takes a link.
+/// The largest number of the user's files in a folder that is replaced as a whole, since each of them needs a
+/// link.
 const MAX_LINKS: usize = 1000;
 
-/// Puts `staging`, which holds the files `coming`, in the place of the folder `target`, with the files `kept` of it. Returns what the user should know, or `None` where
-/// that cannot be done, with nothing changed.
+/// Puts `staging`, which holds the files `coming`, in the place of the folder `target`, with the user's files
+/// `foreign` of the old folder. Returns notes for the user, or `None` if that is not possible, with nothing
+/// changed.
 pub(super) fn replace(
     staging: &Staging,
     target: &Path,
-    kept: &[OsString],
+    foreign: &[OsString],
     coming: &BTreeSet<String>,
 ) -> Option<Vec<String>> {
     let inside = std::env::current_dir().is_ok_and(|current| current.starts_with(target));
-    // A folder cannot be in two places, even for a moment.
-    let folders = kept.iter().any(|name| target.join(name).symlink_metadata().is_ok_and(|m| m.is_dir()));
-    if inside || folders || kept.len() > MAX_LINKS || !same_owner(&staging.path, target) {
+    // A folder cannot be linked into two places.
+    let folders = foreign.iter().any(|name| target.join(name).symlink_metadata().is_ok_and(|m| m.is_dir()));
+    if inside || folders || foreign.len() > MAX_LINKS || !same_owner(&staging.path, target) {
         return None;
     }
     let swap = staging.swap(target);
     fs::rename(&staging.path, &swap).ok()?;
-    match take_over(&swap, &staging.old(target), target, kept) {
-        Ok(old) => Some(conclude(&old, target, kept, coming)),
+    match take_over(&swap, &staging.old(target), target, foreign) {
+        Ok(old) => Some(conclude(&old, target, foreign, coming)),
         Err(_) => {
-            for name in kept {
+            for name in foreign {
                 let link = swap.join(name);
                 if same_file(&link, &target.join(name)) {
                     let _ = fs::remove_file(link);
                 }
             }
-            // Where even this fails, nothing will be found to be put in place, and the next run removes it.
+            // If even this fails, the next run finds a folder that was never put in place, and removes it.
             let _ = fs::rename(&swap, &staging.path);
             None
         }
     }
 }
 
-/// Links the files `kept` into the new folder, and lets it change places with the old one. Returns where that is: under the
-/// name of the new one, or under that of `old`.
-fn take_over(new: &Path, old: &Path, target: &Path, kept: &[OsString]) -> io::Result<PathBuf> {
-    for name in kept {
+/// Links the files `foreign` into the new folder, and exchanges it with the old one. Returns the path of the
+/// old one: under the name of the new folder, or `old`.
+fn take_over(new: &Path, old: &Path, target: &Path, foreign: &[OsString]) -> io::Result<PathBuf> {
+    for name in foreign {
         fs::hard_link(target.join(name), new.join(name))?;
     }
     fs::set_permissions(new, fs::metadata(target)?.permissions())?;
@@ -56,7 +58,8 @@ fn take_over(new: &Path, old: &Path, target: &Path, kept: &[OsString]) -> io::Re
     match exchange(new, target) {
         Ok(()) => Ok(new.to_owned()),
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {
-            // For a moment the result has no place; who finds it so finds the old one beside it, as the next run does.
+            // For a moment the result has no place. A process that finds this state takes the old one from
+            // beside it, as the next run does.
             fs::rename(target, old)?;
             if let Err(error) = fs::rename(new, target) {
                 fs::rename(old, target)?;
@@ -68,16 +71,16 @@ fn take_over(new: &Path, old: &Path, target: &Path, kept: &[OsString]) -> io::Re
     }
 }
 
-/// Removes the old folder, from which everything of the user's is in the new one.
-fn conclude(old: &Path, target: &Path, kept: &[OsString], coming: &BTreeSet<String>) -> Vec<String> {
+/// Removes the old folder, whose user files are all in the new one.
+fn conclude(old: &Path, target: &Path, foreign: &[OsString], coming: &BTreeSet<String>) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(parent) = target.parent()
         && let Err(error) = sync_folder(parent)
     {
         notes.push(not_on_disk(target, &error));
     }
-    for name in kept {
-        // Replaced by its owner while the folders changed places.
+    for name in foreign {
+        // The user replaced the file while the folders were exchanged.
         let (link, file) = (target.join(name), old.join(name));
         if !same_file(&link, &file) && file.symlink_metadata().is_ok() {
             let _ = fs::rename(file, link);
@@ -90,7 +93,7 @@ fn conclude(old: &Path, target: &Path, kept: &[OsString], coming: &BTreeSet<Stri
     notes
 }
 
-/// The warning that the system does not confirm that a new name is on the disk.
+/// The warning that the system did not confirm a new name on the disk.
 pub(super) fn not_on_disk(folder: &Path, error: &io::Error) -> String {
     format!(
         "the new files are in place in `{}`, but the system does not confirm that they would survive a power failure: {error}",

@@ -1,4 +1,4 @@
-//! Where files wait until they are put in place.
+//! Hidden folders where files wait until they are put in place.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -8,33 +8,36 @@ use std::path::{Path, PathBuf};
 use super::disk::{lock, number};
 use super::unfinished::Unfinished;
 
-/// How the names of staging folders begin inside the output folder; beside it, a dot and the name of the output folder come first.
+/// The beginning of the names of staging folders inside the output folder; beside it, a dot and the name of
+/// the output folder come first.
 pub(super) const STAGING: &str = ".elastocap-";
 
-/// The ending added to the name of a staging folder, for the earlier result while it has no place.
+/// The ending added to the name of a staging folder, for an earlier result on its way out.
 pub(super) const OLD: &str = ".old";
 
-/// The ending added while it changes places with the output folder, before its number on the disk: whoever finds a folder of that name sees by
-/// its number whether it is the new one still or the old one already.
+/// The ending added while a staging folder changes places with the output folder, before the inode number of
+/// the new folder: by it the next process tells whether the folder under that name is still the new one or
+/// already the old one.
 pub(super) const SWAP: &str = ".swap-";
 
-/// Is told what will have to be removed before a folder for files is made.
+/// A callback that gets what will have to be removed, before a staging folder is made.
 pub(super) type Announce<'a> = dyn FnMut(&Unfinished) + 'a;
 
-/// A hidden folder for files, which is this process's as long as it lives.
+/// A hidden folder for files, locked by this process as long as it lives.
 #[derive(Debug)]
 pub(super) struct Staging {
     pub(super) path: PathBuf,
-    /// It, and folders made for it, as what must be removed if the process is broken off.
+    /// The staging folder, and folders made for it, which must be removed if the process is interrupted.
     pub(super) unfinished: Unfinished,
-    /// The random part of its name, which sets it apart from others of this kind.
+    /// The random part of the name, which distinguishes staging folders.
     mark: String,
-    /// Tells other processes that it is in use.
+    /// The lock by which other processes see that the folder is in use.
     _lock: Option<File>,
 }
 
 impl Staging {
-    /// Beside `place`, on the same disk. It is announced before it is made, with the folders that were `created` for it.
+    /// Makes a staging folder beside `place`, on the same disk. It is announced before, with the folders that
+    /// were `created` for it.
     pub(super) fn beside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
         let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else {
             return Err(io::ErrorKind::NotFound.into());
@@ -42,7 +45,8 @@ impl Staging {
         Self::create(parent, &prefix_beside(name), created, announce)
     }
 
-    /// Inside `place`. It is announced before it is made, with the folders that were `created` for it.
+    /// Makes a staging folder inside `place`. It is announced before, with the folders that were `created`
+    /// for it.
     pub(super) fn inside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
         Self::create(place, OsStr::new(STAGING), created, announce)
     }
@@ -58,7 +62,8 @@ impl Staging {
             let mut name = prefix.to_owned();
             name.push(&mark);
             let path = parent.join(name);
-            // That of another process, which may live: it must not be announced as our own.
+            // The folder of another process, perhaps a live one, must not be announced as that of this
+            // process.
             if path.symlink_metadata().is_ok() {
                 continue;
             }
@@ -70,7 +75,7 @@ impl Staging {
                 Err(error) => return Err(error),
             }
             let lock = lock(&path);
-            // Another process may have taken it for abandoned before it was locked.
+            // Another process may have removed the folder as abandoned before it was locked.
             if path.exists() {
                 return Ok(Self { path, unfinished, mark, _lock: lock });
             }
@@ -78,7 +83,7 @@ impl Staging {
         Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many unfinished runs left their files there"))
     }
 
-    /// Where the earlier result of `target` waits where two folders cannot change places at once.
+    /// The path for the earlier result of `target`, where two folders cannot be exchanged at once.
     pub(super) fn old(&self, target: &Path) -> PathBuf {
         self.beside_target(target, OLD)
     }
@@ -88,7 +93,7 @@ impl Staging {
         self.beside_target(target, &format!("{SWAP}{}", number(&self.path).unwrap_or_default()))
     }
 
-    /// A name by which the next process that opens `target` finds it.
+    /// A path beside `target` by which the next process that opens `target` finds the folder.
     fn beside_target(&self, target: &Path, ending: &str) -> PathBuf {
         let mut name = prefix_beside(target.file_name().unwrap_or_default());
         name.push(&self.mark);
@@ -97,7 +102,7 @@ impl Staging {
     }
 }
 
-/// How the names of staging folders beside an output folder of this name begin.
+/// The beginning of the names of staging folders beside an output folder of this name.
 pub(super) fn prefix_beside(name: &OsStr) -> OsString {
     let mut prefix = OsString::from(".");
     prefix.push(name);
@@ -105,7 +110,7 @@ pub(super) fn prefix_beside(name: &OsStr) -> OsString {
     prefix
 }
 
-/// Whether an entry of an output folder is there only while files are put in place.
+/// Whether an entry of an output folder exists only while files are put in place.
 pub(super) fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(STAGING.as_bytes())
 }

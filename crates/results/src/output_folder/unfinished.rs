@@ -1,4 +1,5 @@
-//! The files of a run that is broken off, removed without allocating: lack of memory may be why it is broken off.
+//! Removal of the files of an interrupted run, without allocating: lack of memory may be the reason for the
+//! interruption.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,14 +7,15 @@ use std::path::{Path, PathBuf};
 /// The ending added to the name of a folder before it is removed by a process that is about to end.
 const GIVEN_UP: &str = ".given-up";
 
-/// The folders that a process that ends early must not leave behind. Everything that takes memory is done when it is made.
+/// The folders that a process must remove before it ends early. Everything that allocates happens when this
+/// is made.
 #[derive(Debug, Clone)]
 pub struct Unfinished {
-    /// Where files wait until they are put in place.
+    /// The staging folder.
     staging: system::Name,
-    /// Its name while it is being removed.
+    /// The name of the staging folder while it is being removed.
     aside: system::Name,
-    /// Folders made for the output folder, innermost first.
+    /// The folders made for the output folder, innermost first.
     created: Vec<system::Name>,
 }
 
@@ -28,26 +30,26 @@ impl Unfinished {
         })
     }
 
-    /// Removes the waiting files, from a process that is about to end, while another thread may be putting them in place: then
-    /// either all of them are removed, or none. Returns whether they are given up. Those that cannot be removed, the next process
-    /// removes that opens the folder.
+    /// Removes the staged files, from a process that is about to end, while another thread may be putting
+    /// them in place: then either all of them are removed, or none. Returns whether they are given up. Files
+    /// that cannot be removed are left to the next process that opens the folder.
     ///
     /// On Linux this allocates nothing.
     pub fn give_up(&self) -> bool {
-        // Under another name first: a folder must not get to its place once some of its files are gone.
+        // The folder is renamed first: it must not be put in place once some of its files are gone.
         let given_up = system::rename(&self.staging, &self.aside);
         if given_up {
             system::remove_files(&self.aside);
         }
         for folder in &self.created {
-            // Fails, as it should, where something else is in it by now.
+            // Fails, as it should, if something else is in the folder by now.
             system::remove_empty(folder);
         }
         given_up
     }
 }
 
-/// The calls of Unix, with names that need no more to be done to them.
+/// System calls of Unix, with names converted in advance.
 #[cfg(unix)]
 mod system {
     use std::ffi::CString;
@@ -69,7 +71,8 @@ mod system {
         let _ = rustix::fs::rmdir(folder.as_c_str());
     }
 
-    /// Removes the files in a folder, and the folder; what cannot be removed stays. The standard library reads folders into memory that it allocates.
+    /// Removes the files in a folder, and the folder; anything that cannot be removed stays. The standard
+    /// library would allocate memory to read a folder.
     #[cfg(target_os = "linux")]
     pub(super) fn remove_files(folder: &Name) {
         use std::mem::MaybeUninit;
@@ -82,7 +85,7 @@ mod system {
             return;
         };
         let mut buffer = [MaybeUninit::uninit(); 4096];
-        // A file system may pass over entries while others are removed: until nothing more is found.
+        // A file system may skip entries while others are removed, so the folder is read until it is empty.
         loop {
             let mut removed = false;
             let mut entries = RawDir::new(&opened, &mut buffer);

@@ -1,8 +1,8 @@
-//! From the values of an axis to its range, its ticks and its label.
+//! The layout of an axis: its range, its ticks and its label.
 
 use super::{Axis, Scale};
 
-/// Text with one part raised, for powers of ten.
+/// Text with a raised part, for powers of ten.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Text {
     pub(super) base: String,
@@ -23,24 +23,24 @@ pub(super) struct Tick {
     pub(super) label: Text,
 }
 
-/// An axis as it is drawn. Positions are fractions of its length, 0 at the start.
+/// The layout of an axis. Positions are fractions of its length, 0 at the start.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Layout {
     scale: Scale,
-    /// Ends of the axis; of the logarithm if the scale is logarithmic.
+    /// The lower end of the axis; its logarithm if the scale is logarithmic.
     from: f64,
     to: f64,
     pub(super) label: Text,
     pub(super) ticks: Vec<Tick>,
-    /// Grid lines between ticks.
+    /// The positions of the grid lines between ticks.
     pub(super) minor: Vec<f64>,
 }
 
-/// Beyond these the arithmetic of an axis would overflow; such values are left out.
+/// The largest value on an axis; larger ones, whose arithmetic could overflow, are left out.
 const LARGEST: f64 = 1e300;
 const SMALLEST: f64 = 1e-300;
 
-/// The value as the axis lays it out, or nothing if it cannot.
+/// The value, or its logarithm on a logarithmic axis; `None` if the axis cannot show it.
 pub(super) fn on_scale(scale: Scale, value: f64) -> Option<f64> {
     match scale {
         _ if !value.is_finite() || value.abs() > LARGEST => None,
@@ -50,7 +50,7 @@ pub(super) fn on_scale(scale: Scale, value: f64) -> Option<f64> {
 }
 
 impl Layout {
-    /// For these values, with about `most` ticks.
+    /// The layout for these values, with about `most` ticks.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, most: usize) -> Self {
         let laid_out = values.filter_map(|v| on_scale(axis.scale, v));
         let range = laid_out.fold(None, |range: Option<(f64, f64)>, v| {
@@ -62,17 +62,17 @@ impl Layout {
         }
     }
 
-    /// Where a value lies, as a fraction of the axis; bounds beyond its ends are drawn at the ends.
+    /// The position of a value, as a fraction of the axis; bounds beyond its ends are drawn at the ends.
     pub(super) fn position(&self, value: f64) -> Option<f64> {
         on_scale(self.scale, value).map(|v| self.fraction(v))
     }
 
-    /// From one end of a linear axis to the other, in its values.
+    /// The difference between both ends of a linear axis.
     pub(super) fn span(&self) -> f64 {
         self.to - self.from
     }
 
-    /// A linear axis that ends exactly here, with about `most` ticks.
+    /// The layout of a linear axis with exactly these ends and about `most` ticks.
     pub(super) fn between(axis: &Axis, from: f64, to: f64, most: usize) -> Self {
         let (unit, power) = Unit::for_size(axis, from.abs().max(to.abs()));
         let mut layout = Self {
@@ -101,7 +101,7 @@ impl Layout {
             (low - 0.1 * largest, high + 0.1 * largest)
         } else {
             let room = 0.05 * (high - low);
-            // An axis that comes near zero from one side starts there.
+            // An axis that comes near zero from one side starts at zero.
             let from = if low >= 0.0 && low < 0.4 * high { 0.0 } else { low - room };
             let to = if high <= 0.0 && high > 0.4 * low { 0.0 } else { high + room };
             (from, to)
@@ -122,8 +122,9 @@ impl Layout {
         let (first, last) = (layout.from.ceil() as i32, layout.to.floor() as i32);
         let inside = |at: f64| at >= layout.from && at <= layout.to;
         let digits_and_powers = |digits: &[i32]| -> Vec<(i32, i32)> {
-            let all = (first - 1..=last).flat_map(|power| digits.iter().map(move |&digit| (digit, power)));
-            all.filter(|&(digit, power)| inside(log10(digit, power))).collect()
+            let candidates =
+                (first - 1..=last).flat_map(|power| digits.iter().map(move |&digit| (digit, power)));
+            candidates.filter(|&(digit, power)| inside(log10(digit, power))).collect()
         };
         let decades = usize::try_from(last - first + 1).unwrap_or(0);
         let one_two_five = digits_and_powers(&[1, 2, 5]);
@@ -144,7 +145,8 @@ impl Layout {
                 layout.ticks.push(Tick { at, label: logarithmic_label(axis, digit, power, plain) });
             }
         } else {
-            // Few or none of those in so short a range: round values, as on a linear axis.
+            // In so short a range there are few or none of those values, so round values are used as on a
+            // linear axis.
             let (from, to) = (10_f64.powf(layout.from), 10_f64.powf(layout.to));
             let (unit, power) = Unit::for_size(axis, to);
             layout.label = unit.label(axis);
@@ -177,13 +179,13 @@ pub(super) fn round_values(from: f64, to: f64, power: i32, most: usize) -> Vec<(
     let places = (-decade as i32 + i32::from(digit == 2.5) - i32::from(digit == 10.0)).clamp(0, 20) as usize;
     let slack = 1e-9 * (to - from);
     let (first, last) = (((from - slack) / step).ceil(), ((to + slack) / step).floor());
-    // Far from zero the step may be lost in rounding; never more than asked for, by whatever rounding.
+    // Far from zero the step may vanish in rounding; the count is limited whatever the rounding.
     let count = (last - first).clamp(0.0, 2.0 * most as f64) as usize;
     let values = (0..=count).map(|i| (first + i as f64) * step);
     values.map(|value| (value * unit, number(value, places))).collect()
 }
 
-/// With a real minus sign, and no minus before zero.
+/// The number with a true minus sign, and without a minus sign before zero.
 fn number(value: f64, places: usize) -> String {
     let text = format!("{:.places$}", value.abs());
     let negative = value < 0.0 && text.bytes().any(|b| (b'1'..=b'9').contains(&b));
@@ -208,15 +210,15 @@ fn signed(power: i32) -> String {
     if power < 0 { format!("\u{2212}{}", -power) } else { power.to_string() }
 }
 
-/// Unit of an axis: the one given with a prefix, or with a power of ten.
+/// The unit of an axis: the given one with a prefix, or with a power of ten.
 struct Unit {
     prefix: &'static str,
-    /// Written out, where no prefix stands for it.
+    /// The power of ten that is written out where no prefix stands for it.
     power: i32,
 }
 
 impl Unit {
-    /// With the power of ten by which the axis' numbers are divided.
+    /// The unit for numbers of this size, and the power of ten that the numbers of the axis are divided by.
     fn for_size(axis: &Axis, largest: f64) -> (Self, i32) {
         let power = (largest.log10() + 1e-9).div_euclid(3.0) as i32 * 3;
         if takes_prefix(&axis.unit)

@@ -1,4 +1,4 @@
-//! From a chart to SVG.
+//! Draws charts as SVG.
 
 use std::fmt::Write as _;
 
@@ -12,20 +12,20 @@ pub(super) const TITLE_SIZE: f64 = 18.0;
 pub(super) const LABEL_SIZE: f64 = 15.0;
 pub(super) const TICK_SIZE: f64 = 13.0;
 const LEGEND_SIZE: f64 = 14.0;
-/// From one line of text to the next.
+/// The distance of lines of text, over the size of the text.
 pub(super) const LEADING: f64 = 1.35;
 pub(super) const EDGE: f64 = 14.0;
-/// Below the x axis: its ticks and its label.
+/// The height below the x axis: ticks and label.
 pub(super) const BELOW: f64 = EDGE + LABEL_SIZE * LEADING + TICK_SIZE * LEADING + 6.0;
-/// Line and marker in the legend, with the space after it.
+/// The width of line and marker in the legend, with the space after it.
 const SWATCH: f64 = 38.0;
 
-/// Told apart also by those who do not see all colours (Okabe and Ito), yellow left out for being faint.
+/// Colours that colour-blind readers can distinguish, too (Okabe and Ito), without yellow, which is faint.
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333"];
-/// Above this many points markers would hide the line.
+/// The largest number of points with markers; more would hide the line.
 const MOST_MARKERS: usize = 80;
 
-/// Where the axes lie on the page.
+/// The place of the axes on the page.
 pub(super) struct Frame {
     pub(super) left: f64,
     pub(super) right: f64,
@@ -35,13 +35,13 @@ pub(super) struct Frame {
     pub(super) y: Layout,
 }
 
-/// One point of a series, on the page.
+/// The place of a point of a series on the page.
 struct Spot {
     x: f64,
     y: f64,
-    /// Ends of its bar, upper end first, where it has one.
+    /// The ends of its error bar, upper end first, if it has one.
     bar: Option<(f64, f64)>,
-    /// The values that a pointer held over it shows.
+    /// The values shown when the pointer is over the point.
     value: (f64, f64),
 }
 
@@ -54,13 +54,13 @@ impl Frame {
         self.y.position(value).map(|t| self.bottom - t * (self.bottom - self.top))
     }
 
-    /// The series in pieces, cut where a point is missing.
+    /// The series in pieces, divided at missing points.
     fn pieces(&self, series: &Series) -> Vec<Vec<Spot>> {
         let mut pieces = vec![Vec::new()];
         for (i, &(x, y)) in series.points.iter().enumerate() {
             let bar = (series.band.as_ref().and_then(|band| band.get(i)))
                 .filter(|(lower, upper)| lower.is_finite() && upper.is_finite())
-                // A lower bound that a logarithmic axis cannot show reaches to its end.
+                // A lower bound that a logarithmic axis cannot show is drawn at its end.
                 .and_then(|&(lower, upper)| Some((self.y(upper)?, self.y(lower).unwrap_or(self.bottom))));
             match (self.x(x), self.y(y), pieces.last_mut()) {
                 (Some(at_x), Some(at_y), Some(piece)) => {
@@ -74,7 +74,7 @@ impl Frame {
     }
 }
 
-/// Colour, marker and dashes of the n-th series.
+/// The colour, marker and dashes of the n-th series.
 struct Pen {
     colour: &'static str,
     marker: usize,
@@ -96,7 +96,7 @@ impl Pen {
         }
         let line = series.style != Style::Markers;
         let wanted = matches!(series.style, Style::LineAndMarkers | Style::Markers);
-        // After the colours have been used once, their lines are told apart by dots.
+        // Once all colours are in use, dots distinguish the lines.
         let dashes = match (series.style, index / COLOURS.len()) {
             (Style::DashedLine, _) => "8 5",
             (_, 0) => "",
@@ -125,7 +125,7 @@ impl Pen {
         )
     }
 
-    /// The marker, with the text that shows under a pointer.
+    /// The marker, with the text shown under the pointer.
     fn marker(&self, x: f64, y: f64, tip: &str) -> String {
         let scale = if self.faint { 0.65 } else { 1.0 };
         let polygon = |points: &[(f64, f64)]| {
@@ -182,7 +182,7 @@ pub(super) fn page(title: &str, charts: &[(&Chart, f64)]) -> String {
         panels.push((*chart, legend, top, lay_out(chart, below_legend + 10.0, end - BELOW)));
         top = end;
     }
-    // One x in all panels is one line down the page.
+    // All panels share their left and right edges, so that equal x are below each other.
     let left = panels.iter().map(|panel| panel.3.left).fold(0.0, f64::max);
     let right = panels.iter().map(|panel| panel.3.right).fold(WIDTH, f64::min);
     for (chart, legend, top, frame) in panels {
@@ -228,7 +228,7 @@ pub(super) fn open_page(title: &str, lines: &[String], height: f64) -> String {
     out
 }
 
-/// Chooses the margins by the text that has to fit into them.
+/// Chooses the margins that the text needs.
 fn lay_out(chart: &Chart, top: f64, bottom: f64) -> Frame {
     let xs = || chart.series.iter().flat_map(|s| s.points.iter().map(|p| p.0));
     let ys = || {
@@ -237,7 +237,7 @@ fn lay_out(chart: &Chart, top: f64, bottom: f64) -> Frame {
             s.points.iter().map(|p| p.1).chain(bounds)
         })
     };
-    // Long titles and legends must not squeeze the chart away.
+    // Long titles and legends must leave room for the chart.
     let top = top.min(bottom - 150.0);
     let y = Layout::new(&chart.y, ys(), ((bottom - top) / 50.0) as usize);
     let widest =
@@ -318,7 +318,7 @@ fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
     let drawn: Vec<(Pen, Vec<Vec<Spot>>, &str)> = (chart.series.iter().enumerate())
         .map(|(i, series)| (Pen::new(i, series), frame.pieces(series), series.name.as_str()))
         .collect();
-    // All bands first: a band must not hide another series' line.
+    // All bands come first, so that no band hides the line of another series.
     for (pen, pieces, _) in &drawn {
         for piece in pieces.iter().filter(|_| pen.line) {
             for run in piece.split(|spot| spot.bar.is_none()).filter(|run| run.len() > 1) {
@@ -353,7 +353,7 @@ fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
                     );
                 }
             }
-            // A single point has no line to be seen by.
+            // A single point has no line that would show it.
             for spot in piece.iter().filter(|_| pen.markers || piece.len() == 1) {
                 let (x, y) = spot.value;
                 let tip = format!("{name}: ({x:e}{}, {y:e}{})", spaced(&chart.x.unit), spaced(&chart.y.unit));
@@ -363,9 +363,9 @@ fn draw_series(out: &mut String, chart: &Chart, frame: &Frame) {
     }
 }
 
-/// Rows of names above the chart, where no curve can run into them.
+/// The legend: rows of names above the chart, clear of its curves.
 struct Legend {
-    /// Series, row, and distance from the row's start, of each entry.
+    /// The series, the row, and the distance from the start of the row of each entry.
     entries: Vec<(usize, usize, f64)>,
     row_widths: Vec<f64>,
     rows: usize,
@@ -397,7 +397,7 @@ impl Legend {
         for &(i, row, start) in &self.entries {
             let series = &chart.series[i];
             let mut pen = Pen::new(i, series);
-            // A line and the points that belong to it are one entry.
+            // A line and its points share one entry.
             pen.markers |= chart.series.iter().any(|other| other.style == Style::Points { of: i });
             let x = 0.5 * (WIDTH - self.row_widths[row]) + start;
             let y = top + LEGEND_SIZE * (0.7 + 1.1 * LEADING * row as f64);

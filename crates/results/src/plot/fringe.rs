@@ -1,4 +1,4 @@
-//! A field over a deformed body, in bands of colour between round levels.
+//! Pictures of a field over a deformed body, in bands of colour between round levels.
 
 use std::fmt::Write as _;
 
@@ -9,20 +9,21 @@ use super::draw::{
 };
 use super::text::{coordinate, escape, text_width, wrapped};
 
-/// A field drawn where it is. Lengths along both axes are drawn alike.
+/// A field drawn over the deformed body. Both axes have the same scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fringes {
-    /// Above the picture; wrapped where it is long.
+    /// The title above the picture; wrapped if it is long.
     pub title: String,
-    /// Across.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upward.
+    /// The vertical axis.
     pub y: Axis,
-    /// The quantity that the colours stand for, with its unit.
+    /// The quantity shown by colours, with its unit.
     pub quantity: String,
-    /// Values between which colours differ; what lies outside has the colours of the ends. `None` draws the cells alone.
+    /// The range of values with different colours; values outside have the colours of the ends. `None` draws
+    /// the cells alone.
     pub range: Option<(f64, f64)>,
-    /// The body.
+    /// The cells of the body.
     pub cells: Vec<Cell>,
     /// Whether the cells are outlined.
     pub outlines: bool,
@@ -31,10 +32,10 @@ pub struct Fringes {
 /// Nine points `(x, y, value)` of a quadrilateral, row after row: corners, middles of the sides, centre.
 pub type Cell = [(f64, f64, f64); 9];
 
-/// From low to high where all values have one sign, the darker the farther from zero.
+/// The colours from low to high for values of one sign, darker away from zero.
 const ONE_SIGN: [(f64, f64, f64); 4] =
     [(255.0, 247.0, 236.0), (253.0, 187.0, 132.0), (215.0, 60.0, 45.0), (90.0, 0.0, 20.0)];
-/// From below to above zero.
+/// The colours from below to above zero.
 const TWO_SIGNS: [(f64, f64, f64); 5] = [
     (8.0, 64.0, 129.0),
     (107.0, 174.0, 214.0),
@@ -42,13 +43,13 @@ const TWO_SIGNS: [(f64, f64, f64); 5] = [
     (244.0, 140.0, 95.0),
     (140.0, 10.0, 30.0),
 ];
-/// Around the boundary of a cell.
+/// The points around the boundary of a cell.
 const RING: [usize; 8] = [0, 1, 2, 5, 8, 7, 6, 3];
 /// Width of the colour bar.
 const BAR: f64 = 18.0;
 
 impl Fringes {
-    /// The picture as an SVG file, 800 units wide and as high as the body asks for.
+    /// The picture as an SVG file, 800 units wide and as high as its content.
     pub fn to_svg(&self) -> String {
         let title = wrapped(&self.title, WIDTH - 2.0 * EDGE, TITLE_SIZE);
         let levels = self.levels();
@@ -75,7 +76,7 @@ impl Fringes {
         out
     }
 
-    /// Levels between bands, with their text.
+    /// The levels between bands, with their labels.
     fn levels(&self) -> Vec<(f64, String)> {
         let Some((low, high)) = self.range.filter(|(low, high)| low < high) else { return Vec::new() };
         round_values(low, high, 0, 12)
@@ -109,7 +110,7 @@ impl Fringes {
             }
         }
         for (k, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-            // The thin line closes the seams that a screen shows between polygons.
+            // The thin line closes the seams that renderers leave between polygons.
             let colour = if levels.is_empty() { "#e8eef4".to_owned() } else { colour(levels, k) };
             let _ = writeln!(
                 out,
@@ -127,7 +128,7 @@ impl Fringes {
     }
 }
 
-/// Draws the bar of colours between these levels, with the levels and the quantity beside it.
+/// Draws the colour bar between these levels, with the levels and the quantity beside it.
 pub(super) fn draw_bar(out: &mut String, frame: &Frame, levels: &[(f64, String)], quantity: &str) {
     if levels.is_empty() {
         return;
@@ -144,7 +145,7 @@ pub(super) fn draw_bar(out: &mut String, frame: &Frame, levels: &[(f64, String)]
             colour(levels, k)
         );
     }
-    // Where bands are thinner than text, every second or third level has its number.
+    // Where bands are narrower than text, only every second or third level is labelled.
     let stride = (1.25 * TICK_SIZE / height).ceil().max(1.0) as usize;
     let _ = writeln!(out, "<g font-size=\"{TICK_SIZE}\">");
     for (k, (_, label)) in levels.iter().enumerate().filter(|(k, _)| k % stride == 0) {
@@ -173,22 +174,22 @@ pub(super) fn clip_by(
     polygon: &[(f64, f64, f64)],
     distance: impl Fn(&(f64, f64, f64)) -> f64,
 ) -> Vec<(f64, f64, f64)> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    let mut clipped = Vec::with_capacity(polygon.len() + 1);
     for (k, b) in polygon.iter().enumerate() {
         let a = &polygon[(k + polygon.len() - 1) % polygon.len()];
         let (da, db) = (distance(a), distance(b));
         if (da >= 0.0) != (db >= 0.0) {
             let t = da / (da - db);
-            kept.push((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), a.2 + t * (b.2 - a.2)));
+            clipped.push((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), a.2 + t * (b.2 - a.2)));
         }
         if db >= 0.0 {
-            kept.push(*b);
+            clipped.push(*b);
         }
     }
-    kept
+    clipped
 }
 
-/// Appends a closed polygon to the path, in tenths of a unit, with points on a line left out.
+/// Appends a closed polygon to the path, in tenths of a unit, without collinear points.
 pub(super) fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64)]) {
     let tenths = |v: f64| (10.0 * v).round() as i64;
     let mut points: Vec<(i64, i64)> =
@@ -198,7 +199,7 @@ pub(super) fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64
     while points.len() > 2 && k < points.len() {
         let n = points.len();
         let (a, b, c) = (points[(k + n - 1) % n], points[k], points[(k + 1) % n]);
-        // Twice the area of the corner, in hundredths of a square unit.
+        // Twice the area of the triangle at the corner, in hundredths of a square unit.
         if ((b.0 - a.0) * (c.1 - b.1) - (b.1 - a.1) * (c.0 - b.0)).abs() <= 4 {
             points.remove(k);
         } else {
@@ -225,7 +226,7 @@ pub(super) fn append(path: &mut String, frame: &Frame, polygon: &[(f64, f64, f64
     path.push('z');
 }
 
-/// The colour of band `k`, below the level of that number.
+/// The colour of band `k`, which lies below level `k`.
 pub(super) fn colour(levels: &[(f64, String)], k: usize) -> String {
     let (low, high) = (levels[0].0, levels[levels.len() - 1].0);
     let step = if levels.len() > 1 { levels[1].0 - low } else { 1.0 };
@@ -280,7 +281,7 @@ mod tests {
         };
         let levels = picture.levels();
         let svg = picture.to_svg();
-        // One path for each band between levels, three grids at most around them.
+        // One path for each band between levels.
         assert_eq!(svg.matches("stroke-width=\"0.4\"").count(), levels.len() - 1, "{levels:?}");
         assert_eq!(svg.matches("<rect").count(), 2 + levels.len() + 1);
         assert!(svg.contains("a &lt;field&gt;") && svg.contains("\u{2212}1.0"), "{svg}");

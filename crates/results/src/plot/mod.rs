@@ -1,9 +1,8 @@
-//! Plots as SVG: lines ([`Chart`]), as error against run time, two such charts as one picture ([`Panels`]), as C(F) with its
-//! bounds, and fields as bands of colour ([`Fringes`]).
+//! Plots as SVG: line charts ([`Chart`]) such as capacitance against force with its bounds, several charts as
+//! one picture ([`Panels`]), and fields as bands of colour ([`Fringes`]).
 //!
-//! Text stays text, in the reader's own sans-serif font; the same chart gives the same bytes. Points that are not
-//! finite, or not positive on a logarithmic axis, are left out, and the line is broken there rather than drawn across
-//! what is not known.
+//! Text stays text, in the sans-serif font of the reader; the same chart gives the same bytes. Points that
+//! are not finite, or not positive on a logarithmic axis, are left out, and the line is broken there.
 
 mod axis;
 mod draw;
@@ -34,13 +33,13 @@ pub use section::{Section, SectionCell};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Above the chart; wrapped where it is long.
+    /// The title above the chart; wrapped if it is long.
     pub title: String,
-    /// Across.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upward.
+    /// The vertical axis.
     pub y: Axis,
-    /// In the order of the legend; a later one is drawn over an earlier one.
+    /// The series in the order of the legend; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
 }
 
@@ -49,54 +48,54 @@ pub struct Chart {
 pub struct Axis {
     /// The quantity, without its unit.
     pub label: String,
-    /// Unit of the numbers given, empty if they have none; an SI unit gets the prefix that suits the numbers.
+    /// Unit of the numbers given, empty if they have none; an SI unit gets a prefix that suits the numbers.
     pub unit: String,
-    /// How values are laid out.
+    /// The scale of the axis.
     pub scale: Scale,
 }
 
-/// How an axis lays out its values.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scale {
-    /// In proportion; zero is included when the values reach near it.
+    /// Linear; zero is included if the values reach near it.
     Linear,
-    /// By the logarithm.
+    /// Logarithmic.
     Logarithmic,
 }
 
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// In the legend; empty leaves it out of there.
+    /// The name in the legend; an empty one has no entry there.
     pub name: String,
-    /// (x, y), joined in this order.
+    /// The points (x, y), joined in this order.
     pub points: Vec<(f64, f64)>,
     /// (lower, upper) for each point, in the same order: a shaded band, or bars where no line joins the points.
     pub band: Option<Vec<(f64, f64)>>,
-    /// How it is drawn; colour and marker come from its place in the chart.
+    /// The style of the line; colour and marker come from the position in the chart.
     pub style: Style,
 }
 
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Style {
-    /// The usual one.
+    /// A line with a marker at each point.
     LineAndMarkers,
-    /// For dense data.
+    /// A line alone, for dense data.
     Line,
-    /// For what stands beside the result: a reference, an approximation.
+    /// A dashed line, for a reference or an approximation.
     DashedLine,
-    /// For data that no line joins.
+    /// Markers alone, for data that no line joins.
     Markers,
-    /// Data that belong to a line of another series: in its colour, and in its entry of the legend.
+    /// Points that belong to the line of another series: in its colour, and in its entry of the legend.
     Points {
-        /// Place of the line in [`Chart::series`].
+        /// The position of the line in [`Chart::series`].
         of: usize,
     },
-    /// Small and faint, behind the others: what stands around the series at the place `like`, in its colour and with its
-    /// marker.
+    /// Small and faint points behind the other series, around the series at the position `like`, with its
+    /// colour and marker.
     Cloud {
-        /// Place in [`Chart::series`].
+        /// The position of the series in [`Chart::series`].
         like: usize,
     },
 }
@@ -111,13 +110,13 @@ impl Chart {
 /// Charts below each other, the main one first, under one title.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panels {
-    /// Above the first; wrapped where it is long.
+    /// The title above the first chart; wrapped if it is long.
     pub title: String,
-    /// The large one on top. Its own title is not shown.
+    /// The large chart on top. Its title is not shown.
     pub main: Chart,
-    /// The smaller one below, if there is one. Its own title is not shown.
+    /// The smaller chart below, if there is one. Its title is not shown.
     pub second: Option<Chart>,
-    /// A third one at the bottom, if there is one. Its own title is not shown.
+    /// A third chart at the bottom, if there is one. Its title is not shown.
     pub third: Option<Chart>,
 }
 

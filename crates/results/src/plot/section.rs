@@ -1,4 +1,5 @@
-//! A potential in a plane: bands of colour, lines of equal potential between them, and arrows along the field.
+//! Pictures of the potential in a plane: bands of colour, equipotential lines between them, and arrows along
+//! the field.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -11,52 +12,54 @@ use super::draw::{
 use super::fringe::{append, clip, clip_by, colour, draw_bar};
 use super::text::{coordinate, escape, text_width, wrapped};
 
-/// A section through a field. Lengths along both axes are drawn alike.
+/// A section through a field. Both axes have the same scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// The title above the picture; wrapped where it is long.
+    /// The title above the picture; wrapped if it is long.
     pub title: String,
-    /// Where the plane lies, in words; below the picture on the right.
+    /// The position of the plane, in words; below the picture on the right.
     pub plane: String,
-    /// The axis across.
+    /// The horizontal axis.
     pub x: Axis,
-    /// The axis upward.
+    /// The vertical axis.
     pub y: Axis,
-    /// The region that is shown, as (lower, upper) along both axes. Where no cell covers it there is metal.
+    /// The visible region, as (lower, upper) along both axes. Metal fills the part without cells.
     pub window: [(f64, f64); 2],
-    /// The potential and where it is.
+    /// The cells with the potential at their corners.
     pub cells: Vec<SectionCell>,
     /// Conductors without thickness, from end to end.
     pub sheets: Vec<[[f64; 2]; 2]>,
-    /// Names, and the middles of what they name.
+    /// Names, and the middles of the named bodies.
     pub names: Vec<(String, [f64; 2])>,
 }
 
-/// A convex cell: its corners, once around, with what tells one corner from another, and x, y and the potential there, V.
+/// A convex cell of a section.
 ///
-/// Cells of one body have their common corners in common, and those of two bodies do not: a side of one cell alone is drawn as the
-/// outline of a body.
+/// Neighbouring cells of one body share corners, and cells of two bodies do not: a side that belongs to one
+/// cell only is drawn as the outline of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCell {
-    /// The corners, once around: for each what tells it from others, and x, y and the potential there, V.
+    /// The corners, once around, each with a number that identifies it, its coordinates x and y, and the
+    /// potential there, V.
     pub corners: Vec<(u64, [f64; 3])>,
 }
 
-/// Bands that are aimed at.
+/// The approximate number of bands.
 const BANDS: usize = 20;
 /// The colour of metal.
 const METAL: &str = "#4d4d4d";
 /// Distance between arrows, and the length of the longest one.
 const ARROWS: f64 = 26.0;
 const ARROW: f64 = 21.0;
-/// The length of an arrow goes with this power of the field, because fields at edges are much larger than others.
+/// The length of an arrow is proportional to this power of the field, because fields at edges are much larger
+/// than elsewhere.
 const POWER: f64 = 0.3;
 const NAME_SIZE: f64 = 12.0;
 
 type Point = (f64, f64, f64);
 
 impl Section {
-    /// The picture as an SVG file, 800 units wide and as high as the section asks for.
+    /// The picture as an SVG file, 800 units wide and as high as its content.
     pub fn to_svg(&self) -> String {
         let title = wrapped(&self.title, WIDTH - 2.0 * EDGE, TITLE_SIZE);
         let levels = self.levels();
@@ -65,7 +68,7 @@ impl Section {
         let left = EDGE + LABEL_SIZE * LEADING + 8.0 + 3.5 * TICK_SIZE;
         let top = EDGE + title.len() as f64 * TITLE_SIZE * LEADING + 10.0;
         let [across, upward] = self.window.map(|(from, to)| to - from);
-        // The whole width, unless that would be too high.
+        // The full width, unless the picture would be too high.
         let scale = ((right - left) / across).min(640.0 / upward);
         let (wide, high) = (scale * across, scale * upward);
         let layout = |axis: &Axis, (from, to), length: f64, tick: f64| {
@@ -81,7 +84,7 @@ impl Section {
         };
         let mut out = open_page(&self.title, &title, frame.bottom + BELOW);
         draw_axes(&mut out, &frame);
-        // Over the grid of the axes, which does not belong into a picture.
+        // Covers the grid lines of the axes, which do not belong in a picture.
         let place = format!(
             "x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"",
             coordinate(left),
@@ -109,7 +112,7 @@ impl Section {
         out
     }
 
-    /// Levels between bands, with their text.
+    /// The levels between bands, with their labels.
     fn levels(&self) -> Vec<(f64, String)> {
         let values = || self.cells.iter().flat_map(|cell| &cell.corners).map(|(_, p)| p[2]);
         let (low, high) =
@@ -120,7 +123,7 @@ impl Section {
     /// The part of the cells in the window, as triangles.
     fn triangles(&self) -> Vec<[Point; 3]> {
         let [(x0, x1), (y0, y1)] = self.window;
-        let mut all = Vec::new();
+        let mut triangles = Vec::new();
         for cell in &self.cells {
             let mut polygon: Vec<Point> = cell.corners.iter().map(|(_, p)| (p[0], p[1], p[2])).collect();
             let inside = |p: &Point| p.0 >= x0 && p.0 <= x1 && p.1 >= y0 && p.1 <= y1;
@@ -131,13 +134,13 @@ impl Section {
                 polygon = clip_by(&polygon, |p| y1 - p.1);
             }
             for k in 1..polygon.len().saturating_sub(1) {
-                all.push([polygon[0], polygon[k], polygon[k + 1]]);
+                triangles.push([polygon[0], polygon[k], polygon[k + 1]]);
             }
         }
-        all
+        triangles
     }
 
-    /// Sides of one cell alone, and sheets.
+    /// Draws sides that belong to one cell only, and sheets.
     fn draw_outlines(&self, out: &mut String, frame: &Frame) {
         let mut sides: HashMap<[u64; 2], Option<[[f64; 3]; 2]>> = HashMap::new();
         for SectionCell { corners } in &self.cells {
@@ -170,7 +173,7 @@ impl Section {
         ends = clip_by(&ends, |p| x1 - p.0);
         ends = clip_by(&ends, |p| p.1 - y0);
         ends = clip_by(&ends, |p| y1 - p.1);
-        // A line that is clipped as a polygon comes back with an end repeated.
+        // Clipping a line as a polygon repeats one of its ends.
         let Some(from) = ends.first() else { return };
         let apart = |p: &Point| (p.0 - from.0).hypot(p.1 - from.1);
         if let Some(to) = ends.iter().max_by(|p, q| apart(p).total_cmp(&apart(q))) {
@@ -187,7 +190,7 @@ impl Section {
             let half = 0.5 * text_width(name, NAME_SIZE);
             let x = x.clamp(frame.left + half, (frame.right - half).max(frame.left + half));
             let (x, y) = (coordinate(x), coordinate(y + 0.35 * NAME_SIZE));
-            // A rim of white under the letters, for they stand on dark and on light.
+            // A white rim makes letters readable on dark and on light.
             let rim = "stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\" ";
             for look in [rim, ""] {
                 let _ = writeln!(out, "<text {look}x=\"{x}\" y=\"{y}\">{}</text>", escape(name));
@@ -215,14 +218,14 @@ fn draw_bands(out: &mut String, frame: &Frame, levels: &[(f64, String)], triangl
         }
     }
     for (k, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-        // The thin line closes the seams that a screen shows between polygons.
+        // The thin line closes the seams that renderers leave between polygons.
         let colour = if levels.is_empty() { "#e8eef4".to_owned() } else { colour(levels, k) };
         let _ =
             writeln!(out, "<path d=\"{path}\" fill=\"{colour}\" stroke=\"{colour}\" stroke-width=\"0.5\"/>");
     }
 }
 
-/// Lines of equal potential.
+/// Draws equipotential lines.
 fn draw_levels(out: &mut String, frame: &Frame, levels: &[(f64, String)], triangles: &[[Point; 3]]) {
     let mut path = String::new();
     for triangle in triangles {
@@ -253,7 +256,7 @@ fn draw_levels(out: &mut String, frame: &Frame, levels: &[(f64, String)], triang
     );
 }
 
-/// Arrows along the part of the field that lies in the plane, on a square lattice.
+/// Draws arrows along the in-plane component of the field, on a square lattice.
 fn draw_arrows(out: &mut String, frame: &Frame, triangles: &[[Point; 3]]) {
     let mut arrows: HashMap<[i64; 2], [f64; 2]> = HashMap::new();
     for triangle in triangles {
@@ -284,10 +287,10 @@ fn draw_arrows(out: &mut String, frame: &Frame, triangles: &[[Point; 3]]) {
         }
     }
     let strongest = arrows.values().map(|e| e[0].hypot(e[1])).fold(0.0, f64::max);
-    let mut all: Vec<_> = arrows.into_iter().collect();
-    all.sort_by_key(|(at, _)| *at);
+    let mut sorted: Vec<_> = arrows.into_iter().collect();
+    sorted.sort_by_key(|(at, _)| *at);
     let mut path = String::new();
-    for ([i, j], [e0, e1]) in all {
+    for ([i, j], [e0, e1]) in sorted {
         let strength = e0.hypot(e1);
         let length = ARROW * (strength / strongest).powf(POWER);
         if !length.is_finite() || length < 4.0 {
@@ -318,11 +321,11 @@ fn draw_arrows(out: &mut String, frame: &Frame, triangles: &[[Point; 3]]) {
     let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#111\" stroke-width=\"0.9\"/>");
 }
 
-/// Appends a line in tenths of a unit, unless it is shorter than that.
+/// Appends a line in tenths of a unit, unless it is shorter than one tenth.
 fn segment(path: &mut String, frame: &Frame, ends: [Point; 2]) {
     let page = ends.map(|p| Some([frame.x(p.0)?, frame.y(p.1)?]));
     let [Some(a), Some(b)] = page else { return };
-    // Places on the page are positive.
+    // Coordinates on the page are positive.
     let [a, b] = [a, b].map(|p| p.map(|x| (10.0 * x).round() as u64));
     if a != b {
         for (command, [x, y]) in [('M', a), ('L', b)] {
@@ -374,7 +377,7 @@ mod tests {
         let shafts: Vec<_> = arrows.iter().filter(|shaft| shaft.len() == 4).collect();
         assert!(shafts.len() > 50);
         assert!(shafts.iter().all(|s| (s[2] - s[0] - ARROW).abs() < 0.02 && (s[3] - s[1]).abs() < 0.02));
-        // Six sides around the two cells, and none between them.
+        // Six sides around the two cells, and none between the two.
         assert_eq!(path("stroke-width=\"1.2\"").len(), 6);
         // The sheet ends where the window does.
         let sheet = &path("stroke-width=\"3.5\"")[0];

@@ -27,7 +27,7 @@ fn count(svg: &str, what: &str) -> usize {
     svg.matches(what).count()
 }
 
-/// Opened elements are closed, in order; attributes hold no stray quotes or brackets.
+/// Checks that elements are closed in order, and that attributes hold no stray quotes or brackets.
 fn assert_well_formed(svg: &str) {
     let mut open = Vec::new();
     for tag in svg.split('<').skip(1) {
@@ -175,7 +175,7 @@ fn dimensionless_numbers_far_from_one_name_their_power_of_ten() {
 #[test]
 fn a_cloud_is_small_and_faint_behind_the_series_whose_colour_it_has() {
     let mut chart =
-        chart(Scale::Linear, vec![series("own", &[(1.0, 1.0), (2.0, 2.0)]), series("", &[(1.5, 1.0)])]);
+        chart(Scale::Linear, vec![series("line", &[(1.0, 1.0), (2.0, 2.0)]), series("", &[(1.5, 1.0)])]);
     chart.series[1].style = Style::Cloud { like: 0 };
     let svg = chart.to_svg();
     let faint = svg.find("r=\"2.93\" fill=\"#0072b2\" fill-opacity=\"0.4\"").unwrap();
@@ -192,7 +192,7 @@ fn panels_share_a_title_and_the_place_of_every_x() {
     let found = texts(&svg);
     assert_eq!(found.iter().filter(|text| *text == "a sensor").count(), 1, "{found:?}");
     assert!(!found.contains(&"Capacitance against force".to_owned()), "{found:?}");
-    // Of the page, the two frames; both begin and end at the same x.
+    // The two frames, without that of the page, begin and end at the same x.
     let frames: Vec<_> = svg.split("<rect x=").skip(1).filter(|r| r.contains("fill=\"none\"")).collect();
     let place = |r: &str| -> Vec<String> { r.split('"').skip(1).step_by(2).map(str::to_owned).collect() };
     let [a, b] = [place(frames[0]), place(frames[1])];

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::axis::Text;
 
-/// Hundredths of a unit are finer than any screen, and the same bytes everywhere.
+/// The coordinate in hundredths of a unit: finer than any screen, and the same bytes on every system.
 pub(super) fn coordinate(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -16,14 +16,14 @@ pub(super) fn markup(text: &Text) -> String {
     if !text.raised.is_empty() {
         let _ = write!(out, "<tspan dy=\"-0.4em\" font-size=\"75%\">{}</tspan>", escape(&text.raised));
         if !text.rest.is_empty() {
-            // Back down: em is of the smaller size above, hence 0.4 x 0.75.
+            // Back to the baseline: em refers to the smaller size of the raised text, hence 0.4 x 0.75.
             let _ = write!(out, "<tspan dy=\"0.3em\">{}</tspan>", escape(&text.rest));
         }
     }
     out
 }
 
-/// For element content and attributes; what XML cannot hold at all becomes a space.
+/// Text escaped for element content and attributes; characters that XML does not allow become spaces.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -44,9 +44,9 @@ pub(super) fn width(text: &Text, size: f64) -> f64 {
     text_width(&text.base, size) + text_width(&text.rest, size) + 0.75 * text_width(&text.raised, size)
 }
 
-/// An estimate on the wide side of the common sans-serif fonts, for nobody knows which one the reader has.
+/// The width of a text, estimated on the wide side, since the font of the reader is not known.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    let of = |c: char| match c {
+    let width_of = |c: char| match c {
         'i' | 'j' | 'l' | 't' | 'f' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | '!' | '(' | ')' | '['
         | ']' | ' ' => 0.36,
         'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.95,
@@ -54,10 +54,11 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         c if (c as u32) >= 0x2e80 => 1.0,
         _ => 0.6,
     };
-    size * text.chars().map(of).sum::<f64>()
+    size * text.chars().map(width_of).sum::<f64>()
 }
 
-/// Lines no wider than the room, broken at spaces; at most three, the last cut short if need be.
+/// The text in at most three lines no wider than `room`, broken at spaces; the last line is cut short if
+/// necessary.
 pub(super) fn wrapped(text: &str, room: f64, size: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

@@ -9,11 +9,12 @@ use elastocap_coupling::words::{counted, grouped, seconds};
 use super::html::{Table, escape};
 use super::{REPORT, Report};
 
-/// The plan: what was solved, and what was left out and what that saved.
+/// The plan: which parts are solved, which are left out, and the savings.
 pub(super) fn plan(plan: &Plan) -> String {
     let mut out = "<dl class=\"plan\">\n".to_owned();
-    for own in &plan.solved {
-        let _ = writeln!(out, "<div><dt>{}</dt><dd>{}</dd></div>", escape(own.part), escape(&own.what));
+    for planned in &plan.solved {
+        let _ =
+            writeln!(out, "<div><dt>{}</dt><dd>{}</dd></div>", escape(planned.part), escape(&planned.what));
     }
     out.push_str("</dl>\n");
     if plan.left_out.is_empty() {
@@ -23,10 +24,10 @@ pub(super) fn plan(plan: &Plan) -> String {
         let column = |value: fn(&elastocap_coupling::plan::LeftOut) -> String| {
             plan.left_out.iter().map(value).collect()
         };
-        table.words("left out", column(|own| own.what.clone()));
-        table.words("because", column(|own| own.why.clone()));
-        table.words("saving", column(|own| own.saving.clone()));
-        table.words("decided by", column(|own| decision(own.by).to_owned()));
+        table.words("left out", column(|part| part.what.clone()));
+        table.words("because", column(|part| part.why.clone()));
+        table.words("saving", column(|part| part.saving.clone()));
+        table.words("decided by", column(|part| decision(part.by).to_owned()));
         out.push_str(&table.html());
     }
     if plan.unknowns > 0 {

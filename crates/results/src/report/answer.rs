@@ -1,4 +1,4 @@
-//! The head of the page: what came out, in a sentence, and the figures that a reader looks for first.
+//! The head of the page: the result in a sentence, and the main figures.
 
 use elastocap_case::Measurement;
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
@@ -11,7 +11,7 @@ use super::html::escape;
 use crate::pairs::{first_and_most_loaded, largest_certain, pair_changes};
 use crate::typeset::{percent, quantity};
 
-/// A figure with what it is, and a remark below it.
+/// A figure with its meaning, and a remark below it.
 struct Figure {
     name: String,
     value: String,
@@ -66,8 +66,8 @@ fn error_of(row: &Row, kind: &str) -> String {
     row.total_error().map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
 }
 
-/// A change over the first capacitance, in words: a direction only where the limits of the change leave no other, and the limits themselves.
-/// With "it" as the subject.
+/// A change over the first capacitance, in words with "it" as the subject: a direction only where the limits
+/// of the change agree on one, and the limits themselves.
 fn change_in_words(change: f64, limits: Option<[f64; 2]>) -> String {
     let Some([lower, upper]) = limits else { return format!("its change is {}", signed(change)) };
     if change == 0.0 && lower == upper {
@@ -97,14 +97,14 @@ fn load_of(row: &Row) -> String {
 /// Whether the bounds are proved or estimated, as a word.
 fn kind_of_bounds(report: &Report<'_>) -> &'static str {
     match report.case.electrostatics {
-        Some(asked) if !asked.bounds => "estimated",
+        Some(settings) if !settings.bounds => "estimated",
         Some(_) | None => "proved",
     }
 }
 
-/// The terminals whose capacitance the rows have.
+/// The terminals of the capacitance in the rows.
 fn of_rows(outcome: &Outcome) -> String {
-    let words = outcome.measurement.and_then(|own| in_words(own, &outcome.conductors).1);
+    let words = outcome.measurement.and_then(|measurement| in_words(measurement, &outcome.conductors).1);
     words.unwrap_or_else(|| "what is measured".to_owned())
 }
 
@@ -112,7 +112,7 @@ fn what_is_measured(outcome: &Outcome) -> String {
     let Some(measurement) = outcome.measurement else { return "capacitance".to_owned() };
     match in_words(measurement, &outcome.conductors) {
         (what, None) => what.to_owned(),
-        (what, Some(of)) => format!("{what} of {of}"),
+        (what, Some(terminals)) => format!("{what} of {terminals}"),
     }
 }
 
@@ -120,28 +120,28 @@ fn what_is_measured(outcome: &Outcome) -> String {
 struct Ends {
     /// The name of the capacitance in words.
     name: String,
-    /// F.
+    /// The capacitance at both steps, F.
     values: [f64; 2],
-    /// How well both are known, in words.
+    /// The errors of both values, in words.
     errors: [String; 2],
     /// The limits of the change, F.
     limits: Option<[f64; 2]>,
-    /// Whether the rows of the run are of this capacitance.
+    /// Whether the rows of the run have this capacitance.
     is_of_rows: bool,
 }
 
-/// The capacitance that the head of the page is about: what is measured, and of a matrix the entry with the largest change that is
-/// certain. The second value is a remark about the other entries, if there is one.
+/// The capacitance that the head of the page is about: the measured one, and of a matrix the entry with the
+/// largest certain change. The second value is a remark about the other entries, if there is one.
 fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String>) {
     let outcome = report.outcome;
     let kind = kind_of_bounds(report);
     let changes = pair_changes(report.case, outcome, steps);
     if let Some(pair) = largest_certain(&changes) {
-        let (what, of) = in_words(pair.measurement(), &outcome.conductors);
+        let (what, terminals) = in_words(pair.measurement(), &outcome.conductors);
         let estimated = steps.iter().any(|step| step.row.estimated_errors() > 0.0);
         let kind = if estimated { "with estimated errors" } else { kind };
         let ends = Ends {
-            name: format!("{what} of {}", of.unwrap_or_default()),
+            name: format!("{what} of {}", terminals.unwrap_or_default()),
             values: pair.values,
             errors: pair.errors.map(|error| format!("\u{b1}\u{a0}{}, {kind}", percent(error))),
             limits: Some(pair.limits),
@@ -166,7 +166,7 @@ fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String
     (ends, none)
 }
 
-/// The change with its limits; where these leave the sign open, they alone.
+/// The change with its limits; the limits alone where these leave the sign open.
 fn change_figure(change: f64, value: f64, limits: Option<[f64; 2]>) -> Figure {
     let relative = |change: f64| signed(change / value.abs());
     match limits {
@@ -258,11 +258,11 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     (sentence, figures)
 }
 
-/// The first sensitivity whose sign is certain, or the first one without saying a sign.
+/// The first sensitivity whose sign is certain, or the size of the first one.
 fn sensitivity(outcome: &Outcome) -> Option<Figure> {
     let known = || {
-        let of = |row: &Row| Some((row.sensitivity_f_per_n?, row.sensitivity_error_f_per_n));
-        outcome.steps.iter().filter_map(move |step| Some((&step.row, of(&step.row)?)))
+        let slope_and_error = |row: &Row| Some((row.sensitivity_f_per_n?, row.sensitivity_error_f_per_n));
+        outcome.steps.iter().filter_map(move |step| Some((&step.row, slope_and_error(&step.row)?)))
     };
     let is_signed = |(slope, error): &(f64, Option<f64>)| error.is_none_or(|error| error < slope.abs());
     let (row, (slope, error)) = known().find(|(_, found)| is_signed(found)).or_else(|| known().next())?;
@@ -283,13 +283,13 @@ fn sensitivity(outcome: &Outcome) -> Option<Figure> {
     })
 }
 
-/// Three digits.
+/// The value with three significant digits.
 fn three(value: f64) -> String {
     let places = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.places$}")
 }
 
-/// A share with its sign.
+/// A share in percent with its sign.
 fn signed(share: f64) -> String {
     let sign = if share < 0.0 { "\u{2212}" } else { "+" };
     let places = (2 - (100.0 * share.abs()).max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;

@@ -1,4 +1,4 @@
-//! The charts of the page as data: the page draws them to its own width.
+//! The data of the page's charts; the script of the page draws them at its width.
 
 use serde_json::{Value, json};
 
@@ -9,7 +9,7 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
 
-/// A chart of the page: the place where it stands, a sentence for those who do not see it, and what is drawn.
+/// A chart of the page: its place, a sentence for those who do not see it, and its data.
 pub(super) struct PageChart {
     /// The `id` of the element that the chart is drawn into; a plain word.
     pub(super) id: &'static str,
@@ -18,9 +18,9 @@ pub(super) struct PageChart {
     pub(super) chart: Chart,
 }
 
-/// The curve under load, the change beside it, the sensitivity, and the approach; those of them that the run has.
+/// The curve under load, the change beside it, the sensitivity, and the approach, as far as the run has them.
 pub(super) fn charts(case: &Case, outcome: &Outcome, measured: &[MeasuredPoint]) -> Vec<PageChart> {
-    let mut all = Vec::new();
+    let mut charts = Vec::new();
     if let Some(panels) = figure("", outcome) {
         match panels.second {
             Some(mut whole) => {
@@ -29,36 +29,36 @@ pub(super) fn charts(case: &Case, outcome: &Outcome, measured: &[MeasuredPoint])
                     true => "Capacitance with its error as a band, beside the formula of parallel plates.",
                     false => "Capacitance with its error as a band.",
                 };
-                all.push(PageChart { id: "curve-chart", caption, chart: whole });
+                charts.push(PageChart { id: "curve-chart", caption, chart: whole });
                 let caption =
                     "Change against the first step in percent of its capacitance; its error as a band.";
-                all.push(PageChart { id: "change-chart", caption, chart: panels.main });
+                charts.push(PageChart { id: "change-chart", caption, chart: panels.main });
             }
             None if outcome.plan.kind == Kind::Mechanics => {
                 let caption = "Force against compression.";
-                all.push(PageChart { id: "curve-chart", caption, chart: panels.main });
+                charts.push(PageChart { id: "curve-chart", caption, chart: panels.main });
             }
             None => {
                 let mut main = panels.main;
                 add_measured(&mut main, measured);
                 let caption = "Capacitance with its error.";
-                all.push(PageChart { id: "curve-chart", caption, chart: main });
+                charts.push(PageChart { id: "curve-chart", caption, chart: main });
             }
         }
     }
     if let Some(chart) = measured_changes_chart(case, outcome) {
         let caption = "Change of each measured capacitance against the first step in percent of it; its error as a band.";
-        all.push(PageChart { id: "each-chart", caption, chart });
+        charts.push(PageChart { id: "each-chart", caption, chart });
     }
     if let Some(chart) = sensitivity(outcome) {
         let caption = "Slope of the curve by differences between the steps, with its error as a band.";
-        all.push(PageChart { id: "sensitivity-chart", caption, chart });
+        charts.push(PageChart { id: "sensitivity-chart", caption, chart });
     }
     if let Some(panels) = approach("", outcome) {
         let caption = "Capacitance before contact, against the distance of the indenter.";
-        all.push(PageChart { id: "approach-chart", caption, chart: panels.second.unwrap_or(panels.main) });
+        charts.push(PageChart { id: "approach-chart", caption, chart: panels.second.unwrap_or(panels.main) });
     }
-    all
+    charts
 }
 
 /// Measured points, where the chart is one against force.
@@ -110,8 +110,8 @@ fn sensitivity(outcome: &Outcome) -> Option<Chart> {
 }
 
 /// The data of all charts, for the page's script to draw.
-pub(super) fn data(all: &[PageChart]) -> Value {
-    all.iter().map(|own| chart_data(own.id, &own.chart)).collect()
+pub(super) fn data(charts: &[PageChart]) -> Value {
+    charts.iter().map(|chart| chart_data(chart.id, &chart.chart)).collect()
 }
 
 pub(super) fn chart_data(id: &str, chart: &Chart) -> Value {
@@ -130,9 +130,9 @@ fn series_data(series: &Series) -> Value {
     let x: Vec<f64> = series.points.iter().map(|p| p.0).collect();
     let y: Vec<f64> = series.points.iter().map(|p| p.1).collect();
     let mut data = json!({ "name": series.name, "style": style, "x": x, "y": y });
-    if let (Some(band), Some(own)) = (&series.band, data.as_object_mut()) {
-        own.insert("lower".into(), band.iter().map(|b| b.0).collect());
-        own.insert("upper".into(), band.iter().map(|b| b.1).collect());
+    if let (Some(band), Some(fields)) = (&series.band, data.as_object_mut()) {
+        fields.insert("lower".into(), band.iter().map(|b| b.0).collect());
+        fields.insert("upper".into(), band.iter().map(|b| b.1).collect());
     }
     data
 }

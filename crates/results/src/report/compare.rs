@@ -1,4 +1,4 @@
-//! Several results side by side, as a page.
+//! The page that compares several results.
 
 use serde_json::json;
 

@@ -6,7 +6,8 @@ use crate::typeset::{percent, typeset};
 use elastocap_coupling::words::prefixed;
 use serde_json::Value;
 
-/// For element content and attribute values in double quotes; what HTML cannot hold at all becomes a space.
+/// Text escaped for element content and for attribute values in double quotes; characters that HTML does not
+/// allow become spaces.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 8);
     for c in text.chars() {
@@ -28,7 +29,7 @@ pub(super) fn escape(text: &str) -> String {
 pub(super) fn json_in_script(value: &Value) -> String {
     let text = value.to_string();
     if text.contains(['<', '>', '&', '\u{2028}', '\u{2029}']) {
-        // These stand in JSON only inside of strings, where they may be written like this.
+        // In JSON these stand only inside strings, where escapes are allowed.
         return text
             .replace('<', "\\u003c")
             .replace('>', "\\u003e")
@@ -39,14 +40,14 @@ pub(super) fn json_in_script(value: &Value) -> String {
     text
 }
 
-/// Places after the point with which a number has so many digits.
+/// The number of decimals with which a number has so many significant digits.
 fn places_of(value: f64, digits: usize) -> usize {
     let exponent = if value > 0.0 { value.log10().floor() } else { 0.0 };
     (digits as f64 - 1.0 - exponent).clamp(0.0, 12.0) as usize
 }
 
-/// A column of numbers in one unit, so that they line up: the unit with the prefix that suits the largest, and the numbers with as many
-/// places as give that one `digits` digits.
+/// A column of numbers in one unit, so that they line up: the unit with the prefix that suits the largest
+/// number, and the numbers with as many decimals as give that one `digits` significant digits.
 pub(super) fn column(values: &[Option<f64>], digits: usize, unit: &str) -> (String, Vec<String>) {
     let finite = || values.iter().flatten().filter(|v| v.is_finite());
     let largest = finite().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -77,13 +78,13 @@ pub(super) fn column(values: &[Option<f64>], digits: usize, unit: &str) -> (Stri
 pub(super) struct Table {
     caption: String,
     head: Vec<String>,
-    /// Which columns hold words, by position; all others hold numbers.
+    /// The positions of the columns that hold words; all others hold numbers.
     words: Vec<usize>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// With a caption in plain text.
+    /// A table with a caption in plain text.
     pub(super) fn new(caption: &str) -> Self {
         Self { caption: caption.to_owned(), ..Self::default() }
     }

@@ -1,4 +1,4 @@
-//! `report.html`: what a run found, as one page that opens from disk and asks the network for nothing.
+//! `report.html`: the results of a run as one page that opens from disk and asks the network for nothing.
 //!
 //! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the data at its end, so that a
 //! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through `html::escape`, or
@@ -10,7 +10,7 @@
 //! | `answer` | the head of the page: what came out, in a sentence and in figures |
 //! | `charts` | the data of the charts |
 //! | `tables` | the tables of steps, matrices, errors and times |
-//! | `sections` | pictures of the field |
+//! | `sections` | pictures of sections through the field |
 //! | `scene` | the bodies for the 3D view |
 //! | `about` | plan, case, files, and how to repeat the run |
 //! | `shell` | the page around all that: style, scripts, library |
@@ -48,11 +48,11 @@ pub const REPORT: &str = "report.html";
 /// A capacitance that was measured under a force, to be drawn over the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredPoint {
-    /// N.
+    /// The force, N.
     pub force_n: f64,
-    /// F.
+    /// The capacitance, F.
     pub capacitance_f: f64,
-    /// By how much it may be wrong, F.
+    /// The standard deviation of the capacitance, F; `None` where it is not known.
     pub deviation_f: Option<f64>,
 }
 
@@ -69,7 +69,7 @@ impl MeasuredPoint {
     }
 }
 
-/// The content that the page is made from.
+/// The content of the page.
 pub(crate) struct Report<'a> {
     pub(crate) case: &'a Case,
     pub(crate) outcome: &'a Outcome,
@@ -95,8 +95,9 @@ impl Report<'_> {
         if let Some(labels) = scene.as_mut().and_then(|scene| scene.description["labels"].as_array_mut())
             && labels.len() == self.outcome.steps.len()
         {
-            let own = self.outcome.steps.iter().map(|step| tables::step_label(self.outcome, step).into());
-            *labels = own.collect();
+            let of_steps =
+                self.outcome.steps.iter().map(|step| tables::step_label(self.outcome, step).into());
+            *labels = of_steps.collect();
         }
         if let Some(scene) = &mut scene
             && let Some(note) = self.cut_off(&scene.description["bodies"])
@@ -146,30 +147,30 @@ impl Report<'_> {
     fn warning_list(&self) -> Option<String> {
         let of_run = self.outcome.plan.warnings.iter().chain(self.warnings).cloned();
         let of_steps = self.outcome.steps.iter().filter(|step| step.same_as.is_none()).flat_map(|step| {
-            let own = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
+            let warnings = step.warnings.iter().map(String::as_str).chain(self.fields.warning(step.index));
             let reason =
                 (!step.row.status.is_ok()).then(|| format!("{}{}", step.row.status, because(&step.reason)));
             let changes = step.route_changes.iter().map(ToString::to_string);
-            let own = own.map(str::to_owned).chain(changes).chain(reason);
-            own.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
+            let warnings = warnings.map(str::to_owned).chain(changes).chain(reason);
+            warnings.map(|text| format!("Step {}: {text}", step.index)).collect::<Vec<_>>()
         });
-        let mut all: Vec<String> = Vec::new();
+        let mut warnings: Vec<String> = Vec::new();
         for text in of_run.chain(of_steps) {
-            if !all.contains(&text) {
-                all.push(text);
+            if !warnings.contains(&text) {
+                warnings.push(text);
             }
         }
-        if all.is_empty() {
+        if warnings.is_empty() {
             return None;
         }
-        let items: String = all.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
+        let items: String = warnings.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
         Some(format!("<ul class=\"warnings\">\n{items}</ul>\n"))
     }
 
     /// The charts of the curve with the table of its steps, and those of the sensitivity and the approach.
     fn add_curve(&self, page: &mut Page, charts: &[PageChart]) {
         let figures = |ids: &[&str]| -> String {
-            charts.iter().filter(|own| ids.contains(&own.id)).map(figure).collect()
+            charts.iter().filter(|chart| ids.contains(&chart.id)).map(figure).collect()
         };
         if self.outcome.plan.kind == Kind::Capacitance {
             page.section("capacitance", "Capacitance", &tables::steps(self.outcome));
@@ -205,14 +206,14 @@ fn because(reason: &Option<Reason>) -> String {
 }
 
 /// The place of a chart, which the page's script fills.
-fn figure(own: &PageChart) -> String {
-    let label = format!("{} against {}", own.chart.y.label, own.chart.x.label);
+fn figure(chart: &PageChart) -> String {
+    let label = format!("{} against {}", chart.chart.y.label, chart.chart.x.label);
     format!(
         "<figure><div class=\"chart\" id=\"{}\" role=\"group\" tabindex=\"0\" aria-label=\"Chart: {}. The arrow keys go from point to point; \
          the table has the numbers.\"></div><figcaption>{}</figcaption></figure>\n",
-        own.id,
+        chart.id,
         escape(&label),
-        escape(own.caption)
+        escape(chart.caption)
     )
 }
 

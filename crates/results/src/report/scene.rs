@@ -1,4 +1,4 @@
-//! The bodies of all steps for the 3D view: boxes as they are, surfaces as light meshes.
+//! The bodies of all steps for the 3D view: boxes, or surfaces as simplified meshes.
 
 use std::collections::HashMap;
 
@@ -12,12 +12,12 @@ use crate::scene_files::Shown;
 /// The largest number of triangles of one step, and of all steps together.
 const MOST_TRIANGLES: usize = 14_000;
 const MOST_OF_ALL: usize = 120_000;
-/// Bodies with fewer triangles than this are kept as they are.
+/// Bodies with fewer triangles than this are not simplified.
 const FEW: usize = 400;
-/// Positions are whole numbers up to this, over the extent of a mesh.
+/// The largest coordinate: positions are whole numbers from 0 to this over the extent of a mesh.
 const STEPS: f64 = 65_535.0;
 
-/// The scene as the page gets it: a description, and the numbers of the meshes as bytes.
+/// The scene in the form that the page takes: a description, and the numbers of the meshes as bytes.
 pub(super) struct SceneData {
     pub(super) description: Value,
     pub(super) bytes: Vec<u8>,
@@ -34,7 +34,7 @@ pub(super) fn scene(shown: &Shown) -> Option<SceneData> {
     }
 }
 
-/// The names that the page's script colours by.
+/// The role by the name that the page's script colours by.
 fn role_name(role: BodyRole) -> &'static str {
     match role {
         BodyRole::Conductor => "conductor",
@@ -55,17 +55,17 @@ fn role_name(role: BodyRole) -> &'static str {
 fn of_boxes(bodies: &[SceneBody], labels: &[String]) -> SceneData {
     let numbers =
         |pose: &Box3| -> Vec<f32> { pose.min.into_iter().chain(pose.max).map(|x| x as f32).collect() };
-    let of = |body: &SceneBody| {
+    let description = |body: &SceneBody| {
         let still = body.poses.windows(2).all(|pair| pair[0] == pair[1]);
         let poses = if still { &body.poses[..body.poses.len().min(1)] } else { &body.poses[..] };
         let poses: Vec<_> = poses.iter().map(numbers).collect();
         json!({ "name": body.name, "role": role_name(body.role), "poses": poses })
     };
-    let bodies: Vec<Value> = bodies.iter().map(of).collect();
+    let bodies: Vec<Value> = bodies.iter().map(description).collect();
     SceneData { description: json!({ "labels": labels, "bodies": bodies }), bytes: Vec::new() }
 }
 
-/// A surface with its corners in common.
+/// A surface whose triangles share their corners.
 struct Indexed {
     min: [f64; 3],
     size: [f64; 3],
@@ -78,35 +78,35 @@ fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
     let mut bytes = Vec::new();
     let mut names: Vec<(&str, BodyRole)> = Vec::new();
     let mut meshes: Vec<Vec<Value>> = Vec::new();
-    // By body: the triangles of its last mesh, and where they begin.
+    // For each body: the triangles of its last mesh, and their position in `bytes`.
     let mut last: HashMap<usize, (Vec<[u32; 3]>, usize)> = HashMap::new();
     for (at, (_, bodies)) in steps.iter().enumerate() {
-        let all: usize = bodies.iter().map(|body| body.triangles.len()).sum();
+        let total: usize = bodies.iter().map(|body| body.triangles.len()).sum();
         for body in bodies.iter().filter(|body| !body.triangles.is_empty()) {
             let known = names.iter().position(|(name, _)| *name == body.name);
-            let own = known.unwrap_or_else(|| {
+            let number = known.unwrap_or_else(|| {
                 names.push((&body.name, body.role));
                 meshes.push(vec![Value::Null; steps.len()]);
                 names.len() - 1
             });
-            let most = (share as f64 * body.triangles.len() as f64 / all as f64) as usize;
-            // What presses is a body of few triangles, whose roundness is looked at.
+            let most = (share as f64 * body.triangles.len() as f64 / total as f64) as usize;
+            // The indenter has few triangles, and its roundness matters.
             let most = if body.role == BodyRole::Indenter { usize::MAX } else { most.max(FEW) };
             let mesh = lightened(&body.triangles, most);
-            let indices = match last.get(&own) {
+            let indices = match last.get(&number) {
                 Some((triangles, at)) if *triangles == mesh.triangles => *at,
                 _ => {
                     let at = bytes.len();
                     let numbers = mesh.triangles.as_flattened().iter().flat_map(|n| n.to_le_bytes());
                     bytes.extend(numbers);
-                    last.insert(own, (mesh.triangles.clone(), at));
+                    last.insert(number, (mesh.triangles.clone(), at));
                     at
                 }
             };
             let positions = bytes.len();
             bytes.extend(mesh.points.as_flattened().iter().flat_map(|n| n.to_le_bytes()));
             bytes.resize(bytes.len().next_multiple_of(4), 0);
-            if let Some(place) = meshes[own].get_mut(at) {
+            if let Some(place) = meshes[number].get_mut(at) {
                 *place = json!({
                     "min": mesh.min.map(|x| x as f32),
                     "size": mesh.size.map(|x| x as f32),
@@ -125,7 +125,7 @@ fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
     SceneData { description: json!({ "labels": labels, "bodies": bodies }), bytes }
 }
 
-/// The surface with about `most` triangles or fewer: points that are close to each other become one where there are too many.
+/// The surface with about `most` triangles or fewer: close points are merged where there are too many.
 fn lightened(triangles: &[Corners], most: usize) -> Indexed {
     let corners = triangles.as_flattened();
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -139,7 +139,7 @@ fn lightened(triangles: &[Corners], most: usize) -> Indexed {
     if whole.triangles.len() <= most {
         return whole;
     }
-    // A lattice with cells as long as they are wide has the more of them along a side the more triangles may be left.
+    // Ever coarser lattices of cubic cells, until few enough triangles are left.
     let largest = size.iter().copied().fold(0.0, f64::max);
     let mut cells = 256.0_f64;
     loop {
@@ -151,11 +151,12 @@ fn lightened(triangles: &[Corners], most: usize) -> Indexed {
     }
 }
 
-/// Points in common by their place, or by their place on a lattice whose cells are no longer than `cell`.
+/// The surface with shared corners, merged by their positions, or by their cells in a lattice with cells no
+/// longer than `cell`.
 fn indexed(triangles: &[Corners], min: [f64; 3], size: [f64; 3], cell: Option<f64>) -> Indexed {
     let mut numbers: HashMap<[u16; 3], u32> = HashMap::new();
     let mut points: Vec<[u16; 3]> = Vec::new();
-    // However thin a body is, its two sides stay apart.
+    // At least one cell along each axis keeps the two sides of a thin body apart.
     let counts = size.map(|s| cell.map(|cell| (s / cell).ceil().max(1.0)));
     let mut number = |p: &[f64; 3]| {
         let on_lattice = [0, 1, 2].map(|a| {
@@ -168,17 +169,17 @@ fn indexed(triangles: &[Corners], min: [f64; 3], size: [f64; 3], cell: Option<f6
             (points.len() - 1) as u32
         })
     };
-    let mut all: Vec<[u32; 3]> = triangles.iter().map(|t| t.each_ref().map(&mut number)).collect();
+    let mut shared: Vec<[u32; 3]> = triangles.iter().map(|t| t.each_ref().map(&mut number)).collect();
     if cell.is_some() {
-        all.retain(|[a, b, c]| a != b && b != c && c != a);
+        shared.retain(|[a, b, c]| a != b && b != c && c != a);
         let mut seen = std::collections::HashSet::new();
-        all.retain(|t| {
+        shared.retain(|t| {
             let mut key = *t;
             key.sort_unstable();
             seen.insert(key)
         });
     }
-    Indexed { min, size, points, triangles: all }
+    Indexed { min, size, points, triangles: shared }
 }
 
 #[cfg(test)]

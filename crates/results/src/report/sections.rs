@@ -9,22 +9,23 @@ use super::shell::packed;
 use super::tables::step_label;
 use crate::section::section_file;
 
-/// Pictures that are longer together are compressed, and unpacked by the page's script.
+/// The total length, bytes, up to which pictures stand in the page as they are; longer ones are compressed,
+/// and unpacked by its script.
 const PLAIN: usize = 900_000;
 
 /// The sections of the first and the last step; `None` where the run drew none.
 pub(super) fn sections(report: &Report<'_>) -> Option<String> {
-    let own: Vec<_> = (report.outcome.steps.iter())
+    let pictures: Vec<_> = (report.outcome.steps.iter())
         .flat_map(|step| report.fields.sections(step.index).iter().enumerate().map(move |svg| (step, svg)))
         .collect();
-    if own.is_empty() {
+    if pictures.is_empty() {
         return None;
     }
-    let plain = own.iter().map(|(_, (_, svg))| svg.len()).sum::<usize>() <= PLAIN;
+    let plain = pictures.iter().map(|(_, (_, svg))| svg.len()).sum::<usize>() <= PLAIN;
     let mut out = "<p>Potential in a plane, in V, in the deformed state; which plane it is stands below each picture. Lines join places of equal \
                    potential, arrows point along the field.</p>\n<div class=\"sections\">\n"
         .to_owned();
-    for (step, (number, svg)) in own {
+    for (step, (number, svg)) in pictures {
         let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
         let _ = match plain {
@@ -45,7 +46,7 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
     Some(out)
 }
 
-/// The picture without its title, which stands in its text alternative and in the caption.
+/// The picture without its title, which the text alternative and the caption repeat.
 fn untitled(svg: &str) -> String {
     const TITLE: &str = "font-weight=\"bold\"";
     let Some((head, rest)) = svg.split_once('\n') else { return svg.to_owned() };
@@ -55,11 +56,12 @@ fn untitled(svg: &str) -> String {
     let height =
         |head: &str| -> Option<f64> { head.split("height=\"").nth(1)?.split('"').next()?.parse().ok() };
     let Some(height) = height(head) else { return svg.to_owned() };
-    let own = format!("viewBox=\"0 0 800 {}\" width=\"800\" height=\"{}\"", number(height), number(height));
-    let new = format!("viewBox=\"0 {} 800 {}\"", number(cut), number(height - cut));
+    let view_box =
+        format!("viewBox=\"0 0 800 {}\" width=\"800\" height=\"{}\"", number(height), number(height));
+    let cropped = format!("viewBox=\"0 {} 800 {}\"", number(cut), number(height - cut));
     let rest: String =
         rest.lines().filter(|line| !line.contains(TITLE)).flat_map(|line| [line, "\n"]).collect();
-    format!("{}\n{rest}", head.replace(&own, &new))
+    format!("{}\n{rest}", head.replace(&view_box, &cropped))
 }
 
 fn number(value: f64) -> String {

@@ -15,16 +15,16 @@ const STYLE: &str = include_str!("page.css");
 const PAGE: &str = include_str!("page.js");
 const CHARTS: &str = include_str!("charts.js");
 const SCENE: &str = include_str!("scene.js");
-/// `three/README.md` says what it is and how it was made.
+/// The 3D library; `three/README.md` describes its version and build.
 const THREE: &[u8] = include_bytes!("three/three.min.js.gz");
 
-/// Nothing may be loaded from anywhere: whatever a case file holds, the page asks the network for nothing.
+/// The content security policy: whatever a case file holds, the page loads nothing from the network.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
 
-/// Before anything is drawn, so that a page does not flash in the other theme.
+/// Sets the theme before anything is drawn, so that the page does not flash in the other one.
 const THEME: &str = "try{var t=localStorage.getItem('elastocap-theme');if(t==='light'||t==='dark')document.documentElement.dataset.theme=t}catch(e){}";
 
-/// The part of the page's scripts that is needed.
+/// A part of the page's scripts.
 pub(super) enum Part<'a> {
     /// Charts that can be read by pointer and keyboard.
     Charts,

@@ -25,7 +25,7 @@ fn of_each(outcome: &Outcome, value: fn(&Row) -> Option<f64>) -> Vec<Option<f64>
     outcome.steps.iter().map(|step| value(&step.row)).collect()
 }
 
-/// The load of a step in words, with how what is attached is moved besides.
+/// The load of a step in words, with the shift and tilt of the attached bodies.
 pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
     let load = label(step).replace(" um", " \u{b5}m");
     match pose::of_step(outcome, step) {
@@ -40,7 +40,7 @@ fn labels(outcome: &Outcome) -> Vec<String> {
 
 /// The table of the main numbers of each step.
 pub(super) fn steps(outcome: &Outcome) -> String {
-    let all = |value| of_each(outcome, value);
+    let values_of = |value| of_each(outcome, value);
     let caption = match outcome.plan.kind {
         Kind::Mechanics => "Force at each step",
         Kind::Curve | Kind::Capacitance => "Capacitance at each step",
@@ -48,20 +48,20 @@ pub(super) fn steps(outcome: &Outcome) -> String {
     let mut table = Table::new(caption);
     table.words("step", labels(outcome));
     if outcome.plan.kind != Kind::Capacitance {
-        table.quantities("distance", &all(|r| r.distance_m), 4, "m");
-        table.quantities("force", &all(|r| r.force_n), 4, "N");
-        table.shares("\u{b1}", &all(|r| r.force_error_estimate));
+        table.quantities("distance", &values_of(|r| r.distance_m), 4, "m");
+        table.quantities("force", &values_of(|r| r.force_n), 4, "N");
+        table.shares("\u{b1}", &values_of(|r| r.force_error_estimate));
     }
-    table.quantities("C", &all(|r| r.capacitance_f), 6, "F");
-    table.shares("\u{b1}", &all(Row::total_error));
+    table.quantities("C", &values_of(|r| r.capacitance_f), 6, "F");
+    table.shares("\u{b1}", &values_of(Row::total_error));
     if outcome.steps.len() > 1 {
-        table.quantities("change", &all(|r| r.change_f), 4, "F");
-        table.quantities("\u{b1}", &all(|r| r.change_total_error_f), 2, "F");
+        table.quantities("change", &values_of(|r| r.change_f), 4, "F");
+        table.quantities("\u{b1}", &values_of(|r| r.change_total_error_f), 2, "F");
     }
-    table.quantities("parallel plates", &all(|r| r.parallel_plate_f), 4, "F");
-    table.quantities("ratio", &all(|r| r.fringe_ratio), 4, "");
-    table.quantities("sensitivity", &all(|r| r.sensitivity_f_per_n), 3, "F/N");
-    table.quantities("\u{b1}", &all(|r| r.sensitivity_error_f_per_n), 2, "F/N");
+    table.quantities("parallel plates", &values_of(|r| r.parallel_plate_f), 4, "F");
+    table.quantities("ratio", &values_of(|r| r.fringe_ratio), 4, "");
+    table.quantities("sensitivity", &values_of(|r| r.sensitivity_f_per_n), 3, "F/N");
+    table.quantities("\u{b1}", &values_of(|r| r.sensitivity_error_f_per_n), 2, "F/N");
     table.words("status", outcome.steps.iter().map(|step| step.row.status.to_string()).collect());
     table.html()
 }
@@ -73,23 +73,23 @@ pub(super) fn measured_entries(report: &Report<'_>) -> String {
         return String::new();
     }
     let rows: Vec<(&StepResult, &PairChange)> =
-        steps.iter().flat_map(|(step, changes)| changes.iter().map(move |own| (*step, own))).collect();
-    let of = |value: fn(&PairChange) -> f64| {
-        let finite = |own: &PairChange| Some(value(own)).filter(|value| value.is_finite());
-        rows.iter().map(|(_, own)| finite(own)).collect::<Vec<_>>()
+        steps.iter().flat_map(|(step, changes)| changes.iter().map(move |change| (*step, change))).collect();
+    let values_of = |value: fn(&PairChange) -> f64| {
+        let finite = |change: &PairChange| Some(value(change)).filter(|value| value.is_finite());
+        rows.iter().map(|(_, change)| finite(change)).collect::<Vec<_>>()
     };
-    let name = |own: &PairChange| {
-        let (what, of) = in_words(own.measurement(), &report.outcome.conductors);
-        format!("{what} of {}", of.unwrap_or_default())
+    let name = |change: &PairChange| {
+        let (what, terminals) = in_words(change.measurement(), &report.outcome.conductors);
+        format!("{what} of {}", terminals.unwrap_or_default())
     };
     let mut table = Table::new("Each measured capacitance");
-    table.words("capacitance", rows.iter().map(|(_, own)| name(own)).collect());
+    table.words("capacitance", rows.iter().map(|(_, change)| name(change)).collect());
     table.words("step", rows.iter().map(|(step, _)| step_label(report.outcome, step)).collect());
-    table.quantities("C", &of(|own| own.values[1]), 6, "F");
-    table.shares("\u{b1}", &of(|own| own.errors[1]));
-    table.quantities("change", &of(PairChange::change), 4, "F");
-    table.quantities("from", &of(|own| own.limits[0]), 4, "F");
-    table.quantities("to", &of(|own| own.limits[1]), 4, "F");
+    table.quantities("C", &values_of(|change| change.values[1]), 6, "F");
+    table.shares("\u{b1}", &values_of(|change| change.errors[1]));
+    table.quantities("change", &values_of(PairChange::change), 4, "F");
+    table.quantities("from", &values_of(|change| change.limits[0]), 4, "F");
+    table.quantities("to", &values_of(|change| change.limits[1]), 4, "F");
     table.html()
 }
 
@@ -154,19 +154,19 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
     let values: Vec<Option<f64>> = entries.iter().flatten().map(|c| Some(c.value)).collect();
     let (unit, cells) = column(&values, 6, "F");
     let places = cells.first().and_then(|c| c.split_once('.')).map_or(0, |(_, places)| places.len());
-    // Of one unit of the column, F.
-    let one = values.iter().flatten().zip(&cells).find_map(|(value, cell)| {
+    // Farads in one unit of the column.
+    let in_farads = values.iter().flatten().zip(&cells).find_map(|(value, cell)| {
         let shown: f64 = cell.replace('\u{2212}', "-").parse().ok()?;
         (shown != 0.0).then(|| 10_f64.powf((value / shown).log10().round()))
     });
-    let one = one.unwrap_or(1.0);
+    let in_farads = in_farads.unwrap_or(1.0);
     let name = |k: usize| outcome.conductors.get(k).cloned().unwrap_or_else(|| k.to_string());
     let mut table =
         Table::new(&format!("Maxwell matrix in {unit}, step {}: {}", step.index, step_label(outcome, step)));
     table.words("terminal", (0..entries.len()).map(name).collect());
     for j in 0..entries.len() {
         let cell = |i: usize| {
-            let half = entries[i].get(j).map_or(0.0, |c| 0.5 * (c.upper - c.lower) / one);
+            let half = entries[i].get(j).map_or(0.0, |c| 0.5 * (c.upper - c.lower) / in_farads);
             let value = cells.get(i * entries.len() + j).map_or("", String::as_str);
             format!("{value}\u{a0}\u{b1}\u{a0}{half:.places$}")
         };
@@ -175,20 +175,23 @@ fn matrix(outcome: &Outcome, step: &StepResult) -> String {
     let mut out = table.html();
     if !step.floating.is_empty() {
         let mut table = Table::new("Potentials of floating conductors, in V for 1 V on a terminal");
-        table.words("conductor", step.floating.iter().map(|own| own.name.clone()).collect());
+        table.words("conductor", step.floating.iter().map(|conductor| conductor.name.clone()).collect());
         for (k, driven) in outcome.conductors.iter().enumerate() {
-            let of = |v: Option<&elastocap_electrostatics::Bounded>| {
+            let in_words = |v: Option<&elastocap_electrostatics::Bounded>| {
                 v.map_or_else(
                     || "\u{2013}".to_owned(),
                     |v| format!("{:.5}\u{a0}\u{b1}\u{a0}{:.5}", v.value + 0.0, 0.5 * (v.upper - v.lower)),
                 )
             };
-            table.numbers(driven, step.floating.iter().map(|own| of(own.per_volt.get(k))).collect());
+            table.numbers(
+                driven,
+                step.floating.iter().map(|conductor| in_words(conductor.per_volt.get(k))).collect(),
+            );
         }
-        let charged = step.floating.iter().any(|own| own.from_charges.value != 0.0);
+        let charged = step.floating.iter().any(|conductor| conductor.from_charges.value != 0.0);
         if charged {
-            let cell = |own: &elastocap_coupling::outcome::FloatingConductor| {
-                quantity(own.from_charges.value, 5, "V")
+            let cell = |conductor: &elastocap_coupling::outcome::FloatingConductor| {
+                quantity(conductor.from_charges.value, 5, "V")
             };
             table.numbers("from charges", step.floating.iter().map(cell).collect());
         }
@@ -208,38 +211,42 @@ fn route_in_words(route: Route) -> &'static str {
     }
 }
 
-/// How well each step is known, and where its time went.
+/// The errors of each step, and its times.
 pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     let outcome = report.outcome;
-    let own: Vec<&StepResult> = outcome.steps.iter().filter(|step| step.same_as.is_none()).collect();
-    let all =
-        |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { own.iter().map(|s| value(&s.row)).collect() };
+    let steps: Vec<&StepResult> = outcome.steps.iter().filter(|step| step.same_as.is_none()).collect();
+    let values_of = |value: fn(&Row) -> Option<f64>| -> Vec<Option<f64>> {
+        steps.iter().map(|s| value(&s.row)).collect()
+    };
     let names: Vec<String> =
-        own.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
+        steps.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect();
     let mut errors = Table::new("How well each step is known");
     errors.words("step", names.clone());
-    if own.iter().any(|step| step.route.is_some()) {
+    if steps.iter().any(|step| step.route.is_some()) {
         let route = |step: &&StepResult| step.route.map_or("\u{2013}", route_in_words).to_owned();
-        errors.words("solver", own.iter().map(route).collect());
+        errors.words("solver", steps.iter().map(route).collect());
     }
     errors.shares(
         if outcome.plan.kind == Kind::Mechanics { "error of the force" } else { "error of C" },
-        &all(Row::total_error),
+        &values_of(Row::total_error),
     );
-    if own.iter().any(|step| step.row.estimated_errors() > 0.0) {
-        errors.shares("from the bounds", &all(|r| r.relative_error_estimate));
+    if steps.iter().any(|step| step.row.estimated_errors() > 0.0) {
+        errors.shares("from the bounds", &values_of(|r| r.relative_error_estimate));
     }
-    errors.shares("from the layer's mesh", &all(|r| r.mechanics_error_estimate));
-    errors.shares("from flat faces", &all(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
-    errors.shares("from the model of the layer", &all(|r| r.model_error_estimate.filter(|e| *e != 0.0)));
-    let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);
-    errors.numbers("unknowns", own.iter().map(|s| count(s.row.unknowns)).collect());
-    errors.numbers("grids", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.grids))).collect());
+    errors.shares("from the layer's mesh", &values_of(|r| r.mechanics_error_estimate));
+    errors.shares("from flat faces", &values_of(|r| r.geometry_error_estimate.filter(|e| *e != 0.0)));
     errors
-        .numbers("iterations", own.iter().map(|s| count(s.solver.as_ref().map(|r| r.iterations))).collect());
+        .shares("from the model of the layer", &values_of(|r| r.model_error_estimate.filter(|e| *e != 0.0)));
+    let count = |n: Option<usize>| n.map_or_else(|| "\u{2013}".to_owned(), grouped);
+    errors.numbers("unknowns", steps.iter().map(|s| count(s.row.unknowns)).collect());
+    errors.numbers("grids", steps.iter().map(|s| count(s.solver.as_ref().map(|r| r.grids))).collect());
+    errors.numbers(
+        "iterations",
+        steps.iter().map(|s| count(s.solver.as_ref().map(|r| r.iterations))).collect(),
+    );
     let mut out = errors.html();
 
-    let phases = phases(report, &own);
+    let phases = phases(report, &steps);
     let used: Vec<&Phase> = phases.iter().filter(|phase| phase.seconds.iter().any(|s| *s >= 5e-5)).collect();
     out.push_str(&bars(&used, &names));
     let mut times = Table::new("Seconds by phase");
@@ -248,7 +255,7 @@ pub(super) fn errors_and_times(report: &Report<'_>) -> String {
     for phase in &used {
         times.numbers(phase.name, phase.seconds.iter().map(|s| cell(*s)).collect());
     }
-    times.numbers("all", own.iter().map(|s| cell(s.seconds.total)).collect());
+    times.numbers("all", steps.iter().map(|s| cell(s.seconds.total)).collect());
     out.push_str(&times.html());
     let run = report.seconds;
     let layer = match outcome.layer_meshes.last() {
@@ -280,18 +287,18 @@ struct Phase {
     seconds: Vec<f64>,
 }
 
-fn phases(report: &Report<'_>, own: &[&StepResult]) -> Vec<Phase> {
-    let of = |name, value: &dyn Fn(&StepResult) -> f64| Phase {
+fn phases(report: &Report<'_>, steps: &[&StepResult]) -> Vec<Phase> {
+    let phase = |name, value: &dyn Fn(&StepResult) -> f64| Phase {
         name,
-        seconds: own.iter().map(|s| value(s)).collect(),
+        seconds: steps.iter().map(|s| value(s)).collect(),
     };
     vec![
-        of("mechanics", &|s| s.seconds.mechanics),
-        of("choosing the grid", &|s| s.seconds.electrostatics.choosing),
-        of("setting up", &|s| s.seconds.electrostatics.setup),
-        of("upper bound", &|s| s.seconds.electrostatics.primal),
-        of("lower bound", &|s| s.seconds.electrostatics.dual),
-        of("field files", &|s| report.fields.seconds(s.index)),
+        phase("mechanics", &|s| s.seconds.mechanics),
+        phase("choosing the grid", &|s| s.seconds.electrostatics.choosing),
+        phase("setting up", &|s| s.seconds.electrostatics.setup),
+        phase("upper bound", &|s| s.seconds.electrostatics.primal),
+        phase("lower bound", &|s| s.seconds.electrostatics.dual),
+        phase("field files", &|s| report.fields.seconds(s.index)),
     ]
 }
 

@@ -1,4 +1,4 @@
-//! The page of a run.
+//! Tests of the page of a run.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ fn data(page: &str) -> Value {
 #[test]
 fn hostile_texts_stay_texts_wherever_they_stand() {
     let (mut case, mut outcome) = pressed();
-    // Then the names stand in the legend of the chart, which a script reads.
+    // A mutual capacitance puts the names into the legend of the chart, which a script reads.
     outcome.measurement = Some(Measurement::Mutual([0, 1]));
     let honest = page(&case, &outcome, "text", "command", &[]);
     let hostile =
@@ -57,8 +57,8 @@ fn hostile_texts_stay_texts_wherever_they_stand() {
     for name in &mut outcome.conductors {
         name.push_str(hostile);
     }
-    for own in &mut outcome.plan.left_out {
-        own.what = hostile.to_owned();
+    for part in &mut outcome.plan.left_out {
+        part.what = hostile.to_owned();
     }
     outcome.steps[1].warnings.push(hostile.to_owned());
     let attacked = page(&case, &outcome, hostile, hostile, &[]);
@@ -69,7 +69,7 @@ fn hostile_texts_stay_texts_wherever_they_stand() {
     }
     assert!(attacked.matches("&lt;img src=x").count() >= 7);
     assert!(honest.contains("<li>a &lt;warning&gt;</li>"));
-    // The names are whole in what the scripts read.
+    // The scripts read the names unescaped.
     assert!(data(&attacked).to_string().contains("onerror"));
 }
 
@@ -192,7 +192,7 @@ fn a_shifted_step_is_a_point_beside_the_line_and_is_named_by_what_is_shifted() {
     let drawn = data(&page);
     for (chart, styles) in [(0, &["line", "dashed", "points"][..]), (1, &["line", "points"])] {
         let series = drawn["charts"][chart]["series"].as_array().unwrap();
-        let found: Vec<&str> = series.iter().filter_map(|own| own["style"].as_str()).collect();
+        let found: Vec<&str> = series.iter().filter_map(|one| one["style"].as_str()).collect();
         assert_eq!(found, styles);
         assert_eq!(series[0]["x"].as_array().map(Vec::len), Some(5));
         let beside = series.last().unwrap();

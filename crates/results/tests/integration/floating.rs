@@ -12,7 +12,7 @@ use elastocap_results::{FieldFiles, RunSeconds, csv, document};
 fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/acceptance/floating-plate.toml");
     let mut case = elastocap_case::load(&path).expect("a case");
-    // The file asks for 1e-3, which takes longer and checks no more.
+    // The tolerance of 1e-3 in the file takes longer and checks no more.
     case.electrostatics.as_mut().unwrap().relative_tolerance = 2e-2;
     let options = Options { prune: true, fields: false, scene: false, model_error: false };
     let plan = Plan::new(&case, &options);
@@ -45,7 +45,8 @@ fn the_floating_plate_leaves_the_matrix_and_its_potential_is_reported() {
         assert_eq!((float["name"].as_str(), float["charge_c"].as_f64()), (Some("float"), Some(0.0)));
         let number = |key: &str, k: usize| float[key][k].as_f64().unwrap();
         let [below, above] = [0, 1].map(|k| number("potential_per_volt", k));
-        // The scene is its own mirror image; some flux goes to infinity, so that the two do not add up to one.
+        // The scene is symmetric about its middle plane; some flux goes to infinity, so that the two do not
+        // add up to one.
         assert!((below - above).abs() < 1e-6 && 0.4 < below && below < 0.5, "{below} {above}");
         assert!(
             number("potential_per_volt_lower", 0) < below && below < number("potential_per_volt_upper", 0)

@@ -53,13 +53,13 @@ fn a_committed_folder_has_its_files_and_loses_those_of_an_earlier_run_of_any_kin
     let folder = place.path().join("out");
     let finite_elements = ["curve.csv", "layer.pvd", "layer_003.vtu", "mechanics.csv", "profile_003.csv"];
     staged(&folder, "complete", &finite_elements, "first").commit_run(Finish::Complete).unwrap();
-    fs::write(folder.join("mine.txt"), "the user's own").unwrap();
+    fs::write(folder.join("mine.txt"), "a file of the user").unwrap();
     let output = staged(&folder, "complete", &["curve.csv", "step_000.vtu"], "second");
     assert_eq!(read(&folder.join("curve.csv")), "first", "not before all of it is there");
     output.commit_run(Finish::Complete).unwrap();
     assert_eq!(names(&folder), ["curve.csv", "mine.txt", "result.json", "step_000.vtu"]);
     assert_eq!(read(&folder.join("curve.csv")), "second");
-    assert_eq!(read(&folder.join("mine.txt")), "the user's own");
+    assert_eq!(read(&folder.join("mine.txt")), "a file of the user");
     assert_eq!(names(place.path()), ["out"]);
 }
 
@@ -70,7 +70,7 @@ fn the_users_files_stay_the_same_files_and_the_folder_keeps_its_permissions_and_
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("out");
     staged(&folder, "complete", &["curve.csv"], "first").commit_run(Finish::Complete).unwrap();
-    fs::write(folder.join("mine.txt"), "own").unwrap();
+    fs::write(folder.join("mine.txt"), "a file of the user").unwrap();
     symlink("nowhere", folder.join("link")).unwrap();
     fs::set_permissions(&folder, fs::Permissions::from_mode(0o750)).unwrap();
     let before = fs::metadata(folder.join("mine.txt")).unwrap().ino();
@@ -94,11 +94,11 @@ fn a_folder_with_folders_of_the_user_in_it_gets_its_files_in_place() {
         .commit_run(Finish::Complete)
         .unwrap();
     fs::create_dir(folder.join("plots")).unwrap();
-    fs::write(folder.join("plots/mine.txt"), "own").unwrap();
+    fs::write(folder.join("plots/mine.txt"), "a file of the user").unwrap();
     staged(&folder, "complete", &["curve.csv"], "second").commit_run(Finish::Complete).unwrap();
     assert_eq!(names(&folder), ["curve.csv", "plots", "result.json"]);
     assert_eq!(read(&folder.join("curve.csv")), "second");
-    assert_eq!(read(&folder.join("plots/mine.txt")), "own");
+    assert_eq!(read(&folder.join("plots/mine.txt")), "a file of the user");
     assert_eq!(names(place.path()), ["out"]);
 }
 
@@ -141,7 +141,7 @@ fn only_a_complete_result_replaces_a_complete_one_and_a_stopped_run_replaces_non
     assert_eq!(placed.folder, partial);
     assert!(placed.warnings.iter().any(|w| w.contains("out.partial")), "{:?}", placed.warnings);
     assert_eq!(names(place.path()), ["out.partial"]);
-    // One with failed steps has nothing to spare.
+    // A run with failed steps may replace a stopped one.
     staged(&folder, "incomplete", &["curve.csv"], "1").commit_run(Finish::Incomplete).unwrap();
     assert_eq!(names(place.path()), ["out"]);
     staged(&folder, "complete", &["curve.csv"], "2").commit_run(Finish::Complete).unwrap();
@@ -149,7 +149,7 @@ fn only_a_complete_result_replaces_a_complete_one_and_a_stopped_run_replaces_non
     assert_eq!(placed.files[0], partial.join("curve.csv"));
     assert!(placed.warnings.iter().any(|w| w.contains("keeps the complete result")), "{:?}", placed.warnings);
     assert_eq!([&folder, &partial].map(|f| read(&f.join("curve.csv"))), ["2", "3"]);
-    fs::write(partial.join("mine.txt"), "own").unwrap();
+    fs::write(partial.join("mine.txt"), "a file of the user").unwrap();
     staged(&folder, "complete", &["curve.csv"], "4").commit_run(Finish::Complete).unwrap();
     assert_eq!(read(&folder.join("curve.csv")), "4");
     assert_eq!(names(&partial), ["mine.txt"]);
@@ -212,7 +212,7 @@ fn files_given_up_while_they_are_put_in_place_are_there_all_or_none_and_so_are_t
     let files: Vec<String> = (0..40).map(|k| format!("step_{k:03}.vtu")).collect();
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
     for before in [false, true] {
-        // Over the whole time that a commit takes, which the first one tells.
+        // Broken off at times spread over a whole commit, whose duration the first commit gives.
         let mut commit = Duration::ZERO;
         for part in 0..80 {
             let place = tempfile::tempdir().unwrap();
@@ -278,10 +278,10 @@ fn a_run_killed_after_the_folders_changed_places_leaves_the_new_result_and_no_fi
     let number = fs::metadata(&folder).unwrap().ino();
     let old = place.path().join(format!(".out.elastocap-1-0.swap-{number}"));
     fs::create_dir(&old).unwrap();
-    for (name, text) in [("curve.csv", "first"), ("result.json", "{}"), ("came-late.txt", "own")] {
+    for (name, text) in [("curve.csv", "first"), ("result.json", "{}"), ("came-late.txt", "late")] {
         fs::write(old.join(name), text).unwrap();
     }
-    fs::write(folder.join("mine.txt"), "own").unwrap();
+    fs::write(folder.join("mine.txt"), "a file of the user").unwrap();
     fs::hard_link(folder.join("mine.txt"), old.join("mine.txt")).unwrap();
     drop(OutputFolder::open(&folder).unwrap());
     assert_eq!(names(place.path()), ["out"]);
@@ -292,7 +292,7 @@ fn a_run_killed_after_the_folders_changed_places_leaves_the_new_result_and_no_fi
 #[test]
 fn a_run_killed_while_it_put_files_in_place_is_completed_from_any_point() {
     let files = ["curve.csv", "scene.glb", "step_000.vtu"];
-    // What had been renamed when it was killed: old files out of the way, and new ones in.
+    // States after a kill, by how many files had been renamed: old ones out of the way, and new ones in.
     for (out, placed) in [(0, 0), (1, 0), (3, 0), (4, 0), (4, 1), (4, 3), (4, 4)] {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path().join("out");

@@ -1,4 +1,4 @@
-//! The files of a layer that finite elements deform.
+//! Tests of the files of a layer deformed by finite elements.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
     let fields = writer.finish(&outcome).unwrap();
     assert!(outcome.is_complete(), "{}", csv::curve(&outcome));
     let force = |k: usize| outcome.steps[k].row.force_n.unwrap();
-    // One code, contact by penalty: 0.7735 N and 1.762 N, to 1 %.
+    // Reference values from one code, with contact by penalty: 0.7735 N and 1.762 N, to 1 %.
     assert!((force(0) / 1.762 - 1.0).abs() < 1e-2 && (force(2) / 0.7735 - 1.0).abs() < 1e-2);
     assert_eq!(force(1), 0.0);
     let saved = save(
@@ -47,7 +47,7 @@ fn the_layer_on_the_substrate_has_its_force_and_its_files_in_the_order_of_the_ca
     {
         assert!(names.iter().any(|n| n == name), "{name} is not among {names:?}");
     }
-    // Shear along the bonded bottom: none on the axis, outwards beside it.
+    // Shear along the bonded bottom: zero on the axis, outwards beside it.
     let text = std::fs::read_to_string(target.path().join("profile_000.csv")).unwrap();
     let shear: Vec<f64> = text
         .lines()

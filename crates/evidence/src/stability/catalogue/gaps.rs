@@ -1,4 +1,4 @@
-//! Plates from 1e-5 to 1e3 of their width apart, and needles.
+//! Plates at distances from 1e-5 to 1e3 of their width, and needles.
 
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
@@ -25,7 +25,8 @@ fn near(gap: f64) -> Entry {
     one(SUBJECT, format!("sheets, {gap:e}"), sheets(gap), Truth::between(low, high))
 }
 
-/// Boxes hold more than the sheets on their facing sides, and less than these and a cube's worth each.
+/// Boxes have a larger capacitance than the sheets on their facing sides, and a smaller one than these and a
+/// cube each.
 fn near_boxes(gap: f64) -> Entry {
     let scene = Scene::new().conductor("lower", [0.0; 3], [1.0, 0.1, 1.0]);
     let scene = scene.conductor("upper", [0.0, 0.1 + gap, 0.0], [1.0, 0.2 + gap, 1.0]);

@@ -27,19 +27,19 @@ fn cubes(scale: f64) -> Entry {
 
 fn sensors(scale: f64) -> Entry {
     let case = |s: f64| {
-        let of = Sensor::default();
+        let default = Sensor::default();
         let sensor = Sensor {
-            layer: s * of.layer,
-            gap: s * of.gap,
-            length: s * of.length,
-            thickness: s * of.thickness,
-            width: s * of.width,
-            height: s * of.height,
-            contact: s * of.contact,
-            shear_length: s * of.shear_length,
-            margin: of.margin.map(|margin| s * margin),
+            layer: s * default.layer,
+            gap: s * default.gap,
+            length: s * default.length,
+            thickness: s * default.thickness,
+            width: s * default.width,
+            height: s * default.height,
+            contact: s * default.contact,
+            shear_length: s * default.shear_length,
+            margin: default.margin.map(|margin| s * margin),
             above: medium(1.0, s * 1e-3),
-            ..of
+            ..default
         };
         sensor.compressed(0.3).text()
     };
@@ -65,7 +65,8 @@ fn shifted(by: f64) -> Entry {
     .quick()
 }
 
-/// Thinner electrodes are parts of thicker ones: they hold less, and the last micrometre hardly counts.
+/// Thinner electrodes are parts of thicker ones: they have a smaller capacitance, and the last micrometre
+/// hardly counts.
 fn thin(stacked: bool, open: bool) -> Entry {
     let case = |thickness: f64| {
         let mut sensor =
@@ -86,7 +87,7 @@ fn thin(stacked: bool, open: bool) -> Entry {
     };
     Entry::new(THIN, name, [case(1e-9), case(1e-6), case(1e-10)], |out| {
         let (found, thicker, thinner) = (terminals(out, 0)?, terminals(out, 1)?, terminals(out, 2)?);
-        // Edges hold of the order of t/a ln(a/t): 1e-4 at most with the gap of 50 um.
+        // The edges contribute of the order of t/a ln(a/t): 1e-4 at most with the gap of 50 um.
         let truth = Truth::between(thinner.lower, thinner.upper * (1.0 + 5e-4));
         Ok(vec![
             Claim::capacitance("against 0.1 nm", found, truth),

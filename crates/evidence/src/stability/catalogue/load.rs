@@ -19,9 +19,9 @@ fn contact(sensor: &Sensor) -> (f64, f64, f64) {
     (scale, sensor.shear_length / sensor.layer, sensor.contact / sensor.layer)
 }
 
-fn same(what: &str, found: Bounded, of: Bounded, relative: f64) -> Claim {
-    // Both come from one grid, deformed: what separates them is the load.
-    Claim::formula(what, "F", found.value, relative, Truth::value(of.value, 0.0))
+fn same(what: &str, found: Bounded, expected: Bounded, relative: f64) -> Claim {
+    // Both come from one grid, deformed: only the load differs.
+    Claim::formula(what, "F", found.value, relative, Truth::value(expected.value, 0.0))
 }
 
 /// A compression so small that the first order suffices.
@@ -67,20 +67,20 @@ fn large(compression: f64, name: &str) -> Entry {
         let found = row(out, 0, 0)?;
         let layer = Layer::new(compression);
         let share = sensor.height / sensor.layer;
-        let of = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, ClaimError> {
+        let claim = |what: &str, unit, value: Option<f64>, truth: f64| -> Result<Claim, ClaimError> {
             Ok(Claim::formula(what, unit, known(value, what)?, FORMULA, Truth::value(truth, FORMULA)))
         };
         let claims = vec![
-            of("force", "N", found.force_n, scale * layer.force(a, b))?,
-            of("gap", "m", found.gap_m, sensor.gap * layer.stretch(share))?,
-            of("height", "m", found.electrode_height_m, sensor.layer * layer.height(share))?,
+            claim("force", "N", found.force_n, scale * layer.force(a, b))?,
+            claim("gap", "m", found.gap_m, sensor.gap * layer.stretch(share))?,
+            claim("height", "m", found.electrode_height_m, sensor.layer * layer.height(share))?,
             Claim::capacitance("capacitance", terminals(out, 0)?, Truth::at_least(0.0)),
         ];
         Ok(claims)
     })
 }
 
-/// The acceptance values, which come from elsewhere.
+/// The independent acceptance values.
 fn accepted() -> Entry {
     const KNOWN: [(f64, f64, f64); 3] = [
         (0.05, 0.014_193_743_29, 42.88609),

@@ -69,9 +69,9 @@ fn comb(fingers: usize, sheets: bool, tolerance: f64) -> Entry {
     lawful(format!("comb of {fingers} {shape}, {tolerance:e}"), case, fingers, true)
 }
 
-/// Plates across an insulated box: each feels its neighbours alone.
+/// Plates across an insulated box: each has capacitances to its neighbours only.
 fn stack(plates: usize) -> Entry {
-    // Gaps 1, 2, 3, ... of one part.
+    // Gaps of 1, 2, 3, ... units.
     let parts = plates * (plates - 1) / 2;
     let gap = move |k: usize| (k + 1) as f64 / parts as f64;
     let (mut scene, mut at) = (Scene::new(), 0.0);
@@ -85,16 +85,16 @@ fn stack(plates: usize) -> Entry {
         let between = |k: usize| VACUUM_PERMITTIVITY / gap(k);
         let mut claims = Vec::new();
         for i in 0..plates {
-            let own =
+            let to_neighbours =
                 if i > 0 { between(i - 1) } else { 0.0 } + if i + 1 < plates { between(i) } else { 0.0 };
             claims.push(Claim::capacitance(
                 format!("C{i},{i}"),
                 maxwell(out, 0, i, i)?,
-                Truth::value(own, 1e-12),
+                Truth::value(to_neighbours, 1e-12),
             ));
             for j in i + 1..plates {
                 let truth = if j == i + 1 { -between(i) } else { 0.0 };
-                // Zero is zero beside the largest entries.
+                // Zero means negligible beside the largest entries.
                 let slack = 1e-12 * between(0);
                 let truth = Truth::between(truth - slack, truth + slack);
                 claims.push(Claim::capacitance(format!("C{i},{j}"), maxwell(out, 0, i, j)?, truth));

@@ -1,4 +1,5 @@
-//! Walls from a nanometre to a kilometre off the electrodes: insulated holds less than open space, grounded more.
+//! Walls from a nanometre to a kilometre off the electrodes: insulated ones give less capacitance than open
+//! space, grounded ones more.
 
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
@@ -27,7 +28,7 @@ fn ordered(margin: f64) -> Entry {
     })
 }
 
-/// Walls far off on all sides are as good as open space: what they change falls as the cube of the distance.
+/// Distant walls on all sides approximate open space: their effect falls with the cube of the distance.
 fn converges(boundary: &'static str, distance: f64) -> Entry {
     let far = Sensor { above: medium(1.0, distance), ..walled(boundary, distance) };
     Entry::new(
@@ -44,7 +45,7 @@ fn converges(boundary: &'static str, distance: f64) -> Entry {
     )
 }
 
-/// Below a grounded plane too, so that the two electrodes have much to ground.
+/// A grounded plane below as well, so that both electrodes have large capacitances to ground.
 fn all_grounded() -> Entry {
     let with = |below: &str| {
         Sensor { below: below.to_owned(), above: GROUNDED.to_owned(), ..walled("grounded", 1e-6) }.text()

@@ -1,4 +1,4 @@
-//! The entries, by what is extreme about them.
+//! The entries of the catalogue, by their extreme property.
 
 mod gaps;
 mod lengths;
@@ -13,7 +13,7 @@ mod tolerances;
 
 use super::Entry;
 
-/// All entries, those of one subject side by side.
+/// All entries, grouped by subject.
 pub fn catalogue() -> Vec<Entry> {
     let mut entries = load::entries();
     entries.extend(stiffness::entries());
@@ -24,7 +24,7 @@ pub fn catalogue() -> Vec<Entry> {
     entries.extend(margins::entries());
     entries.extend(refusals::entries());
     entries.extend(tolerances::entries());
-    // Last: one that is given up may go on for a while and take time from those behind it.
+    // These come last: an abandoned solve may continue for a while and take time from the following entries.
     entries.extend(many::entries());
     entries
 }

@@ -46,7 +46,7 @@ fn parallel(ratio: f64) -> Entry {
     )
 }
 
-/// A film between two planes; its thickness is what doubles leave of it.
+/// A film between two planes, whose thickness is known only up to rounding.
 fn film(thickness: f64, permittivity: f64) -> Entry {
     let (low, high) = (0.5, 0.5 + thickness);
     let case = plates().slab(2, permittivity, low, high).insulated(UNIT.0, UNIT.1, to(1e-6));
@@ -55,7 +55,7 @@ fn film(thickness: f64, permittivity: f64) -> Entry {
     exactly(format!("film of {permittivity:e}, {thickness:.0e} thick"), case, truth)
 }
 
-/// All of space filled: everything scales.
+/// All of space filled: every capacitance scales with the permittivity.
 fn filled(permittivity: f64) -> Entry {
     let cube = || Scene::new().cube("cube", [0.0; 3], 1.0);
     let cases = [
@@ -73,7 +73,7 @@ fn filled(permittivity: f64) -> Entry {
     .quick()
 }
 
-/// A sheet in the plane between two media: the field is that of one medium, so the two count with their mean.
+/// A sheet in the plane between two media: the field is that of one medium, so the mean permittivity counts.
 fn sheet_between(ratio: f64) -> Entry {
     let sheet = || Scene::new().sheet("sheet", 0.0, [-0.5; 2], [0.5; 2]);
     let (min, max) = ([-1.0; 3], [1.0; 3]);
@@ -96,7 +96,7 @@ fn sheet_on_slab(ratio: f64) -> Entry {
     })
 }
 
-/// A cube in a jacket that is nearly a conductor, or nearly a void: limits from two boxes without it.
+/// A cube in a jacket that is nearly a conductor, or nearly a void: two boxes without a jacket give limits.
 fn jacket(ratio: f64) -> Entry {
     let cube = |side| Scene::new().cube("cube", [0.0; 3], side);
     let jacketed = cube(1.0).dielectric(ratio, [-0.75; 3], [0.75; 3]);
@@ -107,7 +107,8 @@ fn jacket(ratio: f64) -> Entry {
     ];
     Entry::new(SUBJECT, format!("cube in a jacket of {ratio:e}"), cases, move |out| {
         let (outer, inner) = (terminals(out, 1)?, terminals(out, 2)?);
-        // The better conductor of the two in series is short of one by about the ratio; 100 is far more than it takes.
+        // The series capacitance is short of that of the better conductor by about the ratio; a factor of 100
+        // is more than enough.
         let (limit, short) = if ratio > 1.0 {
             (Truth::proved(outer, 1.0), 1.0 / ratio)
         } else {
@@ -118,7 +119,7 @@ fn jacket(ratio: f64) -> Entry {
     })
 }
 
-/// A block against one side of a cube: more than without it.
+/// A block against one side of a cube: it increases the capacitance.
 fn beside(ratio: f64, open: bool) -> Entry {
     let cube = |ratio: f64| {
         let scene = Scene::new().cube("cube", [0.5; 3], 1.0);
@@ -159,7 +160,7 @@ fn cover(open: bool) -> Entry {
             let truth = Truth::at_least(terminals(out, less)?.lower);
             claims.push(Claim::capacitance("grows with the cover's", terminals(out, more)?, truth));
         }
-        // A grounded plane is more than any dielectric.
+        // A grounded plane has more effect than any dielectric.
         let truth = Truth::at_most(terminals(out, 4)?.upper);
         claims.push(Claim::capacitance("less than grounded", terminals(out, 3)?, truth));
         Ok(claims)
@@ -167,16 +168,16 @@ fn cover(open: bool) -> Entry {
 }
 
 pub(super) fn entries() -> Vec<Entry> {
-    let mut all = Vec::new();
-    all.extend([1e-6, 1e-3, 1e3, 1e6].map(series));
-    all.extend([1e-6, 1e6].map(series_of_boxes));
-    all.extend([1e-6, 1e6].map(parallel));
-    all.extend([film(1e-6, 1e-6), film(1e-9, 1e-6), film(1e-6, 1e6)]);
-    all.extend([1e-6, 1e6].map(filled));
-    all.extend([1e-6, 1e6].map(sheet_between));
-    all.extend([10.0, 1e6].map(sheet_on_slab));
-    all.extend([1e-6, 1e6].map(jacket));
-    all.extend([beside(1e-6, false), beside(1e6, false), beside(1e-6, true), beside(1e6, true)]);
-    all.extend([cover(false), cover(true)]);
-    all
+    let mut entries = Vec::new();
+    entries.extend([1e-6, 1e-3, 1e3, 1e6].map(series));
+    entries.extend([1e-6, 1e6].map(series_of_boxes));
+    entries.extend([1e-6, 1e6].map(parallel));
+    entries.extend([film(1e-6, 1e-6), film(1e-9, 1e-6), film(1e-6, 1e6)]);
+    entries.extend([1e-6, 1e6].map(filled));
+    entries.extend([1e-6, 1e6].map(sheet_between));
+    entries.extend([10.0, 1e6].map(sheet_on_slab));
+    entries.extend([1e-6, 1e6].map(jacket));
+    entries.extend([beside(1e-6, false), beside(1e6, false), beside(1e-6, true), beside(1e6, true)]);
+    entries.extend([cover(false), cover(true)]);
+    entries
 }

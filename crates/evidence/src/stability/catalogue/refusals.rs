@@ -11,10 +11,11 @@ pub(super) fn entries() -> Vec<Entry> {
         scene().conductor("first", [0.0; 3], [1.0; 3]).conductor("second", min, max).open(to(1e-3))
     };
     let refused = |name: &str, case: String| Entry::refused(SUBJECT, name, case);
-    let of = Sensor::default;
-    let closing = Sensor { stacked: true, thickness: 100e-6, modulus: None, ..of() };
-    let short = Sensor { contact: 2e-3, ..of() };
-    let flush = Sensor { height: of().layer - 0.5 * of().thickness, above: GROUNDED.to_owned(), ..of() };
+    let sensor = Sensor::default;
+    let closing = Sensor { stacked: true, thickness: 100e-6, modulus: None, ..sensor() };
+    let short = Sensor { contact: 2e-3, ..sensor() };
+    let flush =
+        Sensor { height: sensor().layer - 0.5 * sensor().thickness, above: GROUNDED.to_owned(), ..sensor() };
     let grounded_cube = scene().cube("cube", [0.0; 3], 1.0);
     vec![
         refused("conductors that share a face", pair([1.0, 0.0, 0.0], [2.0, 1.0, 1.0])),
@@ -28,14 +29,14 @@ pub(super) fn entries() -> Vec<Entry> {
         refused("conductor through a wall", grounded_cube.clone().grounded([-0.4; 3], [1.0; 3], to(1e-3))),
         refused("conductor alone in insulated walls", grounded_cube.insulated([-1.0; 3], [1.0; 3], to(1e-3))),
         refused("electrode on a grounded plane", flush.text()),
-        refused("electrodes out of the layer", Sensor { height: 445e-6, ..of() }.text()),
+        refused("electrodes out of the layer", Sensor { height: 445e-6, ..sensor() }.text()),
         refused("plates that meet at 0.6", closing.compressed(0.6).text()),
         refused("contact that pulls from the start", short.compressed(0.1).text()),
-        refused("compression 1", of().compressed(1.0).text()),
-        refused("compression below 0", of().compressed(-1e-12).text()),
-        refused("tensile force", of().pressed(-1e-12).text()),
-        refused("layer of 1e10 m", Sensor { layer: 1e10, ..of() }.text()),
-        refused("electrodes of 1e-16 m", Sensor { thickness: 1e-16, ..of() }.text()),
+        refused("compression 1", sensor().compressed(1.0).text()),
+        refused("compression below 0", sensor().compressed(-1e-12).text()),
+        refused("tensile force", sensor().pressed(-1e-12).text()),
+        refused("layer of 1e10 m", Sensor { layer: 1e10, ..sensor() }.text()),
+        refused("electrodes of 1e-16 m", Sensor { thickness: 1e-16, ..sensor() }.text()),
         refused("permittivity 0", Scene::new().cube("c", [0.0; 3], 1.0).open_in(0.0, to(1e-3))),
         refused("permittivity -1", Scene::new().cube("c", [0.0; 3], 1.0).open_in(-1.0, to(1e-3))),
         refused("tolerance 0", Scene::new().cube("c", [0.0; 3], 1.0).open(to(0.0))),

@@ -20,7 +20,8 @@ fn load() -> f64 {
     f * f - 1.0 / (f * f)
 }
 
-/// The thickness, and nearer to rigid electrodes than the thinning allows.
+/// The thickness, and the capacitance, which differs from that of rigid electrodes by less than the thinning
+/// allows.
 fn thinned(ratio: f64) -> Entry {
     let cases = [sensor(ratio).text(), sensor(f64::INFINITY).text()];
     Entry::new(SUBJECT, format!("{ratio:e}"), cases, move |out| {

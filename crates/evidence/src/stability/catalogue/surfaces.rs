@@ -10,10 +10,15 @@ const PLANES: &str = "touching and nearly coinciding planes";
 
 /// An insulated face is a mirror: half of twice as thick electrodes in the middle of a layer of twice the thickness.
 fn mirrored(top: bool) -> Entry {
-    let of = Sensor { above: INSULATED.to_owned(), ..Sensor::default() };
-    let half = 0.5 * of.thickness;
-    let flush = Sensor { height: if top { of.layer - half } else { half }, ..of.clone() };
-    let double = Sensor { layer: 2.0 * of.layer, thickness: 2.0 * of.thickness, height: of.layer, ..of };
+    let sensor = Sensor { above: INSULATED.to_owned(), ..Sensor::default() };
+    let half = 0.5 * sensor.thickness;
+    let flush = Sensor { height: if top { sensor.layer - half } else { half }, ..sensor.clone() };
+    let double = Sensor {
+        layer: 2.0 * sensor.layer,
+        thickness: 2.0 * sensor.thickness,
+        height: sensor.layer,
+        ..sensor
+    };
     let name = if top { "at the top, a mirror" } else { "at the bottom, a mirror" };
     Entry::new(SURFACE, name, [flush.text(), double.text()], |out| {
         let truth = Truth::proved(terminals(out, 1)?, 0.5);
@@ -49,19 +54,24 @@ fn stays(top: bool, open: bool) -> Entry {
 
 /// Electrodes through the whole layer touch both faces.
 fn through() -> Entry {
-    let of = Sensor::default();
-    let sensor =
-        Sensor { thickness: of.layer, modulus: None, above: INSULATED.to_owned(), margin: Some(1e-9), ..of };
+    let default = Sensor::default();
+    let sensor = Sensor {
+        thickness: default.layer,
+        modulus: None,
+        above: INSULATED.to_owned(),
+        margin: Some(1e-9),
+        ..default
+    };
     let plates = 2.8 * VACUUM_PERMITTIVITY * sensor.layer * sensor.width / sensor.gap;
     Entry::new(SURFACE, "at both: plates, exactly", [sensor.text()], move |out| {
-        // The walls are a nanometre off the plates' ends: nothing is left but the field between them.
+        // The walls are a nanometre off the ends of the plates: there is only the field between them.
         let truth = Truth::between(plates, plates * (1.0 + 1e-3));
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
     .quick()
 }
 
-/// Two cubes whose faces are a share of their side off a common plane.
+/// Two cubes whose faces are off a common plane by a small share of their side.
 fn near_planes(offset: f64) -> Entry {
     let cubes = |offset: f64| {
         let scene = Scene::new().conductor("left", [0.0; 3], [1.0; 3]);
@@ -69,9 +79,9 @@ fn near_planes(offset: f64) -> Entry {
         scene.grounded([-1.0; 3], [3.5, 2.0, 2.0], to(1e-3))
     };
     Entry::new(PLANES, format!("faces {offset:e} off a plane"), [cubes(offset), cubes(0.0)], move |out| {
-        let of = terminals(out, 1)?;
+        let flush = terminals(out, 1)?;
         let change = 10.0 * offset;
-        let truth = Truth::between(of.lower * (1.0 - change), of.upper * (1.0 + change));
+        let truth = Truth::between(flush.lower * (1.0 - change), flush.upper * (1.0 + change));
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
 }
@@ -87,7 +97,8 @@ fn void(thickness: f64) -> Entry {
     })
 }
 
-/// A dielectric box flush with a conductor on five planes, filled as the space around: as if it were not there.
+/// A dielectric box flush with a conductor on five planes, with the permittivity of its surroundings: it has
+/// no effect.
 fn invisible() -> Entry {
     let cube = || Scene::new().cube("cube", [0.0; 3], 1.0);
     let cases = [
@@ -101,7 +112,7 @@ fn invisible() -> Entry {
     .quick()
 }
 
-/// A cube a hair's breadth above a grounded plane.
+/// A cube at a tiny distance above a grounded plane.
 fn hair(gap: f64) -> Entry {
     let scene = Scene::new().conductor("cube", [0.0, gap, 0.0], [1.0, 1.0 + gap, 1.0]);
     let case = scene.grounded([-1.0, 0.0, -1.0], [2.0; 3], to(1e-3));

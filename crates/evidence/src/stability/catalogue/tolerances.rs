@@ -1,4 +1,4 @@
-//! Tolerances from 0.5 to what double precision cannot give, with bounds and without.
+//! Tolerances from 0.5 to values that double precision cannot reach, with bounds and without.
 
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, terminals};
@@ -25,19 +25,19 @@ fn isolated(name: String, solve: Solve) -> Entry {
 }
 
 pub(super) fn entries() -> Vec<Entry> {
-    let mut all = Vec::new();
+    let mut entries = Vec::new();
     for tolerance in [0.5, 1e-4, 1e-8, 1e-12] {
-        all.push(boxed(format!("cube in a box, {tolerance:e}"), to(tolerance)));
+        entries.push(boxed(format!("cube in a box, {tolerance:e}"), to(tolerance)));
     }
     for tolerance in [0.5, 1e-3, 1e-5, 1e-7] {
-        all.push(isolated(format!("isolated cube, {tolerance:e}"), to(tolerance)));
+        entries.push(isolated(format!("isolated cube, {tolerance:e}"), to(tolerance)));
     }
     for tolerance in [0.5, 1e-2, 1e-3, 1e-5] {
-        all.push(boxed(format!("cube in a box, {tolerance:e}, no bounds"), estimated(tolerance)));
-        all.push(isolated(format!("isolated cube, {tolerance:e}, no bounds"), estimated(tolerance)));
+        entries.push(boxed(format!("cube in a box, {tolerance:e}, no bounds"), estimated(tolerance)));
+        entries.push(isolated(format!("isolated cube, {tolerance:e}, no bounds"), estimated(tolerance)));
     }
-    for entry in &mut all {
+    for entry in &mut entries {
         entry.quick = ["0.5", "5e-1", "1e-3", "1e-4"].iter().any(|t| entry.name.contains(t));
     }
-    all
+    entries
 }
