@@ -1,58 +1,20 @@
 //! The `elastocap` command: arguments in, exit status out. The work is done in the crates.
 
 mod commands;
+mod common;
+mod exit;
 mod guard;
 mod output;
 mod units;
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 use elastocap_coupling::memory;
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::guard::Guard;
-
-/// The end of the process, which determines its exit status.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Exit {
-    /// Success.
-    Done,
-    /// Any other failure: results cannot be written, for instance.
-    Failure,
-    /// An unusable case file or argument; nothing was written.
-    BadInput,
-    /// Finished, but a step failed, missed its tolerance or was not run; the results are kept and marked.
-    Incomplete,
-}
-
-impl Exit {
-    /// The worse of two: a failure, then bad input, then something incomplete.
-    fn or_worse(self, other: Self) -> Self {
-        let badness = |exit| match exit {
-            Self::Done => 0,
-            Self::Incomplete => 1,
-            Self::BadInput => 2,
-            Self::Failure => 3,
-        };
-        if badness(other) > badness(self) { other } else { self }
-    }
-
-    /// The exit status of the process.
-    fn status(self) -> u8 {
-        match self {
-            Self::Done => 0,
-            Self::Failure => 1,
-            Self::BadInput => 2,
-            Self::Incomplete => 3,
-        }
-    }
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(exit.status())
-    }
-}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -87,17 +49,6 @@ struct Arguments {
     command: Command,
     #[command(flatten)]
     common: Common,
-}
-
-/// The options of every subcommand.
-#[derive(Debug, Clone, Args)]
-struct Common {
-    /// Number of threads; all cores by default. Results do not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Print only warnings and errors
-    #[arg(long, short, global = true)]
-    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 
-use crate::Exit;
+use crate::exit::Exit;
 
 /// Prints a result. A closed pipe (`elastocap schema | head`) is not a failure.
 pub(crate) fn result(text: &str) -> Result<(), Exit> {

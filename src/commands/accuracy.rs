@@ -13,7 +13,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::accuracy_report::report;
 use super::arguments::positive_seconds;
 use super::stop::{end_in_time, left_a_solve, stop_on_signal};
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

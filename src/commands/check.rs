@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
+use elastocap_coupling::step_messages::lines;
 use elastocap_coupling::words::counted;
 
-use super::{catching_defects, inputs, shortfalls};
+use super::{catching_defects, inputs};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 use crate::units::{bytes, grouped, seconds};
-use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -154,5 +157,5 @@ fn describe(title: &str, plan: &Plan) -> String {
 /// The failures that are known in advance, a line for each reason.
 fn failures(plan: &Plan) -> Vec<String> {
     let failures = plan.distinct_steps().filter_map(|step| Some((step.index, step.failure.as_ref()?)));
-    shortfalls::lines(failures.map(|(step, failure)| (step, format!("will fail: {failure}"))))
+    lines(failures.map(|(step, failure)| (step, format!("will fail: {failure}"))))
 }

@@ -8,8 +8,9 @@ use elastocap_results::report::{WordTable, comparison_page};
 
 use super::summary::table;
 use super::written::write_all;
+use crate::exit::Exit;
+use crate::output;
 use crate::units::{grouped, prefixed, seconds};
-use crate::{Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:

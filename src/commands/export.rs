@@ -8,7 +8,9 @@ use elastocap_circuits::{fmu, spice, table, verilog_a};
 use elastocap_files::result_name;
 
 use super::written::write_all;
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

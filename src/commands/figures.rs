@@ -13,7 +13,9 @@ use thiserror::Error;
 
 use super::arguments::ArgumentError;
 use super::stop::{end_in_time, stop_on_signal};
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

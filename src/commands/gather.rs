@@ -6,8 +6,10 @@ use clap::Args;
 use elastocap_sweeps::gather;
 
 use super::sweep_report::finish;
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 use crate::units::grouped;
-use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:

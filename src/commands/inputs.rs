@@ -7,7 +7,8 @@ use elastocap_case::Case;
 use elastocap_files::result_name;
 
 use super::STDIN;
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 /// A case to be solved.
 #[derive(Debug)]

@@ -9,7 +9,9 @@ use clap::{Args, Command, CommandFactory as _, ValueHint};
 use clap_mangen::Man;
 use elastocap_files::{Staged, remove_abandoned};
 
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -8,7 +8,9 @@ use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::deform;
 use elastocap_results::{OutputError, OutputFolder, save_mesh};
 
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

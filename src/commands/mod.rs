@@ -35,7 +35,8 @@ use elastocap_case::{Case, OverrideError};
 use elastocap_coupling::failure::panic_message;
 use elastocap_coupling::shortfalls;
 
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 /// The name that stands for the standard input where a case file is named.
 const STDIN: &str = "-";

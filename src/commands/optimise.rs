@@ -15,8 +15,10 @@ use elastocap_fitting::parameter::{Free, Parameter};
 use super::stop::{end_in_time, left_a_solve, stop_without_files};
 use super::summary::table;
 use super::written::{check_free, write_all};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 use crate::units::seconds;
-use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -19,8 +19,10 @@ use super::progress::Progress;
 use super::stop::{Stop, end_in_time, stop_after};
 use super::summary::summary;
 use super::{catching_defects, inputs, shortfalls, watch};
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::guard::Guard;
-use crate::{Common, Exit, output};
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -3,7 +3,8 @@
 use clap::Args;
 use elastocap_case::json_schema;
 
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

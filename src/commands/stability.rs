@@ -10,8 +10,10 @@ use elastocap_evidence::stability::{Claim, Entry, Report, Verdict, catalogue, sa
 
 use super::arguments::positive_seconds;
 use super::stop::stop_without_files;
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 use crate::units::prefixed;
-use crate::{Common, Exit, output};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use elastocap_results::{OutputFolder, Unfinished};
 
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 /// The longest time that work may go on after a request to stop. With the time for writing what is left of
 /// it, a command ends within two seconds.

@@ -17,7 +17,9 @@ use super::arguments::time;
 use super::progress::CaseProgress;
 use super::stop::{end_in_time, stop_after, stop_without_files};
 use super::sweep_report::report;
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use elastocap_sweeps::{CaseRecord, Influence, StepStatistics, Summary, SweepFolder};
 
+use crate::exit::Exit;
+use crate::output;
 use crate::units::{grouped, prefixed, seconds};
-use crate::{Exit, output};
 
 /// The largest number of failed cases that are reported one by one.
 const MAX_REPORTED: usize = 5;

@@ -9,7 +9,8 @@ use std::time::{Duration, SystemTime};
 
 use super::STDIN;
 use super::stop::Stop;
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 /// The time between two checks of the files.
 const INTERVAL: Duration = Duration::from_millis(100);

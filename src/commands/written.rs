@@ -6,7 +6,8 @@ use std::path::Path;
 
 use elastocap_files::{Staged, remove_abandoned};
 
-use crate::{Exit, output};
+use crate::exit::Exit;
+use crate::output;
 
 /// Refuses files that already exist, unless they may be replaced.
 pub(super) fn check_free(files: &[&Path], overwrite: bool) -> Result<(), Exit> {

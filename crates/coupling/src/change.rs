@@ -21,12 +21,9 @@ use crate::outcome::{Missed, Status, StepResult, StepSeconds};
 use crate::plan::PlannedStep;
 use crate::reason::{Cause, Unsharpened, WideChange};
 use crate::route_change::{NoBase, RouteChange};
+use crate::settings::NO_CHANGE;
 use crate::side_by_side::side_by_side;
 use crate::step::{ACCEPTED, Sharper, Solver};
-
-/// A change whose bounds include zero counts as none where they are at most this far apart, relative to the
-/// capacitance of the first step.
-pub const NO_CHANGE: f64 = 1e-6;
 
 /// Largest number of rounds in which steps are solved again. A change whose sign the bounds leave open is
 /// resolved in one round, and meets the tolerance in the next.

@@ -55,6 +55,7 @@ pub mod shortfalls;
 mod side_by_side;
 mod status;
 pub mod step;
+pub mod step_messages;
 pub mod terminals;
 mod tetrahedra;
 pub mod view;

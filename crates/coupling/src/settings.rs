@@ -7,6 +7,10 @@ use elastocap_electrostatics::{Foresight, Settings, Target, TetrahedraSettings};
 
 use crate::shared_fields::SharedFields;
 
+/// A change whose bounds include zero counts as none where they are at most this far apart, relative to the
+/// capacitance of the first step.
+pub const NO_CHANGE: f64 = 1e-6;
+
 /// The settings of all field solves of a run, from which those of each solver follow:
 /// [`FieldSettings::boxes`] and [`FieldSettings::tetrahedra`].
 #[derive(Debug, Clone)]

@@ -8,8 +8,9 @@ use clap::Args;
 use elastocap_case::MeasuredCapacitance;
 use elastocap_results::force_answer::{ForceAnswer, NoForce, read_curve};
 
+use crate::exit::Exit;
+use crate::output;
 use crate::units::prefixed;
-use crate::{Exit, output};
 use several::Argument;
 
 const EXAMPLES: &str = "\

@@ -9,8 +9,9 @@ use elastocap_results::load_answer::{
 };
 use thiserror::Error;
 
+use crate::exit::Exit;
+use crate::output;
 use crate::units::prefixed;
-use crate::{Exit, output};
 
 /// A measured capacitance: of one terminal, between two, or the one that the result measures.
 #[derive(Debug, Clone, PartialEq)]

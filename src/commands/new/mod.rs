@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::written::write_all;
-use crate::{Common, Exit, output};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -8,13 +8,12 @@ use elastocap_geometry::scene::{Purpose, Scene};
 use elastocap_geometry::turn::to_mirror_planes;
 
 use super::{Decision, LeftOut, Options, Plan, Planned, PlannedStep};
-use crate::change::NO_CHANGE;
 use crate::faceting_error::curvature_error;
 use crate::failure::StepFailure;
 use crate::memory::max_memory;
 use crate::route::Route;
-use crate::settings::FieldSettings;
-use crate::shortfalls;
+use crate::settings::{FieldSettings, NO_CHANGE};
+use crate::step_messages::lines;
 use crate::words::{counted, grouped, listed};
 
 /// The part of a plan that says which capacitance is measured.
@@ -82,7 +81,7 @@ impl Plan {
     fn warn_of_doubts(&mut self) {
         let doubt = |step: &PlannedStep| Some((step.index, step.doubt.as_ref()?.to_string()));
         let doubts = self.solvable_steps().filter_map(doubt);
-        let lines = shortfalls::lines(
+        let lines = lines(
             doubts.map(|(step, why)| (step, format!("may fail, as the deformed layer will show: {why}"))),
         );
         self.warnings.extend(lines);

@@ -85,7 +85,7 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
         files: vec![
             (
                 "figure-4a.svg".into(),
-                picture(&format!("Fig. 4a: deformed mesh {head}"), "", all(|_| 0.0), None),
+                picture(&format!("Fig. 4a: deformed mesh {head}"), "", cells_of(|_| 0.0), None),
             ),
             (
                 "figure-4b.svg".into(),
