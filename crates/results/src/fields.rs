@@ -16,9 +16,9 @@ use elastocap_electrostatics::FieldSection;
 use elastocap_geometry::export::body::body_vtu;
 use elastocap_geometry::export::vtk::vtu;
 
+use crate::checked_files::read_bounded;
 use crate::field_files::{FieldFile, FieldFiles, field_file};
 use crate::layer_files::LayerFiles;
-use crate::own_files::read_bounded;
 use crate::plot::Section;
 use crate::section::{MOST_SECTIONS, of_slab, of_tetrahedra, section_file};
 use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, scene_files};

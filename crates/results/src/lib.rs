@@ -1,5 +1,6 @@
 //! The results of a run on disk: files, figures, reports, and forces read from them.
 
+mod checked_files;
 pub mod comparison;
 pub mod csv;
 mod field_files;
@@ -14,7 +15,6 @@ pub mod load_answer;
 pub mod load_curve;
 pub mod measured;
 mod output_folder;
-mod own_files;
 pub mod pairs;
 pub mod plot;
 mod pose;
@@ -33,6 +33,7 @@ use elastocap_geometry::export::gltf::glb;
 use elastocap_geometry::export::surfaces::surfaces_glb;
 use elastocap_geometry::export::vtk::{pvd, vtu};
 
+pub use checked_files::{fault, read_bounded};
 pub use field_files::{FieldFiles, field_file};
 pub use fields::FieldWriter;
 pub use figure::{approach, figure, figure_with_points};
@@ -40,7 +41,6 @@ pub use json::{RunSeconds, document};
 pub use kept::{KeptFields, StepFields, save_kept};
 pub use output_folder::{Finish, OutputError, OutputFolder, Placed, Unfinished};
 use output_folder::{INDEX, MESH_INDEX, RESUME, is_result_name};
-pub use own_files::{fault, read_bounded};
 pub use report::MeasuredPoint;
 use report::{REPORT, Report};
 pub use resume::{Resume, ResumeError};

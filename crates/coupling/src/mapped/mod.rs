@@ -7,15 +7,15 @@
 //! into a round indenter. All maps that agree on the faces of the bodies give the same capacitances.
 
 mod axes;
-mod beyond;
 mod contact;
 mod films;
-mod foretold;
 mod in_layer;
 mod indenter;
+mod level_outside;
+mod memoized;
+mod obstacles;
 mod pair_frame;
 mod profile;
-mod remembered;
 mod room;
 mod surface;
 
@@ -34,16 +34,16 @@ use crate::scene::indenter::{IndenterForm, Rounding, edges_left_out};
 use crate::scene::neutral::indenter_in_field;
 use crate::scene::{DeformedScene, SceneError};
 use axes::{joined, pieces};
-use beyond::level_beyond;
 use contact::{Surface, edges};
 use films::Contact;
 pub(crate) use films::{Film, Films};
-pub(crate) use foretold::in_the_way;
 use in_layer::InLayer;
 use indenter::{IndenterMap, Under, last_within};
+use level_outside::level_beyond;
+use memoized::Memoized;
+pub(crate) use obstacles::in_the_way;
 use pair_frame::Frame;
 use profile::Profile;
-use remembered::Remembered;
 use room::Others;
 use surface::{Below, Bent, SurfaceMap};
 
@@ -180,7 +180,7 @@ impl LayerMap<'_> {
 }
 
 /// The finite-element solution of the layer for one step.
-pub(crate) struct Found<'a> {
+pub(crate) struct LayerSolution<'a> {
     pub(crate) step: &'a FiniteElementStep,
     /// The displacement of the layer.
     pub(crate) displacement: &'a Displacement<'a>,
@@ -198,7 +198,7 @@ pub(crate) struct Found<'a> {
 pub(crate) fn bent_scene(
     case: &Case,
     deformed: &DeformedScene,
-    found: &Found<'_>,
+    found: &LayerSolution<'_>,
     film: Film,
 ) -> Result<Option<BentScene>, SceneError> {
     let Some(layer) = &case.layer else { return Ok(None) };
@@ -206,8 +206,8 @@ pub(crate) fn bent_scene(
     let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
     let is_half = !is_plane || step.curves.half;
     let looked_up = |x: [f64; 3]| found.displacement.at(x);
-    let remembered = Remembered::new(&looked_up);
-    let solved = |x: [f64; 3]| remembered.at(x);
+    let memoized = Memoized::new(&looked_up);
+    let solved = |x: [f64; 3]| memoized.at(x);
     let Some(material) = Material::of(case, is_half, &solved) else { return Ok(None) };
     let (pad, tiny) = (material.pad, material.tiny);
     let displacement = |x: [f64; 3]| material.displacement(x);
@@ -460,11 +460,11 @@ impl Parts<'_> {
             }
             to
         };
-        let remembered = Remembered::new(&lowered);
-        let lowered = |x: [f64; 3]| remembered.at(x);
+        let memoized = Memoized::new(&lowered);
+        let lowered = |x: [f64; 3]| memoized.at(x);
         let below = under(&lowered);
         let face = |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |indenter| indenter.on_face(c, &below));
-        let faces = Remembered::new(&face);
+        let faces = Memoized::new(&face);
         let on_face = |c: [f64; 3]| faces.at(c);
         let exact = |x: [f64; 3]| {
             let to = lowered(x);

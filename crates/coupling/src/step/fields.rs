@@ -13,7 +13,7 @@ use super::Solver;
 use crate::deform::{Deformation, Displacement};
 use crate::failure::{StepFailure, Stop};
 use crate::layer_outlines::{LayerScene, Sides, outlined};
-use crate::mapped::{BentScene, Films, Found, bent_scene};
+use crate::mapped::{BentScene, Films, LayerSolution, bent_scene};
 use crate::plan::PlannedStep;
 use crate::route::{Route, SolvedShape, asked};
 use crate::route_change::{NoBase, RouteChange};
@@ -118,7 +118,7 @@ impl Solver<'_> {
         else {
             return None;
         };
-        let found = Found { step: layer, displacement: &displacement, pose: &step.pose };
+        let found = LayerSolution { step: layer, displacement: &displacement, pose: &step.pose };
         let film = Films::new(self.case, self.settings.relative_tolerance).next()?;
         bent_scene(self.case, deformed, &found, film).ok()?
     }
@@ -169,7 +169,7 @@ impl Solver<'_> {
         else {
             return Err(StepFailure::NoMap.into());
         };
-        let found = Found { step: layer, displacement: &displacement, pose: &step.pose };
+        let found = LayerSolution { step: layer, displacement: &displacement, pose: &step.pose };
         let mut films = Films::new(self.case, self.settings.relative_tolerance);
         loop {
             let Some(film) = films.next() else { return Err(StepFailure::NoMap.into()) };

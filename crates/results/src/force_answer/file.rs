@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::curve::{CurveError, CurveStep, ForceCurve};
-use crate::own_files::{fault, read_bounded};
+use crate::checked_files::{fault, read_bounded};
 
 /// The reason why a result has no curve.
 #[derive(Debug, thiserror::Error)]

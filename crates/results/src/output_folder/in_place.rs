@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::disk::{remove_files, sync_file, sync_files, sync_folder};
 use super::index::INDEX;
 use super::staging::Staging;
-use crate::own_files::read_bounded;
+use crate::checked_files::read_bounded;
 
 /// The folder, inside the output folder, from which files go to their places.
 pub(super) const COMMIT: &str = ".elastocap-commit";

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::own_files::read_bounded;
+use crate::checked_files::read_bounded;
 use crate::report::REPORT;
 
 /// The file that lists what the results folder of a run holds.

@@ -30,7 +30,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::own_files::copy_bounded;
+use crate::checked_files::copy_bounded;
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use leftovers::recover;

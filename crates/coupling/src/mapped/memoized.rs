@@ -5,12 +5,12 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 /// A function of a point (m) with a cache of its values.
-pub(super) struct Remembered<'a, T> {
+pub(super) struct Memoized<'a, T> {
     function: &'a dyn Fn([f64; 3]) -> T,
     values: RefCell<HashMap<[u64; 3], T>>,
 }
 
-impl<'a, T: Copy> Remembered<'a, T> {
+impl<'a, T: Copy> Memoized<'a, T> {
     pub(super) fn new(function: &'a dyn Fn([f64; 3]) -> T) -> Self {
         Self { function, values: RefCell::default() }
     }
@@ -39,11 +39,11 @@ mod tests {
             calls.set(calls.get() + 1);
             1.0 / x[0]
         };
-        let remembered = Remembered::new(&inverse);
+        let memoized = Memoized::new(&inverse);
         for _ in 0..2 {
-            assert_eq!(remembered.at([2.0, 0.0, 0.0]), 0.5);
-            assert_eq!(remembered.at([0.0; 3]), f64::INFINITY);
-            assert_eq!(remembered.at([-0.0, 0.0, 0.0]), f64::NEG_INFINITY);
+            assert_eq!(memoized.at([2.0, 0.0, 0.0]), 0.5);
+            assert_eq!(memoized.at([0.0; 3]), f64::INFINITY);
+            assert_eq!(memoized.at([-0.0, 0.0, 0.0]), f64::NEG_INFINITY);
         }
         assert_eq!(calls.get(), 3);
     }
