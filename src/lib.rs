@@ -73,21 +73,28 @@
 //!
 //! # Map
 //!
-//! | crate | what is in it |
+//! | crate | content |
 //! |---|---|
 //! | [`case`] | case files: keys, units, validation, messages, JSON Schema; text in, a valid [`case::Case`] in SI units out |
 //! | [`geometry`] | scenes of bodies, mirror planes, import (OBJ, Gmsh), meshes, export (glTF, VTK) |
-//! | [`mechanics`] | the deformed layer: closed form, and finite elements in plane strain and in space |
-//! | [`electrostatics`] | Laplace's equation on boxes and on tetrahedra: Maxwell matrices with bounds, floating conductors |
+//! | [`mechanics`] | the deformed layer: a closed form, and finite elements in plane strain and in three dimensions |
+//! | [`electrostatics`] | Laplace's equation by three solvers (boxes, outlines pulled along an axis, tetrahedra): Maxwell matrices with bounds, floating conductors |
 //! | [`coupling`] | from a case to the capacitances of its load steps: the plan, the run, the outcome |
 //! | [`results`] | the files of a run: tables, plots, scenes, fields; all of them or none |
 //! | [`circuits`] | models of a solved sensor for circuit and system simulators |
-//! | [`fitting`] | parameters of a case from measured points, and from what is wished for |
-//! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
+//! | [`fitting`] | parameters of a case from measured points, and the best parameters within limits |
+//! | `evidence` | the evidence for the solvers: accuracy against run time, extreme cases, the figures of the paper (feature `evidence`) |
 //!
-//! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
-//! `elastocap-materials` has the laws of rubbers, and `elastocap-files` reads and writes files with care. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics and case, then coupling, results and
-//! evidence. Mechanics and electrostatics do not know each other. `ARCHITECTURE.md` has the same map file by file.
+//! Below them, `elastocap-linalg` has the linear algebra and `elastocap-fem` the reference elements that the
+//! solvers share, `elastocap-materials` has the laws of rubbers, and `elastocap-files` reads and writes
+//! files. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics and case, then
+//! coupling, results and evidence. Mechanics and electrostatics do not know each other. `ARCHITECTURE.md` has
+//! the same map file by file.
+//!
+//! # Features
+//!
+//! `command`, on by default, builds the `elastocap` command and with it `evidence`. A program that needs only
+//! the library turns both off with `default-features = false`.
 //!
 //! # Conventions
 //!
@@ -99,18 +106,21 @@
 //! # Limits
 //!
 //! - Dielectrics are linear and lossless, and conductors may not touch.
-//! - The bounds are theorems for the scene as it was solved, up to rounding. Round bodies have flat faces there, and the bounds
-//!   do not include what that changes; an estimate of it comes with the result.
-//! - The closed form of the layer is for a long, incompressible, bonded layer in plane strain under a wide, smooth probe, and has
-//!   a largest force.
-//! - Finite-element layers have an error estimate, not bounds. Electrodes bent in three dimensions are solved as boxes
-//!   inside and around them.
-//! - Bodies above or below the layer stay where they are while it is pressed.
+//! - The bounds are theorems for the scene as it was solved, up to rounding. On tetrahedra round bodies have
+//!   flat faces, and the bounds do not include the faceting error; an estimate of it comes with the result.
+//! - The closed form of the layer is for a long, incompressible, bonded layer in plane strain under a wide,
+//!   smooth probe, and has a largest force. An estimate of its error comes with the result.
+//! - Finite-element layers have an error estimate, not bounds.
+//! - Electrodes that the load bends are outlines pulled along x3 in plane strain, and boxes under a map in
+//!   three dimensions; where no such map exists the step fails.
+//! - Bodies stay where they are while the layer is pressed, unless they are attached to the layer or the
+//!   indenter.
 
 pub use elastocap_case as case;
 pub use elastocap_circuits as circuits;
 pub use elastocap_coupling as coupling;
 pub use elastocap_electrostatics as electrostatics;
+#[cfg(feature = "evidence")]
 pub use elastocap_evidence as evidence;
 pub use elastocap_fitting as fitting;
 pub use elastocap_geometry as geometry;

@@ -15,7 +15,7 @@ use elastocap::coupling::memory;
 use elastocap::coupling::outcome::{Outcome, StepResult};
 use elastocap::coupling::plan::{Options, Plan};
 use elastocap::coupling::run::{Observer, run as solve};
-use elastocap::results::{KeptFields, StepFields};
+use elastocap::results::{KeptFields, StepFields, Wanted};
 use pyo3::prelude::*;
 
 use crate::case::PyCase;
@@ -138,6 +138,7 @@ fn in_threads(
         let mut plan = Plan::new(case, options);
         plan.memory_limit /= at_once.max(1);
         plan.layer_memory_limit /= at_once.max(1);
+        Wanted::of(options).note_in(case, options, &mut plan);
         let planning = started.elapsed();
         messenger.tell(News::Planned(plan.distinct_steps().count()));
         let fields = KeptFields::new(options.fields, &messenger);

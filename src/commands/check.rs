@@ -7,6 +7,7 @@ use clap::Args;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::step_messages::lines;
 use elastocap_coupling::words::counted;
+use elastocap_results::Wanted;
 
 use super::{catching_defects, inputs};
 use crate::common::Common;
@@ -62,6 +63,7 @@ fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
     };
     let options = Options { prune: !arguments.no_prune, ..Options::default() };
     let mut plan = Plan::new(&case, &options);
+    Wanted::of(&options).note_in(&case, &options, &mut plan);
     plan.forecast(&case, &options);
     print(arguments, common, &case.title, &plan)
 }

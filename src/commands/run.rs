@@ -10,7 +10,7 @@ use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::Run;
 use elastocap_results::{
     FieldWriter, FileGroup, OutputError, OutputFolder, Request, Resume, ResumeError, Saved, UnknownFileGroup,
-    Wanted, save,
+    Wanted, files_in_words, save,
 };
 
 use super::arguments::time;
@@ -33,21 +33,9 @@ Examples:
   elastocap run cases/isolated-cube.toml --json | jq .maxwell_matrix_f
   elastocap run cases/comb.toml cases/discs.toml -o /tmp/both    in /tmp/both/comb and /tmp/both/discs
   sed 's/50 um/60 um/' cases/in-plane-pair.toml | elastocap run -
-  elastocap run sensor.toml --watch
+  elastocap run sensor.toml --watch";
 
-Files in the output folder:
-  curve.csv        one row for each load step, in SI units
-  capacitance.csv  all capacitances of each step
-  curve.svg        by how much C changes under load, with bounds; C itself beside that of parallel plates
-  approach.svg     the same against the distance of the indenter, with `approach`
-  report.html      all of this as one page for a browser, with charts, a 3D view and the case file
-  result.json      all results, with the Maxwell matrices, the plan and the time of each phase
-  scene.glb        bodies, indenter and a scale bar for any glTF viewer, the load steps as an animation
-  fields.pvd       the fields around the sensor for ParaView, one step_NNN.vtu for each load step
-  section_NNN.svg  potential and field in a plane through the gap, of the first and the last step
-  mechanics.csv    for finite-element layers, the force and its error on each mesh; layer.pvd,
-                   layer_NNN.vtu and profile_NNN.csv hold displacement and stress
-
+const RUNS: &str = "\
 Several cases are solved one after another, each in a folder of its own: results/<case>, or DIR/<case>
 with -o DIR. What is wrong in any of the files is told before the first is solved (exit status 2).
 The exit status is the worst: 1 before 2 before 3 before 0. With --json there is one document after
@@ -63,8 +51,12 @@ Ctrl-C (SIGTERM, SIGHUP) stops the run and keeps what is finished in FOLDER.part
 status 3). A second Ctrl-C ends it at once. A run with failed steps goes there too where FOLDER
 holds a complete result.";
 
+fn after_help() -> String {
+    format!("{EXAMPLES}\n\nFiles in the output folder:\n{}\n{RUNS}", files_in_words())
+}
+
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = after_help())]
 pub(crate) struct Arguments {
     /// The case file, or several; `-` is the standard input
     #[arg(required = true, value_name = "CASE")]
@@ -275,7 +267,7 @@ impl Command<'_> {
         };
         let planned = end_in_time(stop.cancel(), || Plan::new(case, &options), give_up);
         let mut plan = planned.map_err(RunError::NotStarted)?;
-        wanted.note_in(&mut plan);
+        wanted.note_in(case, &options, &mut plan);
         let planning = started.elapsed();
         let progress = Progress::new(&plan, common.quiet);
         let mut writer = FieldWriter::new(&folder, &progress).writing(wanted).going_on_from(resume);

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::output_files::FIELD;
+
 /// The name of a step's field file.
 pub fn field_file(index: usize) -> String {
-    format!("step_{index:03}.vtu")
+    FIELD.at(index)
 }
 
 /// The files with the fields of a run, and the warnings about them.

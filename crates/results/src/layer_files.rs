@@ -1,5 +1,6 @@
 //! Files of the finite-element layer: fields for viewers, profiles along lines, and a table of its errors.
 
+use crate::output_files::{LAYER, PROFILE};
 use elastocap_geometry::export::body::{BodyMesh, Element, NamedArray, body_vtu};
 use elastocap_geometry::export::vtk::pvd;
 use elastocap_mechanics::solid::dimension::Dimension;
@@ -44,13 +45,13 @@ fn files_of<S: Dimension>(
         let (body, profiles) = body_and_profiles(pressing.model_of(pressed), pressed);
         match body_vtu(&body) {
             Ok(bytes) => {
-                let name = format!("layer_{index:03}.vtu");
+                let name = LAYER.at(index);
                 all.files.push((name.clone(), bytes));
                 series.push((pressed.step.compression, name));
             }
             Err(error) => all.warnings.push(format!("the layer of step {index} is not written: {error}")),
         }
-        all.files.push((format!("profile_{index:03}.csv"), profiles.into_bytes()));
+        all.files.push((PROFILE.at(index), profiles.into_bytes()));
     }
     if !series.is_empty() {
         match pvd(&series) {

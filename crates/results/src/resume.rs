@@ -12,7 +12,7 @@ use elastocap_coupling::plan::Options;
 use serde::{Deserialize, Serialize};
 
 use crate::checked_files::{fault, read_bounded};
-use crate::output_folder::{RESUME, is_result_name};
+use crate::output_files::{RESUME, is_result_name};
 use crate::{FieldFiles, FileGroup, Wanted};
 
 /// The reason why a run cannot resume an earlier one.

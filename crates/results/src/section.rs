@@ -13,6 +13,7 @@ use elastocap_geometry::export::vtk::FieldGrid;
 use elastocap_geometry::scene::{Box3, Purpose, across};
 use elastocap_geometry::section::SectionPlane;
 
+use crate::output_files::{SECTION, SECTION_OF_ELECTRODES};
 use crate::plot::{Axis, Scale, Section, SectionCell};
 
 /// The margin shown around the conductors, over their largest extent in the plane.
@@ -21,8 +22,8 @@ const AROUND: f64 = 0.3;
 /// The name of a section of a step by its number: the first one, or the one through the electrodes.
 pub(crate) fn section_file(index: usize, number: usize) -> String {
     match number {
-        0 => format!("section_{index:03}.svg"),
-        _ => format!("section_{index:03}_electrodes.svg"),
+        0 => SECTION.at(index),
+        _ => SECTION_OF_ELECTRODES.at(index),
     }
 }
 

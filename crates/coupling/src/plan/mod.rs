@@ -142,7 +142,6 @@ impl Plan {
         plan.neutral_bodies(case, options);
         plan.repeated_steps();
         plan.measured_points(case);
-        plan.files(case, options);
         plan
     }
 
@@ -176,42 +175,5 @@ impl Plan {
             let what = format!("{count} points by {load} from `{}` are drawn over the curve", measured.file);
             self.solved.push(Planned { part: "points", what });
         }
-    }
-
-    fn files(&mut self, case: &Case, options: &Options) {
-        let table = match self.kind {
-            Kind::Curve if case.approaches() && case.poses.iter().all(|pose| pose.distance > 0.0) => {
-                "curve.csv, approach.svg, capacitance.csv"
-            }
-            Kind::Curve if case.approaches() => "curve.csv, curve.svg, approach.svg, capacitance.csv",
-            Kind::Curve => "curve.csv, curve.svg, capacitance.csv",
-            Kind::Capacitance => "capacitance.csv",
-            Kind::Mechanics => "curve.csv, curve.svg",
-        };
-        let mut files = format!("{table}, result.json, report.html");
-        if options.scene {
-            files.push_str(", scene.glb");
-        } else {
-            self.left_out.push(LeftOut::new(
-                Decision::Caller,
-                "scene.glb",
-                "not asked for",
-                "Saves milliseconds.",
-            ));
-        }
-        if case.mechanics.is_some_and(|m| m.is_finite_element()) && case.load.is_some() {
-            files.push_str(", mechanics.csv, layer_NNN.vtu and profile_NNN.csv for each step, layer.pvd");
-        }
-        if self.kind == Kind::Mechanics {
-            // There is no field.
-        } else if options.fields {
-            files.push_str(
-                ", step_NNN.vtu for each step, fields.pvd, section_NNN.svg for the first and the last",
-            );
-        } else {
-            let saving = "Saves evaluating and compressing the field of each step.";
-            self.left_out.push(LeftOut::new(Decision::Caller, "fields (.vtu)", "not asked for", saving));
-        }
-        self.solved.push(Planned { part: "files", what: files });
     }
 }

@@ -14,9 +14,9 @@ use elastocap_files::is_plain_name;
 use serde::{Deserialize, Serialize};
 
 use super::disk::{remove_files, sync_file, sync_files, sync_folder};
-use super::index::INDEX;
 use super::staging::Staging;
 use crate::checked_files::read_bounded;
+use crate::output_files::INDEX;
 
 /// The folder, inside the output folder, from which files go to their places.
 pub(super) const COMMIT: &str = ".elastocap-commit";

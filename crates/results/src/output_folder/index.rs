@@ -7,16 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::checked_files::read_bounded;
-use crate::report::REPORT;
-
-/// The file that lists what the results folder of a run holds.
-pub(crate) const INDEX: &str = "result.json";
-
-/// The file that lists what `elastocap mesh` has written.
-pub(crate) const MESH_INDEX: &str = "mesh.json";
-
-/// The file from which a stopped run can be resumed.
-pub(crate) const RESUME: &str = "resume.json";
+use crate::output_files::{INDEX, MESH_INDEX, is_result_name};
 
 /// The contents of a folder as its index files list them.
 #[derive(Debug, Default)]
@@ -83,36 +74,6 @@ fn read_index(file: &Path) -> io::Result<Option<Document>> {
 
 fn name_of(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Whether a run or `mesh` gives files this name. Only such files are ever removed, whatever an index lists.
-pub(crate) fn is_result_name(name: &str) -> bool {
-    const FILES: [&str; 12] = [
-        "approach.svg",
-        "capacitance.csv",
-        "curve.csv",
-        "curve.svg",
-        "fields.pvd",
-        "layer.pvd",
-        "mechanics.csv",
-        REPORT,
-        "scene.glb",
-        INDEX,
-        MESH_INDEX,
-        RESUME,
-    ];
-    const NUMBERED: [(&str, &str); 5] = [
-        ("step_", ".vtu"),
-        ("section_", ".svg"),
-        ("section_", "_electrodes.svg"),
-        ("layer_", ".vtu"),
-        ("profile_", ".csv"),
-    ];
-    let numbered = |(before, after): &(&str, &str)| {
-        let number = name.strip_prefix(before).and_then(|rest| rest.strip_suffix(after));
-        number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
-    };
-    FILES.contains(&name) || NUMBERED.iter().any(numbered)
 }
 
 #[cfg(test)]

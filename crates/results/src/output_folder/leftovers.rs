@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::disk::{lock, number, remove_files, same_file};
 use super::in_place;
-use super::index::is_result_name;
 use super::staging::{OLD, STAGING, SWAP, prefix_beside};
+use crate::output_files::is_result_name;
 
 /// Completes or removes the leftovers of killed runs beside and in `place`. Returns notes for the user.
 pub(super) fn recover(place: &Path) -> Vec<String> {

@@ -31,6 +31,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use crate::checked_files::copy_bounded;
+use crate::output_files::{INDEX, is_result_name};
 use disk::{remove_files, same_disk, sync_files, sync_folder, writable};
 use index::Known;
 use leftovers::recover;
@@ -38,7 +39,6 @@ use replace::{not_on_disk, others, replace};
 use staging::{Announce, Staging, is_temporary};
 
 pub use error::OutputError;
-pub(crate) use index::{INDEX, MESH_INDEX, RESUME, is_result_name};
 pub use unfinished::Unfinished;
 
 /// An output folder that gets its files all at once.

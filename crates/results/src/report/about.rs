@@ -6,8 +6,9 @@ use elastocap_case::Case;
 use elastocap_coupling::plan::{Decision, Plan};
 use elastocap_coupling::words::{counted, grouped, seconds};
 
+use super::Report;
 use super::html::{Table, escape};
-use super::{REPORT, Report};
+use crate::output_files::REPORT;
 
 /// The plan: which parts are solved, which are left out, and the savings.
 pub(super) fn plan(plan: &Plan) -> String {

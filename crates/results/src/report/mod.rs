@@ -42,9 +42,6 @@ use shell::{Page, Part};
 
 pub use compare::{WordTable, comparison_page};
 
-/// The name of the file.
-pub const REPORT: &str = "report.html";
-
 /// A capacitance that was measured under a force, to be drawn over the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredPoint {
