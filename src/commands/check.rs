@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use elastocap_coupling::model_error;
 use elastocap_coupling::plan::{Decision, Kind, Options, Plan, PlannedStep};
 use elastocap_coupling::step_messages::lines;
 use elastocap_coupling::words::counted;
@@ -65,6 +66,7 @@ fn check(path: &Path, arguments: &Arguments, common: &Common) -> Exit {
     let mut plan = Plan::new(&case, &options);
     Wanted::of(&options).note_in(&case, &options, &mut plan);
     plan.forecast(&case, &options);
+    model_error::add_forecast(&case, &options, &mut plan);
     print(arguments, common, &case.title, &plan)
 }
 

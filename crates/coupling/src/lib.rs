@@ -38,7 +38,7 @@ mod layer_outlines;
 pub mod load_steps;
 mod mapped;
 pub mod memory;
-mod model_error;
+pub mod model_error;
 pub mod outcome;
 mod outline_curves;
 pub mod plan;

@@ -16,7 +16,7 @@ use crate::deform::{
 use crate::failure::StepFailure;
 use crate::finished::FinishedStep;
 use crate::load_steps::StepLoad;
-use crate::model_error::{NotCompared, PlaneStrainCurve, note_model_errors};
+use crate::model_error::{NotCompared, PlaneStrainCurve, is_compared, note_model_errors};
 use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan, PlannedStep};
 use crate::route::{Bending, Bodies, Route, asked, route};
@@ -274,7 +274,7 @@ impl<'a> Run<'a> {
 
     /// Whether the model of the layer is compared with the next better one.
     fn compares_models(&self) -> bool {
-        self.options.model_error && matches!(self.case.mechanics, Some(Mechanics::ClosedForm { .. }))
+        is_compared(self.case, self.options)
     }
 
     /// The indices in `work` of the steps that are solved before the layer is pressed: those without load, if

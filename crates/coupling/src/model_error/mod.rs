@@ -17,6 +17,7 @@ use crate::deform::ContactPunch;
 use crate::deform::foam::Foam;
 use crate::load_steps::StepLoad;
 use crate::outcome::{Status, StepResult};
+use crate::plan::{Options, Plan};
 pub(crate) use plane::{NotCompared, PlaneStrainCurve};
 use shares::Shares;
 
@@ -35,6 +36,26 @@ struct InPlane {
     change: f64,
     error: f64,
     source: Source,
+}
+
+/// Whether a run compares the closed form of this case with plane strain.
+pub(crate) fn is_compared(case: &Case, options: &Options) -> bool {
+    options.model_error && matches!(case.mechanics, Some(Mechanics::ClosedForm { .. }))
+}
+
+/// Adds the time and the memory of the comparison with plane strain to a plan; its fields are forecast by
+/// [`Plan::forecast`].
+pub fn add_forecast(case: &Case, options: &Options, plan: &mut Plan) {
+    if !is_compared(case, options) {
+        return;
+    }
+    let loads = plan.distinct_steps().map(|step| step.load);
+    // A comparison that is refused costs nothing, and the run says why.
+    let Ok((_, plane)) = plane::comparison(case, loads) else { return };
+    let layer = plane.layer.as_ref();
+    plan.seconds += plane.seconds + layer.map_or(0.0, |layer| layer.seconds);
+    let memory = plane.memory_bytes.saturating_add(layer.map_or(0, |layer| layer.memory_bytes));
+    plan.memory_bytes = plan.memory_bytes.max(memory);
 }
 
 /// Writes the error of the model, and the sum of all errors, to every row. `better` is the plane-strain
@@ -112,7 +133,7 @@ fn errors(
     };
     let is_closed_form = matches!(case.mechanics, Some(Mechanics::ClosedForm { .. }));
     let compared = |step: &StepResult, change: f64| {
-        better?.change(compared_at(case, step)?, &step.row, at_rest?, change)
+        better?.change(compared_at(case, step.load)?, &step.row, at_rest?, change)
     };
     // Beyond the loads at which the two models were compared, their ratio is taken to stay that at the
     // largest of these.
@@ -170,8 +191,8 @@ fn errors(
 /// The compression at which a closed-form step is compared with the better model: that of the step, or, where
 /// its force is given, that at which a flat punch has the same force. `None` beyond the table of such
 /// punches.
-fn compared_at(case: &Case, step: &StepResult) -> Option<f64> {
-    match step.load {
+fn compared_at(case: &Case, load: StepLoad) -> Option<f64> {
+    match load {
         load if load.is_zero() => Some(0.0),
         StepLoad::None => Some(0.0),
         StepLoad::Compression(compression) => Some(compression),

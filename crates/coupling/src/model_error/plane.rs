@@ -9,6 +9,7 @@ use super::compared_at;
 use super::shares::Shares;
 use crate::deform::{Deformation, prepare};
 use crate::failure::StepFailure;
+use crate::load_steps::StepLoad;
 use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan};
 use crate::scene::scene_of;
@@ -79,25 +80,9 @@ impl PlaneStrainCurve {
         cancel: &AtomicBool,
         run: &dyn Fn(&Case, &Plan, &Options) -> Outcome,
     ) -> Result<Self, NotCompared> {
-        let mut compressions: Vec<f64> = steps.iter().filter_map(|step| compared_at(case, step)).collect();
-        compressions.retain(|compression| *compression > 0.0 && *compression <= MAX_COMPRESSION);
-        compressions.sort_by(f64::total_cmp);
-        compressions.dedup();
-        let plane_case = plane_strain(case, thinned(&compressions))?;
-        let options = Options { prune: true, fields: false, scene: false, model_error: false };
-        let mut plan = Plan::new(&plane_case, &options);
-        let of_plates = case.electrodes.as_ref().is_some_and(|pair| pair.layout == Layout::Stacked);
-        if !of_plates {
-            plan.forecast(&plane_case, &options);
-        }
-        if let Some(failure) = plan.steps.iter().find_map(|step| step.failure.clone()) {
-            return Err(NotCompared::Failed(Box::new(failure)));
-        }
-        let of_fields = if of_plates { 0.0 } else { plan.seconds };
-        let seconds = of_fields + plan.layer.as_ref().map_or(0.0, |layer| layer.seconds);
-        if seconds > MAX_SECONDS {
-            return Err(NotCompared::Cost(seconds));
-        }
+        let options = OPTIONS;
+        let (plane_case, plan) = comparison(case, steps.iter().map(|step| step.load))?;
+        let of_plates = is_of_plates(case);
         let states: Result<Vec<[f64; 3]>, StepFailure> = if of_plates {
             plates(&plane_case, &plan, cancel)
         } else {
@@ -134,6 +119,43 @@ impl PlaneStrainCurve {
         let [_, at_rest, error_at_rest] = *self.states.first()?;
         Some([value - at_rest, error + error_at_rest])
     }
+}
+
+/// The options of the comparison.
+const OPTIONS: Options = Options { prune: true, fields: false, scene: false, model_error: false };
+
+/// Whether parallel-plate capacitances are compared, for which no field is solved.
+fn is_of_plates(case: &Case) -> bool {
+    case.electrodes.as_ref().is_some_and(|pair| pair.layout == Layout::Stacked)
+}
+
+/// The case in plane strain that a closed-form case is compared with at these loads, and its plan.
+///
+/// # Errors
+/// The reason that the two models are not compared.
+pub(super) fn comparison(
+    case: &Case,
+    loads: impl Iterator<Item = StepLoad>,
+) -> Result<(Case, Plan), NotCompared> {
+    let mut compressions: Vec<f64> = loads.filter_map(|load| compared_at(case, load)).collect();
+    compressions.retain(|compression| *compression > 0.0 && *compression <= MAX_COMPRESSION);
+    compressions.sort_by(f64::total_cmp);
+    compressions.dedup();
+    let plane_case = plane_strain(case, thinned(&compressions))?;
+    let mut plan = Plan::new(&plane_case, &OPTIONS);
+    if is_of_plates(case) {
+        plan.seconds = 0.0;
+    } else {
+        plan.forecast(&plane_case, &OPTIONS);
+    }
+    if let Some(failure) = plan.steps.iter().find_map(|step| step.failure.clone()) {
+        return Err(NotCompared::Failed(Box::new(failure)));
+    }
+    let seconds = plan.seconds + plan.layer.as_ref().map_or(0.0, |layer| layer.seconds);
+    if seconds > MAX_SECONDS {
+        return Err(NotCompared::Cost(seconds));
+    }
+    Ok((plane_case, plan))
 }
 
 /// Compression, capacitance (F) and its error (F) of a step, or its failure; `None` for a step that was
