@@ -54,7 +54,7 @@ pub fn add_forecast(case: &Case, options: &Options, plan: &mut Plan) {
     let Ok((_, plane)) = plane::comparison(case, loads) else { return };
     let layer = plane.layer.as_ref();
     plan.seconds += plane.seconds + layer.map_or(0.0, |layer| layer.seconds);
-    let memory = plane.memory_bytes.saturating_add(layer.map_or(0, |layer| layer.memory_bytes));
+    let memory = plane.memory_bytes.saturating_add(layer.map_or(0, |layer| layer.usual_memory_bytes));
     plan.memory_bytes = plan.memory_bytes.max(memory);
 }
 

@@ -23,6 +23,9 @@ pub struct LayerForecast {
     pub unknowns: Vec<usize>,
     /// Peak memory, bytes: an upper estimate.
     pub memory_bytes: u64,
+    /// Peak memory, bytes, if no load needs the finest meshes, as in most cases.
+    #[serde(skip)]
+    pub usual_memory_bytes: u64,
     /// Expected seconds on two cores: no load needs the finest mesh, as in most cases.
     pub seconds: f64,
     /// Seconds on two cores if every load needs every mesh.
@@ -107,6 +110,11 @@ impl Plan {
                 self.layer = Some(LayerForecast {
                     unknowns,
                     memory_bytes: memory_bytes::<Plane>(&meshes, compressions, self.layer_memory_limit),
+                    usual_memory_bytes: memory_bytes::<Plane>(
+                        usual(&meshes),
+                        compressions,
+                        self.layer_memory_limit,
+                    ),
                     seconds: seconds::<Plane>(usual(&meshes), compressions, regime, false),
                     most_seconds: seconds::<Plane>(&meshes, compressions, regime, false),
                     indenter: HELD_PATCH,
@@ -188,6 +196,7 @@ impl Plan {
             indenter,
             unknowns: meshes.iter().map(|mesh| mesh.unknowns).collect(),
             memory_bytes: memory(begun),
+            usual_memory_bytes: memory(usual(begun)),
             seconds: seconds::<S>(usual(meshes), loads, regime, by_force),
             most_seconds: seconds::<S>(meshes, loads, regime, by_force),
         });
