@@ -45,7 +45,7 @@ pub use model::{
     Body, Box3, Case, Correction, Curve, Electrodes, Electrostatics, Extent, Face, FieldIndenter,
     FieldSolver, Foam, ImportedMesh, Indenter, Layer, LayerEnd, LayerSide, Layout, Load, Measured,
     MeasuredEntry, MeasuredLoad, MeasuredPoint, MeasuredPoints, Mechanics, PlaneStrain, Pose, PunchContact,
-    Role, Shape, ShearLength, Solid, SolidIndenter, Stiffness, Surroundings, Terminal, Wall,
+    Role, Shape, ShearLength, Solid, Stiffness, Surroundings, Terminal, Wall,
 };
 pub use overrides::{OverrideError, OverrideErrorKind, files_of, value_at, with_value};
 pub use schema::json_schema;

@@ -404,13 +404,19 @@ impl Mechanics {
         matches!(self, Self::PlaneStrain(_) | Self::Solid(_))
     }
 
+    /// The indenter of the finite elements, and the width of the layer along x3 in m; `None` for the closed
+    /// form.
+    pub fn indenter(&self) -> Option<(Indenter, f64)> {
+        match self {
+            Self::ClosedForm { .. } => None,
+            Self::PlaneStrain(model) => Some((model.indenter, model.width)),
+            Self::Solid(model) => Some((model.indenter, model.width)),
+        }
+    }
+
     /// Whether the indenter covers the whole top of the layer, which then stays flat.
     pub fn covers_all(&self) -> bool {
-        match self {
-            Self::ClosedForm { .. } => true,
-            Self::PlaneStrain(model) => model.indenter == Indenter::WholeTop,
-            Self::Solid(model) => model.indenter == SolidIndenter::WholeTop,
-        }
+        self.indenter().is_none_or(|(indenter, _)| indenter == Indenter::WholeTop)
     }
 }
 
@@ -442,31 +448,54 @@ pub struct PlaneStrain {
 pub enum Indenter {
     /// A smooth plate over the whole layer.
     WholeTop,
-    /// A flat-faced punch.
+    /// A flat-faced punch all along x3.
     FlatPunch {
         /// Half of its width along x1.
         half_width: f64,
-        /// Radius of its corners; zero for sharp corners, which held and bonded punches always have.
-        corner_radius: f64,
         /// The contact with the layer.
         contact: PunchContact,
-        /// The middle of the punch, along x1 from the middle of the layer.
+        /// The middle of the punch, along x1 from the middle of the layer; zero in three dimensions.
         position: f64,
     },
     /// A cylinder with its axis along x3.
     Cylinder {
         /// The radius of the cylinder.
         radius: f64,
-        /// The middle of the cylinder, along x1 from the middle of the layer.
+        /// The middle of the cylinder, along x1 from the middle of the layer; zero in three dimensions.
         position: f64,
+    },
+    /// A flat-faced, smooth punch with an end along x3 as well, in three dimensions.
+    Block {
+        /// Half of its width along x1 and of its depth along x3.
+        half_widths: [f64; 2],
+        /// Radius of its edges, above zero and at most the half widths.
+        corner_radius: f64,
+    },
+    /// A sphere, in three dimensions.
+    Sphere {
+        /// The radius of the sphere.
+        radius: f64,
     },
 }
 
+impl Indenter {
+    /// The middle of the indenter, along x1 from the middle of the layer, m.
+    pub fn position(self) -> f64 {
+        match self {
+            Self::FlatPunch { position, .. } | Self::Cylinder { position, .. } => position,
+            Self::WholeTop | Self::Block { .. } | Self::Sphere { .. } => 0.0,
+        }
+    }
+}
+
 /// The contact between a flat punch and the layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PunchContact {
     /// Contact without friction: material under the punch may slide around its corners.
-    Smooth,
+    Smooth {
+        /// Radius of the corners in m; `None` for sharp ones.
+        corner_radius: Option<f64>,
+    },
     /// The layer sticks to the face.
     Bonded,
     /// No contact: the patch under the punch at rest is moved down, and slides sideways without friction,
@@ -474,11 +503,21 @@ pub enum PunchContact {
     Held,
 }
 
+impl PunchContact {
+    /// Radius of the corners of the punch in m; `None` for sharp ones, which held and bonded punches have.
+    pub fn corner_radius(self) -> Option<f64> {
+        match self {
+            Self::Smooth { corner_radius } => corner_radius,
+            Self::Bonded | Self::Held => None,
+        }
+    }
+}
+
 /// The three-dimensional finite-element model of the layer. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
     /// The indenter, above the middle of the layer.
-    pub indenter: SolidIndenter,
+    pub indenter: Indenter,
     /// The boundary condition at the layer's end.
     pub end: LayerEnd,
     /// Width of the layer along x3.
@@ -487,39 +526,6 @@ pub struct Solid {
     pub side: LayerSide,
     /// The relative discretisation error of the force to be reached; in (0, 1).
     pub relative_tolerance: f64,
-}
-
-/// A rigid indenter in three dimensions. Lengths in m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SolidIndenter {
-    /// A smooth plate over the whole layer.
-    WholeTop,
-    /// A flat-faced punch all along x3, with rounded corners if it is smooth, otherwise with sharp ones.
-    FlatPunch {
-        /// Half of its width along x1.
-        half_width: f64,
-        /// Radius of its corners; zero for sharp corners, which held and bonded punches always have.
-        corner_radius: f64,
-        /// The contact with the layer.
-        contact: PunchContact,
-    },
-    /// A flat-faced, smooth punch with an end along x3 as well.
-    Block {
-        /// Half of its width along x1 and of its depth along x3.
-        half_widths: [f64; 2],
-        /// Radius of its edges, above zero and at most the half widths.
-        corner_radius: f64,
-    },
-    /// A cylinder with its axis along x3.
-    Cylinder {
-        /// The radius of the cylinder.
-        radius: f64,
-    },
-    /// A sphere.
-    Sphere {
-        /// The radius of the sphere.
-        radius: f64,
-    },
 }
 
 /// The boundary condition at the layer's sides along x3.

@@ -1,7 +1,7 @@
 //! The shape of the indenter on the layer for a viewer, where it is no part of the field: its working face
 //! and a part above it.
 
-use elastocap_case::{Case, Indenter, Mechanics, SolidIndenter};
+use elastocap_case::{Case, Indenter, Mechanics};
 use elastocap_geometry::export::surfaces::{Corners, prism};
 use elastocap_geometry::scene::Box3;
 
@@ -27,28 +27,15 @@ pub(crate) fn indenter(case: &Case, height: f64) -> Option<Vec<Corners>> {
         let outline = profile((half_width - corner).max(0.0), corner, most, [position, height]);
         prism(2, ends(width), &outline)
     };
-    Some(match case.mechanics? {
-        Mechanics::ClosedForm { .. } => return None,
-        Mechanics::PlaneStrain(model) => match model.indenter {
-            Indenter::WholeTop => return None,
-            Indenter::FlatPunch { half_width, corner_radius, position, .. } => {
-                flat(half_width, corner_radius, position, model.width)
-            }
-            Indenter::Cylinder { radius, position } => round(radius, position, model.width),
-        },
-        Mechanics::Solid(model) => match model.indenter {
-            SolidIndenter::WholeTop => return None,
-            SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
-                flat(half_width, corner_radius, 0.0, model.width)
-            }
-            SolidIndenter::Cylinder { radius } => round(radius, 0.0, model.width),
-            SolidIndenter::Sphere { radius } => {
-                ball(radius, most.max(layer.half_length.unwrap_or(most)), height)
-            }
-            SolidIndenter::Block { half_widths, corner_radius } => {
-                block(half_widths, corner_radius, most, height)
-            }
-        },
+    let (indenter, width) = case.mechanics?.indenter()?;
+    Some(match indenter {
+        Indenter::WholeTop => return None,
+        Indenter::FlatPunch { half_width, contact, position } => {
+            flat(half_width, contact.corner_radius().unwrap_or(0.0), position, width)
+        }
+        Indenter::Cylinder { radius, position } => round(radius, position, width),
+        Indenter::Sphere { radius } => ball(radius, most.max(layer.half_length.unwrap_or(most)), height),
+        Indenter::Block { half_widths, corner_radius } => block(half_widths, corner_radius, most, height),
     })
 }
 
@@ -64,16 +51,9 @@ pub(crate) fn plate(case: &Case, height: f64) -> Option<Box3> {
         Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
             Some(over(contact_half_length, contact_width))
         }
-        Mechanics::PlaneStrain(model) => match model.indenter {
-            Indenter::WholeTop => Some(over(layer.half_length?, model.width)),
-            Indenter::FlatPunch { .. } | Indenter::Cylinder { .. } => None,
-        },
-        Mechanics::Solid(model) => match model.indenter {
-            SolidIndenter::WholeTop => Some(over(layer.half_length?, model.width)),
-            SolidIndenter::FlatPunch { .. }
-            | SolidIndenter::Block { .. }
-            | SolidIndenter::Cylinder { .. }
-            | SolidIndenter::Sphere { .. } => None,
+        finite_elements => match finite_elements.indenter()? {
+            (Indenter::WholeTop, width) => Some(over(layer.half_length?, width)),
+            _ => None,
         },
     }
 }

@@ -3,8 +3,8 @@
 use elastocap_geometry::scene::Potential;
 
 use super::super::diagnostics::Diagnostic;
+use super::super::model::Surroundings;
 use super::super::model::{Extent, Face, FieldIndenter, Indenter, Mechanics, PunchContact, Role};
-use super::super::model::{SolidIndenter, Surroundings};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::{Either, Text};
@@ -70,25 +70,11 @@ pub(super) fn indenter(
 
 /// Whether a patch of the surface is moved without an indenter.
 fn is_held(mechanics: &Mechanics) -> bool {
-    match mechanics {
-        Mechanics::ClosedForm { .. } => false,
-        Mechanics::PlaneStrain(model) => {
-            matches!(model.indenter, Indenter::FlatPunch { contact: PunchContact::Held, .. })
-        }
-        Mechanics::Solid(model) => {
-            matches!(model.indenter, SolidIndenter::FlatPunch { contact: PunchContact::Held, .. })
-        }
-    }
+    matches!(mechanics.indenter(), Some((Indenter::FlatPunch { contact: PunchContact::Held, .. }, _)))
 }
 
 fn is_round(mechanics: &Mechanics) -> bool {
-    match mechanics {
-        Mechanics::ClosedForm { .. } => false,
-        Mechanics::PlaneStrain(model) => matches!(model.indenter, Indenter::Cylinder { .. }),
-        Mechanics::Solid(model) => {
-            matches!(model.indenter, SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. })
-        }
-    }
+    matches!(mechanics.indenter(), Some((Indenter::Cylinder { .. } | Indenter::Sphere { .. }, _)))
 }
 
 /// Checks that no body has the indenter's name in the results.

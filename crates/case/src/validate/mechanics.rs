@@ -77,6 +77,7 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     let half_width = raw.half_width.get()?.si;
     let corner_radius = raw.corner_radius.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
     let contact = contact(&raw.contact)?;
+    let is_smooth = matches!(contact, PunchContact::Smooth { .. });
     let position = raw.position.as_ref().map_or(Some(0.0), |read| Some(read.get()?.si))?;
     if let (Some(read), true) = (&raw.corner_radius, corner_radius > half_width) {
         log.push(
@@ -88,17 +89,17 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         return None;
     }
     let refused = match (&raw.contact, &raw.position) {
-        (Some(read), _) if contact != PunchContact::Smooth && corner_radius > 0.0 => Some((
+        (Some(read), _) if !is_smooth && corner_radius > 0.0 => Some((
             &read.span,
             match contact {
                 PunchContact::Held => "a patch that is held has no rounded corners",
-                PunchContact::Bonded | PunchContact::Smooth => {
+                PunchContact::Bonded | PunchContact::Smooth { .. } => {
                     "a punch with rounded corners cannot be bonded"
                 }
             },
             "leave out `corner_radius`, or write `contact = \"smooth\"`",
         )),
-        (_, Some(read)) if position != 0.0 && contact != PunchContact::Smooth => Some((
+        (_, Some(read)) if position != 0.0 && !is_smooth => Some((
             &read.span,
             "a patch that is held or bonded must lie in the middle of the layer",
             "write `contact = \"smooth\"`, or `position = \"0 mm\"`",
@@ -109,7 +110,11 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
         log.push(Diagnostic::at(span, what).label("not supported").help(help));
         return None;
     }
-    Some(Indenter::FlatPunch { half_width, corner_radius, contact, position })
+    let contact = match is_smooth {
+        true => PunchContact::Smooth { corner_radius: Some(corner_radius).filter(|radius| *radius > 0.0) },
+        false => contact,
+    };
+    Some(Indenter::FlatPunch { half_width, contact, position })
 }
 
 /// Checks that the layer has a length, and that the indenter presses on it. Only a punch in contact may reach
@@ -120,11 +125,13 @@ fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document
     let ends = model.end != LayerEnd::Far;
     let reach = match model.indenter {
         Indenter::WholeTop => return,
-        Indenter::FlatPunch { half_width, position, contact: PunchContact::Smooth, .. } if ends => {
+        Indenter::FlatPunch { half_width, position, contact: PunchContact::Smooth { .. } } if ends => {
             position.abs() - half_width
         }
         Indenter::FlatPunch { half_width, position, .. } => position.abs() + half_width,
         Indenter::Cylinder { position, .. } => position.abs(),
+        // Without an end along x3 there is none of these.
+        Indenter::Block { .. } | Indenter::Sphere { .. } => return,
     };
     if reach >= half_length {
         log.push(

@@ -8,10 +8,10 @@ use super::super::reader::Read;
 pub(super) fn contact(raw: &Option<Read<raw::Contact>>) -> Option<PunchContact> {
     Some(match raw {
         Some(read) => match read.get()? {
-            raw::Contact::Smooth => PunchContact::Smooth,
+            raw::Contact::Smooth => PunchContact::Smooth { corner_radius: None },
             raw::Contact::Bonded => PunchContact::Bonded,
             raw::Contact::Held => PunchContact::Held,
         },
-        None => PunchContact::Smooth,
+        None => PunchContact::Smooth { corner_radius: None },
     })
 }

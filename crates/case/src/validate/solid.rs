@@ -1,7 +1,7 @@
 //! Checks the layer in three dimensions.
 
 use super::super::diagnostics::Diagnostic;
-use super::super::model::{LayerEnd, LayerSide, PunchContact, Solid, SolidIndenter};
+use super::super::model::{Indenter, LayerEnd, LayerSide, PunchContact, Solid};
 use super::super::quantities::Size;
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
@@ -26,28 +26,27 @@ pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) ->
         None => LayerSide::Free,
     };
     let indenter = match raw.indenter.get()? {
-        Either::First(raw::WholeTop::WholeTop) => SolidIndenter::WholeTop,
+        Either::First(raw::WholeTop::WholeTop) => Indenter::WholeTop,
         Either::Second(raw::SolidIndenter::FlatPunch(raw)) => punch(raw, log)?,
         Either::Second(raw::SolidIndenter::Cylinder(raw)) => {
-            SolidIndenter::Cylinder { radius: raw.radius.get()?.si }
+            Indenter::Cylinder { radius: raw.radius.get()?.si, position: 0.0 }
         }
-        Either::Second(raw::SolidIndenter::Sphere(raw)) => {
-            SolidIndenter::Sphere { radius: raw.radius.get()?.si }
-        }
+        Either::Second(raw::SolidIndenter::Sphere(raw)) => Indenter::Sphere { radius: raw.radius.get()?.si },
     };
     let (end, width) = (end(raw.end.get()?), raw.width.get()?.si);
     let model = Solid { indenter, end, width, side, relative_tolerance };
     check_room(&model, raw, document, log);
-    if let (SolidIndenter::WholeTop, LayerEnd::Far, LayerSide::Symmetric) = (indenter, end, side) {
+    if let (Indenter::WholeTop, LayerEnd::Far, LayerSide::Symmetric) = (indenter, end, side) {
         let way_out = "leave out `side = \"symmetric\"`, make the end";
         check_outlet(&raw.end, &raw.indenter, document, way_out, log);
     }
     Some(model)
 }
 
-fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
+fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<Indenter> {
     let half_width = raw.half_width.get()?.si;
     let contact = contact(&raw.contact)?;
+    let is_smooth = matches!(contact, PunchContact::Smooth { .. });
     let Some(radius) = &raw.corner_radius else {
         if let Some(depth) = &raw.half_depth {
             log.push(
@@ -57,7 +56,7 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
             );
             return None;
         }
-        if contact == PunchContact::Smooth {
+        if is_smooth {
             log.push(
                 Diagnostic::at(&raw.half_width.span, "a punch without friction needs a `corner_radius` in three dimensions")
                     .label("contact with sharp corners is known to [mechanics.plane_strain] only")
@@ -68,13 +67,13 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
             );
             return None;
         }
-        return Some(SolidIndenter::FlatPunch { half_width, corner_radius: 0.0, contact });
+        return Some(Indenter::FlatPunch { half_width, contact, position: 0.0 });
     };
     let corner_radius = radius.get()?.si;
-    if contact != PunchContact::Smooth {
+    if !is_smooth {
         let what = match contact {
             PunchContact::Held => "a patch that is held has no rounded corners",
-            PunchContact::Bonded | PunchContact::Smooth => {
+            PunchContact::Bonded | PunchContact::Smooth { .. } => {
                 "a bonded punch has no rounded corners in three dimensions"
             }
         };
@@ -103,11 +102,14 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<SolidIndenter> {
         return None;
     }
     match &raw.half_depth {
-        None => Some(SolidIndenter::FlatPunch { half_width, corner_radius, contact }),
+        None => {
+            let contact = PunchContact::Smooth { corner_radius: Some(corner_radius) };
+            Some(Indenter::FlatPunch { half_width, contact, position: 0.0 })
+        }
         Some(read) => {
             let half_depth = read.get()?.si;
             fits(read, half_depth, "depth", log)
-                .then_some(SolidIndenter::Block { half_widths: [half_width, half_depth], corner_radius })
+                .then_some(Indenter::Block { half_widths: [half_width, half_depth], corner_radius })
         }
     }
 }
@@ -119,11 +121,11 @@ fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Lo
     let Some(half_length) = read.get().map(|size| size.si) else { return };
     let (ends, has_sides) = (model.end != LayerEnd::Far, model.side == LayerSide::Free);
     let reaches_over = match model.indenter {
-        SolidIndenter::WholeTop | SolidIndenter::Cylinder { .. } | SolidIndenter::Sphere { .. } => false,
-        SolidIndenter::FlatPunch { half_width, contact, .. } => {
-            half_width >= half_length && !(ends && contact == PunchContact::Smooth)
+        Indenter::WholeTop | Indenter::Cylinder { .. } | Indenter::Sphere { .. } => false,
+        Indenter::FlatPunch { half_width, contact, .. } => {
+            half_width >= half_length && !(ends && matches!(contact, PunchContact::Smooth { .. }))
         }
-        SolidIndenter::Block { half_widths, .. } => {
+        Indenter::Block { half_widths, .. } => {
             half_widths[0] >= half_length && !ends || 2.0 * half_widths[1] >= model.width && !has_sides
         }
     };

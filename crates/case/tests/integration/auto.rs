@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use elastocap_case::{
-    Case, CaseError, Indenter, LayerEnd, LayerSide, Mechanics, PlaneStrain, Solid, SolidIndenter,
-};
+use elastocap_case::{Case, CaseError, Indenter, LayerEnd, LayerSide, Mechanics, PlaneStrain, Solid};
 
 fn parse(layer: &str, width: &str, mechanics: &str) -> Result<Case, CaseError> {
     let text = format!(
@@ -69,8 +67,8 @@ fn a_block_that_is_long_along_x3_is_a_punch_in_the_plane_with_its_own_length() {
     let block = "[mechanics.auto]\nindenter = { flat_punch = { half_width = \"0.5 mm\", half_depth = \"10 mm\", corner_radius = \"50 um\" } }";
     let model = plane_strain(&parse("", "19 mm", block).unwrap());
     near(model.width, 20e-3);
-    let Indenter::FlatPunch { half_width, corner_radius, .. } = model.indenter else { panic!("{model:?}") };
-    assert_eq!((half_width, corner_radius), (0.5e-3, 50e-6));
+    let Indenter::FlatPunch { half_width, contact, .. } = model.indenter else { panic!("{model:?}") };
+    assert_eq!((half_width, contact.corner_radius()), (0.5e-3, Some(50e-6)));
 }
 
 #[test]
@@ -83,7 +81,7 @@ fn what_is_not_long_against_its_own_width_is_solved_in_three_dimensions() {
     // 8 mm are 18 thicknesses of the layer, but only 8 widths of the block.
     let case = parse("", "7 mm", &block("4 mm")).unwrap();
     let model = solid(&case);
-    assert_eq!(model.indenter, SolidIndenter::Block { half_widths: [0.5e-3, 4e-3], corner_radius: 50e-6 });
+    assert_eq!(model.indenter, Indenter::Block { half_widths: [0.5e-3, 4e-3], corner_radius: 50e-6 });
     assert_eq!((model.end, model.side), (LayerEnd::Far, LayerSide::Symmetric));
     near(model.width, 2.0 * (4e-3 + 4.0 * 450e-6));
     // A pair that ends beneath a long block, and one that reaches beyond it.
@@ -95,7 +93,7 @@ fn what_is_not_long_against_its_own_width_is_solved_in_three_dimensions() {
 fn a_ball_is_solved_in_three_dimensions_and_needs_no_width() {
     let ball = "[mechanics.auto]\nindenter = { sphere = { radius = \"3 mm\" } }";
     let case = parse("", "500 um", ball).unwrap();
-    assert_eq!(solid(&case).indenter, SolidIndenter::Sphere { radius: 3e-3 });
+    assert_eq!(solid(&case).indenter, Indenter::Sphere { radius: 3e-3 });
     let why = case.mechanics_chosen.unwrap();
     assert!(why.contains("a sphere presses"), "{why}");
 }

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use elastocap_case::{
-    self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, LayerEnd, LayerSide, Load, Mechanics,
-    PunchContact, Role, Shape, ShearLength, SolidIndenter, Stiffness, Wall,
+    self, Box3, Case, CaseError, Extent, Face, HyperelasticLaw, Indenter, LayerEnd, LayerSide, Load,
+    Mechanics, PunchContact, Role, Shape, ShearLength, Stiffness, Wall,
 };
 use elastocap_geometry::scene::Potential;
 
@@ -367,23 +367,22 @@ fn what_the_finite_elements_in_three_dimensions_need_is_asked_for() {
         other => panic!("{other:?}"),
     };
     let found = model(PRESSED_IN_SPACE);
-    assert_eq!(found.indenter, SolidIndenter::Block { half_widths: [1e-3, 0.8e-3], corner_radius: 0.2e-3 });
+    assert_eq!(found.indenter, Indenter::Block { half_widths: [1e-3, 0.8e-3], corner_radius: 0.2e-3 });
     assert_eq!((found.end, found.side, found.width), (LayerEnd::Free, LayerSide::Free, 3e-3));
     assert_eq!(found.relative_tolerance, 2e-2);
     let (depth, radius) = ("half_depth = \"0.8 mm\"\n", "corner_radius = \"0.2 mm\"\n");
     let long = PRESSED_IN_SPACE.replace(depth, "");
     let held = "contact = \"held\"\n";
     let sharp = long.replace(radius, held);
-    let punch =
-        |corner_radius, contact| SolidIndenter::FlatPunch { half_width: 1e-3, corner_radius, contact };
-    assert_eq!(model(&long).indenter, punch(0.2e-3, PunchContact::Smooth));
-    assert_eq!(model(&sharp).indenter, punch(0.0, PunchContact::Held));
+    let punch = |contact| Indenter::FlatPunch { half_width: 1e-3, contact, position: 0.0 };
+    assert_eq!(model(&long).indenter, punch(PunchContact::Smooth { corner_radius: Some(0.2e-3) }));
+    assert_eq!(model(&sharp).indenter, punch(PunchContact::Held));
     refused(&sharp, &[(held, "")], "\"1 mm\"", &["needs a `corner_radius`", "`contact = \"held\"`"]);
     let both = format!("{radius}{held}");
     refused(&long, &[(radius, &both)], "\"0.2 mm\"", &["held has no rounded corners"]);
     let sphere = PRESSED_IN_SPACE.replace("flat_punch", "sphere").replace("half_width", "radius");
     let sphere = sphere.replace(depth, "").replace(radius, "");
-    assert_eq!(model(&sphere).indenter, SolidIndenter::Sphere { radius: 1e-3 });
+    assert_eq!(model(&sphere).indenter, Indenter::Sphere { radius: 1e-3 });
 
     refused(PRESSED_IN_SPACE, &[("half_length = \"4 mm\"", "")], "[layer]", &["[layer] lacks `half_length`"]);
     let short = PRESSED_IN_SPACE.replace("\"4 mm\"", "\"0.9 mm\"");

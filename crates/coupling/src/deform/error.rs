@@ -36,9 +36,6 @@ pub enum LayerSetupError {
     /// The case lacks a required item; the case reader refuses such a file.
     #[error("the case has no {0}")]
     Missing(&'static str),
-    /// A combination for which the finite elements have no contact condition.
-    #[error("a punch with rounded corners that is held or that the layer sticks to is not supported")]
-    RoundedAndBonded,
     /// Even the coarsest mesh has too many elements.
     #[error("{0}; make [layer] and what presses it more alike in size")]
     TooManyElements(Box<ModelError>),

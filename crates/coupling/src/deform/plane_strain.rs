@@ -133,22 +133,22 @@ fn problem(case: &Case, model: &PlaneStrain) -> Result<PlaneLayer, LayerSetupErr
     LayerSetupError::check_length(half_length, layer.thickness)?;
     let (indenter, position) = match model.indenter {
         Indenter::WholeTop => (Press::WholeTop, 0.0),
-        Indenter::FlatPunch { half_width, corner_radius, contact, position } => {
-            let punch = match (corner_radius > 0.0, contact) {
-                (false, PunchContact::Smooth) => sharp_punch(half_width, layer.thickness),
-                (false, PunchContact::Held) => Press::Held { half_width },
-                (false, PunchContact::Bonded) => Press::Bonded { half_width },
-                (true, PunchContact::Smooth) => {
+        Indenter::FlatPunch { half_width, contact, position } => {
+            let punch = match contact {
+                PunchContact::Held => Press::Held { half_width },
+                PunchContact::Bonded => Press::Bonded { half_width },
+                PunchContact::Smooth { corner_radius: None } => sharp_punch(half_width, layer.thickness),
+                PunchContact::Smooth { corner_radius: Some(corner_radius) } => {
                     Press::Smooth(IndenterProfile::Punch { half_width, corner_radius })
-                }
-                (true, PunchContact::Held | PunchContact::Bonded) => {
-                    return Err(LayerSetupError::RoundedAndBonded);
                 }
             };
             (punch, position)
         }
         Indenter::Cylinder { radius, position } => {
             (Press::Smooth(IndenterProfile::Cylinder { radius }), position)
+        }
+        Indenter::Block { .. } | Indenter::Sphere { .. } => {
+            return Err(LayerSetupError::Missing("indenter all along x3"));
         }
     };
     let inclusions = match &case.electrodes {

@@ -18,7 +18,7 @@ use super::finite_element::{FiniteElementRun, Scale, Solution, electrode_modulus
 use super::places::LayerPlaces;
 use super::skin;
 use crate::load_steps::StepLoad;
-use elastocap_case::{Case, Electrodes, LayerSide, Layout, PunchContact, Solid, SolidIndenter};
+use elastocap_case::{Case, Electrodes, Indenter, LayerSide, Layout, PunchContact, Solid};
 
 /// Checks that the layer can be set up.
 ///
@@ -113,17 +113,21 @@ fn problem(case: &Case, model: &Solid) -> Result<SpaceLayer, LayerSetupError> {
     let (layer, half_length, material) = layer(case)?;
     LayerSetupError::check_length(half_length.max(0.5 * model.width), layer.thickness)?;
     let indenter = match model.indenter {
-        SolidIndenter::WholeTop => Press::WholeTop,
-        SolidIndenter::FlatPunch { half_width, corner_radius, contact } => match contact {
+        Indenter::WholeTop => Press::WholeTop,
+        Indenter::FlatPunch { half_width, contact, .. } => match contact {
             PunchContact::Bonded => Press::Bonded { half_width },
             PunchContact::Held => Press::Held { half_width },
-            PunchContact::Smooth => Press::Smooth(IndenterProfile::Punch { half_width, corner_radius }),
+            PunchContact::Smooth { corner_radius } => {
+                let corner_radius =
+                    corner_radius.ok_or(LayerSetupError::Missing("rounded corners of its punch"))?;
+                Press::Smooth(IndenterProfile::Punch { half_width, corner_radius })
+            }
         },
-        SolidIndenter::Block { half_widths, corner_radius } => {
+        Indenter::Block { half_widths, corner_radius } => {
             Press::Smooth(IndenterProfile::Block { half_widths, corner_radius })
         }
-        SolidIndenter::Cylinder { radius } => Press::Smooth(IndenterProfile::Cylinder { radius }),
-        SolidIndenter::Sphere { radius } => Press::Smooth(IndenterProfile::Sphere { radius }),
+        Indenter::Cylinder { radius, .. } => Press::Smooth(IndenterProfile::Cylinder { radius }),
+        Indenter::Sphere { radius } => Press::Smooth(IndenterProfile::Sphere { radius }),
     };
     let problem = SpaceLayer {
         thickness: layer.thickness,

@@ -128,6 +128,7 @@ fn contact(case: &Case, layer: &Layer) -> Option<(f64, f64)> {
                 Indenter::WholeTop => layer.half_length?,
                 Indenter::FlatPunch { half_width, .. } => half_width,
                 Indenter::Cylinder { radius, .. } => radius.min((radius * layer.thickness).sqrt()),
+                Indenter::Block { .. } | Indenter::Sphere { .. } => return None,
             };
             (half_width, model.width)
         }

@@ -1,7 +1,7 @@
 //! A forecast of unknowns, memory and time of the box solver for the steps of a plan. A load may remove
 //! mirror planes that the scene has at rest, so that steps are grouped by their symmetries.
 
-use elastocap_case::{Case, Indenter, Mechanics};
+use elastocap_case::Case;
 use elastocap_electrostatics::{Effort, Forecast, SolveError, forecast, symmetries};
 use elastocap_geometry::mirror::planes;
 use elastocap_geometry::scene::Scene;
@@ -132,17 +132,8 @@ fn lost_under_load(case: &Case, scene: &Scene, step: &PlannedStep) -> [bool; 3] 
         Some(Route::MAPPED_BOXES) => planes(scene).map(|plane| plane.is_some_and(|plane| plane.at != 0.0)),
         _ => [false; 3],
     };
-    let by_mechanics = match &case.mechanics {
-        None | Some(Mechanics::ClosedForm { .. }) => [false; 3],
-        Some(Mechanics::PlaneStrain(model)) => {
-            let aside = match model.indenter {
-                Indenter::WholeTop => false,
-                Indenter::FlatPunch { position, .. } | Indenter::Cylinder { position, .. } => position != 0.0,
-            };
-            [aside, true, false]
-        }
-        Some(Mechanics::Solid(_)) => [false, true, false],
-    };
+    let indenter = case.mechanics.and_then(|mechanics| mechanics.indenter());
+    let by_mechanics = indenter.map_or([false; 3], |(indenter, _)| [indenter.position() != 0.0, true, false]);
     [0, 1, 2].map(|a| by_mechanics[a] || off_the_middle[a])
 }
 

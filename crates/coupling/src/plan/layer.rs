@@ -10,8 +10,7 @@ use crate::failure::StepFailure;
 use crate::route::Route;
 use crate::words::{FORCE_FORMULA, counted, grouped, listed};
 use elastocap_case::{
-    Case, Extent, Face, Indenter, Load, Mechanics, PlaneStrain, PunchContact, Solid, SolidIndenter,
-    Surroundings,
+    Case, Extent, Face, Indenter, Load, Mechanics, PlaneStrain, PunchContact, Solid, Surroundings,
 };
 
 /// Estimates of memory and time of a layer's finite elements.
@@ -40,19 +39,26 @@ fn usual(meshes: &[MeshSize]) -> &[MeshSize] {
 /// The words for a held patch in place of a punch.
 pub const HELD_PATCH: &str = "a patch of its top that is held and moved down, not a punch";
 
-fn words_of_punch(contact: PunchContact, corner_radius: f64) -> &'static str {
+fn words_of_punch(contact: PunchContact) -> &'static str {
     match contact {
         PunchContact::Held => HELD_PATCH,
         PunchContact::Bonded => "a sharp punch that it sticks to",
-        PunchContact::Smooth if corner_radius > 0.0 => {
+        PunchContact::Smooth { corner_radius: Some(_) } => {
             "a punch with rounded corners, in contact without friction"
         }
-        PunchContact::Smooth => "a sharp punch, in contact without friction",
+        PunchContact::Smooth { corner_radius: None } => "a sharp punch, in contact without friction",
     }
 }
 
-const WHOLE_TOP: &str = "a smooth plate over its whole top";
-const CYLINDER: &str = "a cylinder, in contact without friction";
+fn indenter_in_words(indenter: Indenter) -> &'static str {
+    match indenter {
+        Indenter::WholeTop => "a smooth plate over its whole top",
+        Indenter::FlatPunch { contact, .. } => words_of_punch(contact),
+        Indenter::Cylinder { .. } => "a cylinder, in contact without friction",
+        Indenter::Block { .. } => "a block with rounded edges, in contact without friction",
+        Indenter::Sphere { .. } => "a sphere, in contact without friction",
+    }
+}
 
 impl Plan {
     pub(super) fn mechanics(&mut self, case: &Case) {
@@ -137,12 +143,7 @@ impl Plan {
     fn plane_strain(&mut self, case: &Case, load: &Load, model: &PlaneStrain) {
         // Where the layer cannot be set up every step is known to fail, with the reason.
         let Ok((meshes, regime)) = deform::forecast(case, model, &self.loads()) else { return };
-        let indenter = match model.indenter {
-            Indenter::WholeTop => WHOLE_TOP,
-            Indenter::FlatPunch { contact, corner_radius, .. } => words_of_punch(contact, corner_radius),
-            Indenter::Cylinder { .. } => CYLINDER,
-        };
-        let what = ["in plane strain", indenter];
+        let what = ["in plane strain", indenter_in_words(model.indenter)];
         self.finite_elements::<Plane>(what, load, &meshes, regime, model.relative_tolerance);
         self.warn_of_wall(case, model.indenter == Indenter::WholeTop);
     }
@@ -151,24 +152,11 @@ impl Plan {
         // Where the layer cannot be set up every step is known to fail, with the reason.
         let Ok(meshes) = deform::forecast_solid(case, model, &self.loads()) else { return };
         // The mesh at rounded corners is coarse in three dimensions: the surface hardly slides around them.
-        let regime = match model.indenter {
-            SolidIndenter::FlatPunch { corner_radius: 0.0, .. } => PressingRegime::Patch,
-            SolidIndenter::WholeTop
-            | SolidIndenter::FlatPunch { .. }
-            | SolidIndenter::Block { .. }
-            | SolidIndenter::Cylinder { .. }
-            | SolidIndenter::Sphere { .. } => PressingRegime::Smooth,
-        };
-        let indenter = match model.indenter {
-            SolidIndenter::WholeTop => WHOLE_TOP,
-            SolidIndenter::FlatPunch { contact, corner_radius, .. } => words_of_punch(contact, corner_radius),
-            SolidIndenter::Block { .. } => "a block with rounded edges, in contact without friction",
-            SolidIndenter::Cylinder { .. } => CYLINDER,
-            SolidIndenter::Sphere { .. } => "a sphere, in contact without friction",
-        };
-        let what = ["of a quarter of the layer", indenter];
+        let is_sharp = matches!(model.indenter, Indenter::FlatPunch { contact, .. } if contact.corner_radius().is_none());
+        let regime = if is_sharp { PressingRegime::Patch } else { PressingRegime::Smooth };
+        let what = ["of a quarter of the layer", indenter_in_words(model.indenter)];
         self.finite_elements::<Space>(what, load, &meshes, regime, model.relative_tolerance);
-        self.warn_of_wall(case, model.indenter == SolidIndenter::WholeTop);
+        self.warn_of_wall(case, model.indenter == Indenter::WholeTop);
     }
 
     /// Adds the finite elements on `meshes` to the plan, with their memory and time.

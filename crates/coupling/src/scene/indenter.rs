@@ -1,6 +1,6 @@
 //! The indenter that presses on the layer, as a body of the scene.
 
-use elastocap_case::{Case, FieldIndenter, Indenter, Layer, Mechanics, SolidIndenter};
+use elastocap_case::{Case, FieldIndenter, Indenter, Mechanics};
 use elastocap_geometry::scene::{Body, Box3, Purpose};
 use elastocap_geometry::shapes::Shape;
 
@@ -61,47 +61,27 @@ impl IndenterForm {
             Mechanics::ClosedForm { contact_half_length, contact_width, .. } => {
                 Some(plate(contact_half_length, contact_width))
             }
-            Mechanics::PlaneStrain(model) => Self::in_plane(model.indenter, layer, model.width, plate),
-            Mechanics::Solid(model) => Self::in_space(model.indenter, layer, model.width, plate),
+            finite_elements => {
+                let (indenter, width) = finite_elements.indenter()?;
+                Some(match indenter {
+                    Indenter::WholeTop => plate(layer.half_length?, width),
+                    Indenter::FlatPunch { half_width, contact, position } => {
+                        let rounding = Rounding::of_corners(contact.corner_radius());
+                        Self { position, rounding, ..plate(half_width, width) }
+                    }
+                    Indenter::Block { half_widths: [along, across], .. } => plate(along, 2.0 * across),
+                    Indenter::Cylinder { radius, position } => {
+                        Self { position, ..Self::cylinder(radius, width) }
+                    }
+                    Indenter::Sphere { radius } => Self {
+                        position: 0.0,
+                        half_widths: [radius; 2],
+                        height: 2.0 * radius,
+                        rounding: Rounding::Ball { radius },
+                    },
+                })
+            }
         }
-    }
-
-    fn in_plane(
-        indenter: Indenter,
-        layer: &Layer,
-        width: f64,
-        plate: impl Fn(f64, f64) -> Self,
-    ) -> Option<Self> {
-        Some(match indenter {
-            Indenter::WholeTop => plate(layer.half_length?, width),
-            Indenter::FlatPunch { half_width, corner_radius, position, .. } => {
-                let flat = plate(half_width, width);
-                Self { position, rounding: Rounding::of_corners(corner_radius), ..flat }
-            }
-            Indenter::Cylinder { radius, position } => Self { position, ..Self::cylinder(radius, width) },
-        })
-    }
-
-    fn in_space(
-        indenter: SolidIndenter,
-        layer: &Layer,
-        width: f64,
-        plate: impl Fn(f64, f64) -> Self,
-    ) -> Option<Self> {
-        Some(match indenter {
-            SolidIndenter::WholeTop => plate(layer.half_length?, width),
-            SolidIndenter::FlatPunch { half_width, corner_radius, .. } => {
-                Self { rounding: Rounding::of_corners(corner_radius), ..plate(half_width, width) }
-            }
-            SolidIndenter::Block { half_widths: [along, across], .. } => plate(along, 2.0 * across),
-            SolidIndenter::Cylinder { radius } => Self::cylinder(radius, width),
-            SolidIndenter::Sphere { radius } => Self {
-                position: 0.0,
-                half_widths: [radius; 2],
-                height: 2.0 * radius,
-                rounding: Rounding::Ball { radius },
-            },
-        })
     }
 
     fn cylinder(radius: f64, width: f64) -> Self {
@@ -167,18 +147,15 @@ impl IndenterForm {
 }
 
 impl Rounding {
-    fn of_corners(radius: f64) -> Self {
-        if radius > 0.0 { Self::AlongX3 { radius, is_cylinder: false } } else { Self::Sharp }
+    fn of_corners(radius: Option<f64>) -> Self {
+        radius.map_or(Self::Sharp, |radius| Self::AlongX3 { radius, is_cylinder: false })
     }
 }
 
 /// The radius of a block's rounded edges, which the field neglects, m; zero for any other indenter.
 pub(crate) fn edges_left_out(case: &Case) -> f64 {
-    match case.mechanics {
-        Some(Mechanics::Solid(model)) => match model.indenter {
-            SolidIndenter::Block { corner_radius, .. } => corner_radius,
-            _ => 0.0,
-        },
+    match case.mechanics.and_then(|mechanics| mechanics.indenter()) {
+        Some((Indenter::Block { corner_radius, .. }, _)) => corner_radius,
         _ => 0.0,
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use elastocap_case::{
     self, Body, Case, FieldSolver, Indenter, LayerEnd, LayerSide, Load, Mechanics, PlaneStrain, PunchContact,
-    Shape, ShearLength, Solid, SolidIndenter, Stiffness,
+    Shape, ShearLength, Solid, Stiffness,
 };
 use elastocap_coupling::outcome::{Outcome, Row, Status, StepResult};
 use elastocap_coupling::plan::{Options, Plan};
@@ -203,8 +203,7 @@ fn beside_a_punch_the_field_has_the_layer_with_its_bulge() {
     // A sharp punch is solved quickly.
     model.indenter = Indenter::FlatPunch {
         half_width: 500e-6,
-        corner_radius: 0.0,
-        contact: PunchContact::Smooth,
+        contact: PunchContact::Smooth { corner_radius: None },
         position: 0.0,
     };
     case.load = Some(Load::Compression(vec![0.1]));
@@ -317,7 +316,7 @@ fn electrodes_in_three_dimensions_are_where_plane_strain_has_them_if_nothing_can
     let mut solid = plane.clone();
     solid.electrostatics.as_mut().unwrap().relative_tolerance = 1e-2;
     solid.mechanics = Some(Mechanics::Solid(Solid {
-        indenter: SolidIndenter::WholeTop,
+        indenter: Indenter::WholeTop,
         end: LayerEnd::FreeOnSubstrate,
         width,
         side: LayerSide::Symmetric,
