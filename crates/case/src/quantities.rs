@@ -266,7 +266,7 @@ impl<K: QuantityKind> Quantity<K> {
                 .help(Self::units_for(number, node, log)),
             NotAQuantity::UnknownUnit { number, unit } => {
                 let diagnostic = at(format!("{place}: unknown unit `{}`", shown(unit)))
-                    .label(format!("expected {name}, in {} with an SI prefix", si_unit(K::DIMENSION)));
+                    .label(format!("expected {name}, in {}", units_in_words(K::DIMENSION)));
                 diagnostic.help(match units::nearest_unit(unit, K::DIMENSION) {
                     Some(unit) => {
                         format!("write for example {}", node.assign(&format!("\"{number} {unit}\"")))
@@ -279,14 +279,15 @@ impl<K: QuantityKind> Quantity<K> {
     }
 }
 
-/// The SI unit of the dimensions that case files use.
-fn si_unit(dimension: Dimension) -> &'static str {
+/// The units of a dimension that case files use, for a message.
+fn units_in_words(dimension: Dimension) -> &'static str {
     match dimension {
-        units::LENGTH => "m",
-        units::PRESSURE => "Pa",
-        units::CHARGE => "C",
+        units::LENGTH => "m with an SI prefix",
+        units::PRESSURE => "Pa with an SI prefix",
+        units::CHARGE => "C with an SI prefix",
+        units::CAPACITANCE => "F with an SI prefix",
         units::ANGLE => "deg or rad",
-        _ => "N",
+        _ => "N with an SI prefix",
     }
 }
 

@@ -273,7 +273,8 @@ impl Scene {
         };
         let why = match is_long {
             Ok(()) => format!(
-                "what presses is at least {LONG} times as long along x3 as it is wide and as the layer is thick, and so is the pair"
+                "what presses is at least {LONG} times as long along x3 as it is wide and as the layer is thick{}",
+                if self.pair.is_some() { ", and so is the pair" } else { "" }
             ),
             Err(why) => why.to_string(),
         };
