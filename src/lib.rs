@@ -1,14 +1,14 @@
 //! Computes the capacitance of soft touch and pressure sensors under load, with proved bounds.
 //!
-//! This crate is the library behind the `elastocap` command. A case describes an elastomer layer, the electrodes in it, the
-//! surroundings and the load. The library deforms the layer, moves the electrodes, solves Laplace's equation in 3D around them,
-//! and returns the capacitance of each load step with a proved lower and upper bound. Solving writes no file: matrices,
-//! fields and meshes are values in memory.
+//! This crate is the library behind the `elastocap` command. A case describes an elastomer layer, the
+//! electrodes in it, the surroundings and the load. The library deforms the layer, moves the electrodes,
+//! solves Laplace's equation in 3D around them, and returns the capacitance of each load step with a proved
+//! lower and upper bound. Solving writes no file: matrices, fields and meshes are values in memory.
 //!
 //! # Example
 //!
-//! A unit cube in the middle of a grounded cube twice its size, to one per cent. Its capacitance is known: 169.35524558 pF. The
-//! observer takes the field of each step as soon as it is solved.
+//! A unit cube in the middle of a grounded cube twice its size, to one per cent. Its capacitance is known:
+//! 169.35524558 pF. The observer takes the field of each step as soon as it is solved.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -85,26 +85,28 @@
 //! | [`fitting`] | parameters of a case from measured points, and from what is wished for |
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
-//! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements that both solvers share;
-//! `elastocap-materials` has the laws of rubbers, and `elastocap-files` reads and writes files with care. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics and case, then coupling, results and
-//! evidence. Mechanics and electrostatics do not know each other. `ARCHITECTURE.md` has the same map file by file.
+//! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements
+//! that both solvers share; `elastocap-materials` has the laws of rubbers, and `elastocap-files` reads and
+//! writes files with care. Dependencies point one way: linalg, fem, geometry, then mechanics, electrostatics
+//! and case, then coupling, results and evidence. Mechanics and electrostatics do not know each other.
+//! `ARCHITECTURE.md` has the same map file by file.
 //!
 //! # Conventions
 //!
-//! All numbers are in SI units. x1 is in the plane of the layer, x2 points up from the substrate, x3 runs along the width. Three
-//! capacitances are kept apart: the *Maxwell matrix* (Q = C V), the *mutual capacitance* (minus an off-diagonal entry of it) and
-//! the *two-terminal capacitance* (charge over voltage with equal and opposite charges). The same case gives the same numbers at
-//! any number of threads.
+//! All numbers are in SI units. x1 is in the plane of the layer, x2 points up from the substrate, x3 runs
+//! along the width. Three capacitances are kept apart: the *Maxwell matrix* (Q = C V), the *mutual
+//! capacitance* (minus an off-diagonal entry of it) and the *two-terminal capacitance* (charge over voltage
+//! with equal and opposite charges). The same case gives the same numbers at any number of threads.
 //!
 //! # Limits
 //!
 //! - Dielectrics are linear and lossless, and conductors may not touch.
-//! - The bounds are theorems for the scene as it was solved, up to rounding. Round bodies have flat faces there, and the bounds
-//!   do not include what that changes; an estimate of it comes with the result.
-//! - The closed form of the layer is for a long, incompressible, bonded layer in plane strain under a wide, smooth probe, and has
-//!   a largest force.
-//! - Finite-element layers have an error estimate, not bounds. Electrodes bent in three dimensions are solved as boxes
-//!   inside and around them.
+//! - The bounds are theorems for the scene as it was solved, up to rounding. Round bodies have flat faces
+//!   there, and the bounds do not include what that changes; an estimate of it comes with the result.
+//! - The closed form of the layer is for a long, incompressible, bonded layer in plane strain under a wide,
+//!   smooth probe, and has a largest force.
+//! - Finite-element layers have an error estimate, not bounds. Electrodes bent in three dimensions are solved
+//!   as boxes inside and around them.
 //! - Bodies above or below the layer stay where they are while it is pressed.
 
 pub use elastocap_case as case;

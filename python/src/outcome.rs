@@ -113,8 +113,8 @@ impl PyOutcome {
         self.outcome.measurement.map(|measured| named(measured, &self.outcome.conductors))
     }
 
-    /// Maxwell matrices of all steps, their lower bounds and their upper bounds, each of shape (steps, terminals, terminals); NaN where a
-    /// step was not solved.
+    /// Maxwell matrices of all steps, their lower bounds and their upper bounds, each of shape (steps,
+    /// terminals, terminals); NaN where a step was not solved.
     fn maxwell<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyBytes>; 3]> {
         let order = self.outcome.conductors.len();
         let steps = &self.outcome.steps;
@@ -151,7 +151,8 @@ impl PyOutcome {
         self.outcome.stopped
     }
 
-    /// The warnings that the command prints: the plan's warnings, those of the run, and steps that lack something.
+    /// The warnings that the command prints: the plan's warnings, those of the run, and steps that lack
+    /// something.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let Outcome { plan, warnings, steps, .. } = &self.outcome;

@@ -44,7 +44,8 @@ not determine a parameter.";
 pub(crate) struct Arguments {
     /// The case file, with [measurement]
     case: PathBuf,
-    /// What is fitted: a key by its path, or offset, parasitic or gain; with a range, and a start: KEY=a..b@start
+    /// What is fitted: a key by its path, or offset, parasitic or gain; with a range, and a start:
+    /// KEY=a..b@start
     #[arg(long, short, value_name = "KEY=a..b", required = true)]
     free: Vec<Free>,
     /// Solve this many even load steps in place of those of the case

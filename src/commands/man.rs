@@ -88,8 +88,8 @@ fn page(command: Command) -> io::Result<Page> {
     Ok(Page { name: man.get_filename(), text })
 }
 
-/// The text after the options of a help text, as sections: a paragraph that begins with `Examples:` or the like becomes a section whose lines
-/// stay as they are, any other one a paragraph.
+/// The text after the options of a help text, as sections: a paragraph that begins with `Examples:` or the
+/// like becomes a section whose lines stay as they are, any other one a paragraph.
 fn sections(closing: &str) -> String {
     let mut out = String::new();
     let mut headed = false;

@@ -87,8 +87,8 @@ pub(crate) struct Arguments {
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
-    /// Write these files alone: curve, capacitance, report, scene, fields, sections, mechanics, layer, json, several with
-    /// commas; result.json is always written, since it lists the others
+    /// Write these files alone: curve, capacitance, report, scene, fields, sections, mechanics, layer, json,
+    /// several with commas; result.json is always written, since it lists the others
     #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = file_group)]
     only: Vec<FileGroup>,
     /// Do not write the fields (.vtu) and the sections through them, nor the fields of the layer

@@ -62,7 +62,8 @@ pub(super) fn left_a_solve() -> Exit {
     Exit::Incomplete
 }
 
-/// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
+/// The first signal ends the work and keeps what is finished; the second ends the process, without
+/// half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let unfinished = folder.unfinished().clone();
     on_signal(
@@ -119,7 +120,8 @@ impl Stop {
     }
 }
 
-/// The first signal ends the work and keeps what is finished, and the second ends the process, where no files are staged.
+/// The first signal ends the work and keeps what is finished, and the second ends the process, where no files
+/// are staged.
 pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
     on_signal(cancel, || true, || ());
 }
@@ -162,8 +164,8 @@ fn on_signal(
     }
 }
 
-/// Calls `act` at each Ctrl-C, and each time the system or another process asks this one to end (SIGTERM) or its terminal is
-/// closed (SIGHUP).
+/// Calls `act` at each Ctrl-C, and each time the system or another process asks this one to end (SIGTERM) or
+/// its terminal is closed (SIGHUP).
 #[cfg(unix)]
 fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};

@@ -1,8 +1,8 @@
 //! `[layer.material]`: the tables of the materials, their checks, and their conversion to laws.
 //!
 //! The doc comments of the tables are the descriptions in the JSON Schema, and address the author of a case
-//! file. A new
-//! material needs a table, a line in [`MaterialTable`] and the match arms that then fail to compile; nothing else in this crate.
+//! file. A new material needs a table, a line in [`MaterialTable`] and the match arms that then fail to
+//! compile; nothing else in this crate.
 
 use elastocap_materials::{HyperelasticLaw, HyperfoamTerm, StressTable};
 use serde_json::Value;
@@ -52,7 +52,8 @@ table! {
 }
 
 table! {
-    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements only.
+    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements
+    /// only.
     struct YeohTable {
         /// c10.
         c10: Read<Modulus>,
@@ -66,8 +67,8 @@ table! {
 }
 
 table! {
-    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2. For finite
-    /// elements only.
+    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2.
+    /// For finite elements only.
     struct OgdenTable {
         /// The terms of the law.
         terms: Read<Vec<Read<OgdenTerm>>>,
@@ -91,8 +92,8 @@ table! {
     struct GentTable {
         /// Shear modulus mu.
         shear_modulus: Read<Modulus>,
-        /// J_m, the value of I1 - 3 at which the chains of the rubber are fully extended; I1 is the sum of the squared
-        /// principal stretches.
+        /// J_m, the value of I1 - 3 at which the chains of the rubber are fully extended; I1 is the sum of
+        /// the squared principal stretches.
         limiting_invariant: Read<Number<LimitingInvariantKind>>,
         /// Bulk modulus kappa; incompressible if not given.
         bulk_modulus: Option<Read<Modulus>>,

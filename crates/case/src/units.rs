@@ -1,7 +1,7 @@
 //! Parses quantities: `"450 um"`, `"1 MPa"`, `"0.05 N"`.
 //!
-//! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the number before
-//! it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
+//! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the
+//! number before it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
 
 /// The exponents of the SI base units in a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

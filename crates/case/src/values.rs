@@ -274,7 +274,8 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
     }
 }
 
-/// Reads the entries of an array. Entries of the wrong type that can be guessed are reported once, with the whole line.
+/// Reads the entries of an array. Entries of the wrong type that can be guessed are reported once, with the
+/// whole line.
 fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
     let items = node.value.get_ref().as_array()?;
     let mended: Vec<_> = items.iter().map(|item| T::mended(item, log)).collect();

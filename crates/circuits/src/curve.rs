@@ -10,11 +10,12 @@
 //! coefficients, so that limits of these hold for every force, also in floating-point arithmetic, since no
 //! term is subtracted. With `d` the derivative at a step and `h` the distance to its neighbour,
 //!
-//! - the reported value takes the limited derivatives of a monotone cubic, |d| <= 3 |secant|, so that `P1` and `P2` lie between
-//!   `P0` and `P3`;
+//! - the reported value takes the limited derivatives of a monotone cubic, |d| <= 3 |secant|, so that `P1`
+//!   and `P2` lie between `P0` and `P3`;
 //! - the upper bound has the same derivatives, so that its distance from the value varies monotonically from
 //!   one step to the next;
-//! - the lower bound has the derivative nearest to that of the value for which `P1` and `P2` are not negative. Because
+//! - the lower bound has the derivative nearest to that of the value for which `P1` and `P2` are not
+//!   negative. Because
 //!   |d| <= 3 (value)/h wherever the value falls towards a neighbour at distance `h`, it does not cross the value either.
 //!
 //! The band interpolates between the three: `band` = -1, 0, 1 are lower bound, value and upper bound, and

@@ -21,8 +21,8 @@ pub fn module(model: &Model) -> String {
     let _ = write!(
         out,
         "//\n\
-         // force: 1 V is 1 N, against ground; draws no current\n\
-         // outside: 1 V where the force is outside the range, else 0 V; the capacitance is then that at the range's end\n\n\
+         // force: 1 V is 1 N, against ground; draws no current\n\ outside: 1 V where the force is outside the
+         // range, else 0 V; the capacitance is then that at the range's end\n\n\
          `include \"disciplines.vams\"\n\n\
          module {}({electrodes}, force_n, outside);\n\
          \x20   inout {electrodes};\n\

@@ -509,7 +509,8 @@ mod tests {
         assert_eq!(spreads(3.0, false, &goals), (SHARE, vec![Some(SHARE), Some(TOGETHER * 4.0 - SHARE)]));
         let (_, others) = spreads(0.125, false, &goals);
         assert_eq!(others, [Some(TOGETHER - 0.125), Some(TOGETHER * 4.0 - 0.125)]);
-        // The bounds of the first step get no closer. What they leave is enough for the larger change, but not for the smaller one.
+        // The bounds of the first step get no closer. What they leave is enough for the larger change, but
+        // not for the smaller one.
         for first in [0.85, 0.95] {
             let (_, others) = spreads(first, true, &goals);
             assert!(others[0].is_none() && others[1].is_some_and(|other| first + other < 4.0), "{others:?}");

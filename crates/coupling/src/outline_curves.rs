@@ -181,7 +181,8 @@ pub(crate) fn closed(pieces: &[Piece], within: f64) -> Curved {
         let bend = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
             (p[0] - 2.0 * q[0] + r[0]).hypot(p[1] - 2.0 * q[1] + r[1])
         };
-        // A chord is off by an eighth of the second derivative times the square of its share of the parameter.
+        // A chord is off by an eighth of the second derivative times the square of its share of the
+        // parameter.
         let sides = (0.75 * bend(a, b, c).max(bend(b, c, d)) / within).sqrt().ceil().clamp(2.0, MAX_SIDES);
         outline.extend((1..sides as usize).map(|k| cubic.at(k as f64 / sides)));
         arcs.push(Arc { curve: Curve::Cubic(*cubic), sides: begin..outline.len() });

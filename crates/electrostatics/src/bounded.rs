@@ -14,9 +14,9 @@ pub struct Bounded {
 }
 
 impl Bounded {
-    /// The distance to the farther limit over the value: half the distance between the limits where the value is their middle, as
-    /// it mostly is. The true relative error is no larger where the limits are proved. Infinite where the value is zero and the
-    /// limits are not.
+    /// The distance to the farther limit over the value: half the distance between the limits where the value
+    /// is their middle, as it mostly is. The true relative error is no larger where the limits are proved.
+    /// Infinite where the value is zero and the limits are not.
     pub fn relative_error(&self) -> f64 {
         self.over_value((self.upper - self.value).max(self.value - self.lower))
     }

@@ -1,6 +1,7 @@
-//! Whether a result contradicts itself. Every Maxwell matrix is symmetric, no conductor at 1 V draws a negative charge to itself or
-//! a positive one to another at 0 V, and the charge of each with all at 1 V is not negative. Proved limits that exclude one of
-//! these cannot be right, whatever the reason: such a result is an error and no number of it is reported.
+//! Whether a result contradicts itself. Every Maxwell matrix is symmetric, no conductor at 1 V draws a
+//! negative charge to itself or a positive one to another at 0 V, and the charge of each with all at 1 V is
+//! not negative. Proved limits that exclude one of these cannot be right, whatever the reason: such a result
+//! is an error and no number of it is reported.
 
 use crate::bounded::Bounded;
 use crate::floating::Floating;

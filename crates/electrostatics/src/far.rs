@@ -1,7 +1,8 @@
 //! Removal of dielectric faces so far from all conductors that it does not matter where they are.
 //!
-//! A board that is a kilometre thick is endless for a sensor of a millimetre. A grid that reaches its far side spans so many orders of
-//! magnitude that double precision does not suffice; without that side, the grid is as small as that of an endless board.
+//! A board that is a kilometre thick is endless for a sensor of a millimetre. A grid that reaches its far
+//! side spans so many orders of magnitude that double precision does not suffice; without that side, the grid
+//! is as small as that of an endless board.
 //!
 //! Let the permittivity be changed by a factor of k at most, and only where the potential is at most m of
 //! those of the conductors. With the flux of one scene in the other, Thomson's principle says that a

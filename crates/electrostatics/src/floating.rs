@@ -1,9 +1,11 @@
-//! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is eliminated from the
-//! Maxwell matrix. Grounded conductors are at potential zero: they have no row in that matrix either, and nothing to be eliminated.
+//! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is
+//! eliminated from the Maxwell matrix. Grounded conductors are at potential zero: they have no row in that
+//! matrix either, and nothing to be eliminated.
 //!
-//! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the potentials of minimal
-//! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
-//! monotone in C: bounds on the whole matrix give bounds on the reduced one.
+//! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the
+//! potentials of minimal energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement
+//! C_dd - C_df C_ff^-1 C_fd. A minimum is monotone in C: bounds on the whole matrix give bounds on the
+//! reduced one.
 
 use crate::bounded::Bounded;
 use crate::matrix::{MatrixBounds, rounding};
@@ -79,7 +81,8 @@ impl Floating {
             self.driven.iter().enumerate().for_each(|(k, &i)| reduced[(k, k)] += sign * error[i]);
             Some(reduced)
         };
-        // A form that is not positive definite on the floating conductors has no minimum; zero still bounds every energy.
+        // A form that is not positive definite on the floating conductors has no minimum; zero still bounds
+        // every energy.
         let lower = moved(&bounds.lower, -1.0).unwrap_or_else(|| Mat::zeros(n, n));
         // The minimum is at most the energy at any potentials, here at zero on the floating conductors.
         let upper =
@@ -99,8 +102,8 @@ impl Floating {
         Some(Mat::from_fn(n, n, |i, j| driven[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
     }
 
-    /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating ones, C, with the
-    /// capacitance matrix `c`, F.
+    /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating
+    /// ones, C, with the capacitance matrix `c`, F.
     pub(crate) fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
         let mut potentials = vec![0.0; c.nrows()];
         self.driven.iter().zip(driven).for_each(|(&i, v)| potentials[i] = *v);
@@ -126,8 +129,8 @@ impl Floating {
         self.with_limits(bounds, &middle, 0.5)
     }
 
-    /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower matrix is an estimate; the
-    /// limits are then estimates too.
+    /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower
+    /// matrix is an estimate; the limits are then estimates too.
     pub(crate) fn estimated(&self, bounds: &MatrixBounds) -> Vec<FloatingPotential> {
         self.with_limits(bounds, &bounds.upper, 1.0)
     }
@@ -159,7 +162,8 @@ impl Floating {
             })
             .collect();
         let from_charges = state(&vec![0.0; self.driven.len()], &self.charges);
-        // By the maximum principle the potential of an uncharged conductor lies between the least and the greatest of the others.
+        // By the maximum principle the potential of an uncharged conductor lies between the least and the
+        // greatest of the others.
         let within = |b: &Bounded| Bounded {
             value: b.value.clamp(0.0, 1.0),
             lower: b.lower.clamp(0.0, 1.0),
@@ -206,7 +210,8 @@ mod tests {
 
     #[test]
     fn a_floating_conductor_between_two_others_makes_two_capacitors_in_series() {
-        // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and 3/4.
+        // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and
+        // 3/4.
         let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
         let bounds = MatrixBounds { lower: c.clone(), upper: c };
         let reduced = three().reduced(&bounds);

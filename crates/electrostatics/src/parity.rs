@@ -15,7 +15,8 @@ use faer::Mat;
 pub(crate) struct Parity {
     /// Planes that are at zero potential, m.
     pub(crate) grounded: [Option<f64>; 3],
-    /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at zero in all of them.
+    /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at
+    /// zero in all of them.
     pub(crate) side: Vec<Option<u32>>,
     /// The projection of the potentials of all conductors (columns) onto the right-hand sides (rows).
     projection: Mat<f64>,

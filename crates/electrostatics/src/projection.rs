@@ -1,8 +1,9 @@
 //! Potentials split into those that are even and those that are odd about mirror planes.
 
-/// The unit potential of a conductor, added up over its images in `planes` mirror planes: times one for every plane about which
-/// potentials are even, minus one for every plane about which they are odd, whose bits are set in `odd`. Divided by the number of
-/// images, which is `1 << planes`, this is the part of the unit potential with that parity.
+/// The unit potential of a conductor, added up over its images in `planes` mirror planes: times one for every
+/// plane about which potentials are even, minus one for every plane about which they are odd, whose bits are
+/// set in `odd`. Divided by the number of images, which is `1 << planes`, this is the part of the unit
+/// potential with that parity.
 ///
 /// `image` says for a conductor and the number of a plane which of all `conductors` is its mirror image.
 pub(crate) fn projected(

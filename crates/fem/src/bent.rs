@@ -74,7 +74,8 @@ impl Bent {
         [(w[0] * v[1] - w[1] * v[0]) / determinant, (u[0] * w[1] - u[1] * w[0]) / determinant]
     }
 
-    /// How evenly the map stretches areas in a part of the triangle that is given by the shares of its corners.
+    /// How evenly the map stretches areas in a part of the triangle that is given by the shares of its
+    /// corners.
     pub fn stretch(&self, part: [[f64; 2]; 3]) -> Stretch {
         let even = evenness(grid().map(|at| self.determinant(place(part, at))));
         if even > EVEN_ENOUGH {
@@ -177,7 +178,8 @@ fn bow_of_arc(from: [f64; 2], turn: f64, t: Jet) -> [Jet; 2] {
     [im.scaled(-from[0]).minus(re.scaled(from[1])), re.scaled(from[0]).minus(im.scaled(from[1]))]
 }
 
-/// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is small.
+/// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is
+/// small.
 fn mean_turn(x: Jet) -> [Jet; 2] {
     if x.value.abs() > 0.25 {
         let [cosine, sine] = x.cosine_and_sine();
@@ -200,7 +202,8 @@ const EVEN_ENOUGH: f64 = 0.4;
 /// Shares that differ by less are the same.
 const SAME: f64 = 1e-12;
 
-/// Triangles that are less even are refused, since no rule of a reasonable size integrates over them ([`Stretch::evenness`]).
+/// Triangles that are less even are refused, since no rule of a reasonable size integrates over them
+/// ([`Stretch::evenness`]).
 pub const LEAST_EVENNESS: f64 = 0.1;
 
 /// The shares of the corners of the whole triangle.

@@ -1,14 +1,15 @@
 //! Fast products with the dual operator of a line, by static condensation to the fluxes between pieces of the
 //! line.
 //!
-//! T = D M^-1 D^T is dense, but pieces of a line are coupled only through the flux at the nodes between them. With the flux functions of
-//! these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece. With A = L L^T, R = L^-1 D_A^T and X = L^-1 C^T, block
-//! elimination gives
+//! T = D M^-1 D^T is dense, but pieces of a line are coupled only through the flux at the nodes between them.
+//! With the flux functions of these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece.
+//! With A = L L^T, R = L^-1 D_A^T and X = L^-1 C^T, block elimination gives
 //!
 //! T = R^T R + V S^-1 V^T,    S = E - X^T X,    V = D_E - R^T X.
 //!
-//! The first part has a block for each piece, a column of V reaches the two pieces on either side of its node, and S has one row for each
-//! such node. On lines of up to a few hundred modes a product with T takes some twenty multiplications for each of them.
+//! The first part has a block for each piece, a column of V reaches the two pieces on either side of its
+//! node, and S has one row for each such node. On lines of up to a few hundred modes a product with T takes
+//! some twenty multiplications for each of them.
 
 use crate::mixed::{IllConditioned, MixedSegment};
 use crate::tensor::{Dense, Left, Right, Target, left, multiply, right, sized, target};
@@ -114,7 +115,8 @@ impl Condensed {
         self.coupling.rows
     }
 
-    /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of `work`.
+    /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of
+    /// `work`.
     pub fn between<'w>(&self, x: Right<'_, f64>, work: &'w mut Vec<f64>) -> &'w [f64] {
         let width = x.cols;
         let [out, traces] = halves(work, self.nodes() * width);
@@ -137,7 +139,8 @@ impl Condensed {
         out
     }
 
-    /// `out += T x` for the rows `some` of T, which are those of `out`; `between` is the result of [`Condensed::between`] for `x`.
+    /// `out += T x` for the rows `some` of T, which are those of `out`; `between` is the result of
+    /// [`Condensed::between`] for `x`.
     pub fn add_rows(&self, some: Range<usize>, x: Right<'_, f64>, between: &[f64], out: Target<'_, f64>) {
         let Target { data, stride } = out;
         for Piece { modes, nodes, diagonal, through, .. } in &self.pieces {
@@ -226,7 +229,8 @@ mod tests {
     use crate::line::{Line, LineEnd};
     use crate::mixed::{FluxEnd, mixed_segment};
 
-    /// Strongly graded, with elements of degree 1 side by side, and long enough for several pieces, one of which is a single element.
+    /// Strongly graded, with elements of degree 1 side by side, and long enough for several pieces, one of
+    /// which is a single element.
     fn long() -> MixedSegment {
         let degrees = vec![1, 1, 2, 3, 4, 6, 13, 8, 5, 3, 2, 1, 1, 1, 2, 4, 7, 9, 3, 1];
         let widths = (0..degrees.len()).map(|e| 10.0_f64.powi(-((e % 5) as i32)));

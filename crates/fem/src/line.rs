@@ -1,12 +1,12 @@
 //! One axis of a tensor-product grid: its elements, their degrees, and the 1D matrices on it.
 //!
-//! Each line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The *mixed*
-//! pair, the same continuous functions for one component of the flux and their derivatives for a discontinuous
-//! potential, holds the Raviart-Thomas fluxes of Thomson's principle; see [`crate::mixed`].
+//! Each line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The
+//! *mixed* pair, the same continuous functions for one component of the flux and their derivatives for a
+//! discontinuous potential, holds the Raviart-Thomas fluxes of Thomson's principle; see [`crate::mixed`].
 //!
-//! A line may run to infinity. The last element is then mapped by x = pole + reach / xi, 0 < xi <= 1, and carries
-//! polynomials in xi that vanish at xi = 0: all integrals stay finite, the functions are admissible in both variational
-//! principles on the whole space, and no truncation enters.
+//! A line may run to infinity. The last element is then mapped by x = pole + reach / xi, 0 < xi <= 1, and
+//! carries polynomials in xi that vanish at xi = 0: all integrals stay finite, the functions are admissible
+//! in both variational principles on the whole space, and no truncation enters.
 
 use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
@@ -25,7 +25,8 @@ pub enum LineEnd {
     },
 }
 
-/// Elements of one axis, in ascending order; an infinite element, where there is one, counts as first or last.
+/// Elements of one axis, in ascending order; an infinite element, where there is one, counts as first or
+/// last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Finite nodes, strictly ascending, m.
@@ -143,8 +144,8 @@ pub fn element_matrices(element: Element, p: usize) -> (Mat<f64>, Mat<f64>) {
     (mass, stiffness)
 }
 
-/// Numbering of the continuous functions of a line, in ascending order along it: vertex, bubbles of the element
-/// above it, next vertex, ... A vertex at infinity has none.
+/// Numbering of the continuous functions of a line, in ascending order along it: vertex, bubbles of the
+/// element above it, next vertex, ... A vertex at infinity has none.
 #[derive(Debug, Clone)]
 pub struct Numbering {
     /// Index of the function of each finite node.
@@ -174,7 +175,8 @@ impl Numbering {
         Self { vertex, bubble, len: n }
     }
 
-    /// Global index of each local function of element `e` (lower vertex, upper vertex, bubbles); `None` at infinity.
+    /// Global index of each local function of element `e` (lower vertex, upper vertex, bubbles); `None` at
+    /// infinity.
     pub fn element(&self, line: &Line, e: usize) -> Vec<Option<usize>> {
         let first = line.first_finite();
         // node below element e has index e - first
@@ -205,8 +207,9 @@ pub fn line_matrices(line: &Line, coefficient: &[f64]) -> (Mat<f64>, Mat<f64>) {
     (mass, stiffness)
 }
 
-/// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its coefficient, with
-/// r the distance from `pole`: the terms of the energy of a potential that decays along rays.
+/// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its
+/// coefficient, with r the distance from `pole`: the terms of the energy of a potential that decays along
+/// rays.
 ///
 /// Infinite elements have none: their coefficient must be zero.
 pub fn radial_matrices(line: &Line, coefficient: &[f64], pole: f64) -> (Mat<f64>, Mat<f64>) {

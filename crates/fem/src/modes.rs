@@ -1,9 +1,10 @@
 //! Modes of a line: the eigenvectors that diagonalise its mass and stiffness together.
 //!
-//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, which soon exceeds the range
-//! of double precision: an eigensolver that is accurate relative to the largest eigenvalue loses the smooth modes.
-//! Both problems are of the form B^T B, so the singular values of B are computed instead; their range is the square
-//! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
+//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, which
+//! soon exceeds the range of double precision: an eigensolver that is accurate relative to the largest
+//! eigenvalue loses the smooth modes. Both problems are of the form B^T B, so the singular values of B are
+//! computed instead; their range is the square root of that of the eigenvalues, and the smooth modes keep
+//! half the digits or more at any grading.
 
 use crate::line::{Line, line_matrices};
 use crate::mixed::{
@@ -23,8 +24,9 @@ pub struct LineModes {
     pub values: Vec<f64>,
 }
 
-/// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on `elements`,
-/// both weighted by `permittivity` (per element of the whole line); `held` drops the function of an end node.
+/// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on
+/// `elements`, both weighted by `permittivity` (per element of the whole line); `held` drops the function of
+/// an end node.
 ///
 /// # Errors
 /// [`IllConditioned`] if the elements differ too much in size for double precision.
@@ -102,8 +104,8 @@ pub fn dual_modes(
     Ok(LineModes { vectors, values })
 }
 
-/// All left singular vectors of `b` and the squares of the singular values, ascending; a row space smaller than the
-/// column space is filled up with zeros.
+/// All left singular vectors of `b` and the squares of the singular values, ascending; a row space smaller
+/// than the column space is filled up with zeros.
 fn left_singular(b: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
     let n = b.nrows();
     let (u, sigma) = dense::left_singular_vectors(b.as_ref()).map_err(|_| IllConditioned)?;

@@ -1,8 +1,8 @@
 //! A basis of a line's discontinuous potentials in which the squared distance from a point is diagonal.
 //!
-//! The energy of a flux that leaves a box along rays from a pole grows with the obliqueness: on the face x = R by the factor
-//! 1 + (y^2 + z^2) / R^2. This sum becomes diagonal when multiplication by y^2 is diagonal on one axis and multiplication by z^2 on
-//! the other.
+//! The energy of a flux that leaves a box along rays from a pole grows with the obliqueness: on the face x =
+//! R by the factor 1 + (y^2 + z^2) / R^2. This sum becomes diagonal when multiplication by y^2 is diagonal on
+//! one axis and multiplication by z^2 on the other.
 
 use crate::line::{Element, Line};
 use crate::mixed::IllConditioned;

@@ -1,7 +1,7 @@
 //! Operations on three-dimensional arrays `[i][j][k]` (k fastest) along one axis at a time.
 //!
-//! Every reduction and every product is cut in pieces that depend on the array alone, never on the number of threads,
-//! so that results are the same bytes at any thread count.
+//! Every reduction and every product is cut in pieces that depend on the array alone, never on the number of
+//! threads, so that results are the same bytes at any thread count.
 
 pub use elastocap_linalg::gemm::{Left, Real, Right, Target, multiply};
 pub use elastocap_linalg::reduction::{add, axpy, dot};

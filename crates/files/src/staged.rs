@@ -11,7 +11,8 @@ const PREFIX: &str = ".elastocap-";
 /// The ending of the hidden names.
 const SUFFIX: &str = ".new";
 
-/// A file under a hidden name beside its place: `.elastocap-`, sixteen hexadecimal digits that cannot be guessed, `.new`.
+/// A file under a hidden name beside its place: `.elastocap-`, sixteen hexadecimal digits that cannot be
+/// guessed, `.new`.
 ///
 /// [`Staged::replace_file`], [`Staged::replace`] and [`Staged::place`] give the file its name. If it is
 /// dropped without that, it is removed. Files left behind by a killed process are removed by

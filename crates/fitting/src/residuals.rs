@@ -130,7 +130,8 @@ impl<'a> Problem<'a> {
         Ok(self.points.iter().map(predict).collect())
     }
 
-    /// The derivatives of the predictions, a column for each parameter: exact for the corrections, by differences for keys.
+    /// The derivatives of the predictions, a column for each parameter: exact for the corrections, by
+    /// differences for keys.
     pub(crate) fn columns(&mut self, values: &[f64]) -> Result<Vec<Vec<f64>>, CurveError> {
         self.jacobians += 1;
         let predictions = self.predict(values)?;

@@ -77,7 +77,8 @@ fn farthest(region: &Box3, point: [f64; 3]) -> f64 {
     (0..3).map(|a| away(a).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The distance of a box from a segment, m: that from a point of the segment is a convex function of its place.
+/// The distance of a box from a segment, m: that from a point of the segment is a convex function of its
+/// place.
 fn nearest_to_segment(region: &Box3, [from, to]: [[f64; 3]; 2]) -> f64 {
     let at = |share: f64| nearest(region, [0, 1, 2].map(|a| from[a] + share * (to[a] - from[a])));
     let (mut low, mut high) = (0.0, 1.0);

@@ -26,7 +26,8 @@ impl Cubic {
         mixed(t, a, b)
     }
 
-    /// The part between two parameters, from the first to the second. At 0 and 1 its ends are those of the whole to the last bit.
+    /// The part between two parameters, from the first to the second. At 0 and 1 its ends are those of the
+    /// whole to the last bit.
     #[must_use]
     pub fn part(&self, [from, to]: [f64; 2]) -> Self {
         let end = |t: f64| match t {
@@ -45,14 +46,16 @@ impl Cubic {
         Self { control: [d, c, b, a] }
     }
 
-    /// The distance of a control point from where it would be on a straight line of constant speed, over the length of the chord.
+    /// The distance of a control point from where it would be on a straight line of constant speed, over the
+    /// length of the chord.
     pub fn bow(&self) -> f64 {
         let [a, b, c, d] = self.control;
         let far = [(1.0 / 3.0, b), (2.0 / 3.0, c)].map(|(t, p)| distance(p, mixed(t, a, d)));
         far[0].max(far[1]) / distance(a, d)
     }
 
-    /// The sum of the angles, all positive, by which the lines between the control points turn: the curve turns by no more.
+    /// The sum of the angles, all positive, by which the lines between the control points turn: the curve
+    /// turns by no more.
     pub fn turn(&self) -> f64 {
         let legs: Vec<[f64; 2]> =
             self.control.windows(2).map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]]).collect();
@@ -71,8 +74,8 @@ impl Cubic {
         [0, 1].map(|k| (next[k] - from[k]) / length)
     }
 
-    /// Parameters from 0 to 1, ascending, at which the polynomial with these Bernstein coefficients vanishes. Roots at which it does not
-    /// change its sign may be missed.
+    /// Parameters from 0 to 1, ascending, at which the polynomial with these Bernstein coefficients vanishes.
+    /// Roots at which it does not change its sign may be missed.
     fn roots(values: [f64; 4]) -> Vec<f64> {
         let line = Self { control: values.map(|value| [value, 0.0]) };
         let value = |t: f64| line.at(t)[0];
@@ -150,7 +153,8 @@ impl Cubic {
     }
 }
 
-/// Parameters between 0 and 1, ascending, at which a quadratic changes its sign that has these Bernstein coefficients.
+/// Parameters between 0 and 1, ascending, at which a quadratic changes its sign that has these Bernstein
+/// coefficients.
 fn quadratic_roots([a, b, c]: [f64; 3]) -> Vec<f64> {
     // a (1 - t)^2 + 2 b t (1 - t) + c t^2 = square t^2 + 2 half t + a
     let (square, half) = (a - 2.0 * b + c, b - a);
@@ -170,9 +174,10 @@ pub(crate) fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
-/// The cubic spline through points, with continuous slope and curvature in a parameter that grows by the distance of neighbouring
-/// points from each to the next: from the first to the last point without curvature at the ends, or, if `closed`, back to the first.
-/// Neighbouring points must differ, and there must be two of them, or three of a closed spline.
+/// The cubic spline through points, with continuous slope and curvature in a parameter that grows by the
+/// distance of neighbouring points from each to the next: from the first to the last point without curvature
+/// at the ends, or, if `closed`, back to the first. Neighbouring points must differ, and there must be two of
+/// them, or three of a closed spline.
 pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
     let n = points.len();
     let pieces = if closed { n } else { n - 1 };
@@ -214,7 +219,8 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
 /// Solves the tridiagonal equations for the slopes, which are cyclic if the spline is closed.
 fn slopes(rows: &[([f64; 2], [f64; 2])], closed: bool) -> Vec<[f64; 2]> {
     let n = rows.len();
-    // The two factors beyond the corners of the matrix are those of a product of two vectors: Sherman and Morrison's formula.
+    // The two factors beyond the corners of the matrix are those of a product of two vectors: Sherman and
+    // Morrison's formula.
     let (first, last) = (rows[0].0[0], rows[n - 1].0[1]);
     let corner = if closed { -2.0 } else { 0.0 };
     let (mut diagonal, mut x) = (vec![2.0; n], Vec::with_capacity(n));

@@ -10,8 +10,8 @@ const SIDES: f64 = 128.0;
 /// Points closer together than this share of the outline's extent are one.
 const SAME: f64 = 1e-12;
 
-/// Neighbouring points of a spline closer together than this share of the outline's extent count as one: the spline would not be
-/// defined, or be determined by rounding.
+/// Neighbouring points of a spline closer together than this share of the outline's extent count as one: the
+/// spline would not be defined, or be determined by rounding.
 const COINCIDENT: f64 = 1e-9;
 
 /// One entry of an outline.
@@ -172,7 +172,8 @@ struct Angle {
 }
 
 impl Angle {
-    /// The angle at a corner, from the ends of its two sides; `None` where the sides have no length, or go straight on or back.
+    /// The angle at a corner, from the ends of its two sides; `None` where the sides have no length, or go
+    /// straight on or back.
     fn new(ends: [[f64; 2]; 2], corner: [f64; 2], near: f64) -> Option<Self> {
         let sides = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
         let lengths = sides.map(|side| side[0].hypot(side[1]));

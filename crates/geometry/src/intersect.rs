@@ -13,8 +13,8 @@ pub(crate) struct Search {
     boxes: Vec<Aabb>,
 }
 
-/// Brings all coordinates to [-1, 1], where single precision is enough: every step keeps the order of two numbers, so boxes
-/// that overlap still overlap.
+/// Brings all coordinates to [-1, 1], where single precision is enough: every step keeps the order of two
+/// numbers, so boxes that overlap still overlap.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame {
     middle: Point,
@@ -84,7 +84,8 @@ impl Search {
     }
 }
 
-/// The first two faces, by their indices, that have a point in common beyond the corners and edges they share.
+/// The first two faces, by their indices, that have a point in common beyond the corners and edges they
+/// share.
 ///
 /// No face may be degenerate.
 pub(super) fn within(points: &[Point], faces: &[[u32; 3]]) -> Option<(usize, usize)> {
@@ -136,8 +137,8 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
     let shared: Vec<u32> = f.into_iter().filter(|p| g.contains(p)).collect();
     match shared[..] {
         [] => apart_meet(f.map(at), g.map(at)),
-        // Two triangles with a common corner intersect in a star around it. If it is more than the corner, it reaches the
-        // opposite edge of one of the two.
+        // Two triangles with a common corner intersect in a star around it. If it is more than the corner, it
+        // reaches the opposite edge of one of the two.
         [corner] => {
             let opposite = |t: [u32; 3]| {
                 let k = t.iter().position(|&p| p == corner).unwrap_or(0);
@@ -190,8 +191,8 @@ fn segment_meets([p, q]: [Point; 2], t: [Point; 3]) -> bool {
     s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0)
 }
 
-/// Whether two closed segments in a plane meet, projected onto two axes. Where they lie on one line, their ends decide, which
-/// the caller tests.
+/// Whether two closed segments in a plane meet, projected onto two axes. Where they lie on one line, their
+/// ends decide, which the caller tests.
 fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bool {
     let (pa, pb) = (flat_turn(axes, p, q, a), flat_turn(axes, p, q, b));
     let (ap, aq) = (flat_turn(axes, a, b, p), flat_turn(axes, a, b, q));

@@ -1,8 +1,9 @@
 //! Planes of symmetry: of a symmetric scene only one half needs to be solved.
 //!
-//! Conductors either lie on both sides of such a plane, or change places with one another about it. Every potential is the sum of
-//! one that is even about the plane, for which it takes the place of an insulated wall, and one that is odd, for which it takes the
-//! place of a grounded one. Where no conductors change places, all potentials of interest are even.
+//! Conductors either lie on both sides of such a plane, or change places with one another about it. Every
+//! potential is the sum of one that is even about the plane, for which it takes the place of an insulated
+//! wall, and one that is odd, for which it takes the place of a grounded one. Where no conductors change
+//! places, all potentials of interest are even.
 
 use crate::meshing::tets::{bounds, flat_parts};
 use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall, across};
@@ -14,8 +15,9 @@ const TOLERANCE: f64 = 1e-12;
 
 /// The planes about which a scene is symmetric, at most one normal to each axis, at a coordinate in m.
 ///
-/// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, where
-/// conductors that change places about it touch it, and where a surface has edges on one side that the other side has not.
+/// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the
+/// plane, where conductors that change places about it touch it, and where a surface has edges on one side
+/// that the other side has not.
 pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
     let boxes: Vec<Box3> = scene.shapes().map(bounds).chain([scene.domain]).collect();
     let extents = boxes.iter().flat_map(|b| (0..3).map(|a| b.extent(a)));
@@ -216,8 +218,8 @@ impl Plane {
         }
     }
 
-    /// Whether the corners of an outline are the images of those of another, one after the other, either way round. Of the two coordinates,
-    /// the mirror reflects the one with the number `reflected`, if any.
+    /// Whether the corners of an outline are the images of those of another, one after the other, either way
+    /// round. Of the two coordinates, the mirror reflects the one with the number `reflected`, if any.
     fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], reflected: Option<usize>) -> bool {
         let n = one.len();
         let image = |i: usize| self.image(one[i], reflected);

@@ -1,7 +1,7 @@
 //! Outlines with holes, pulled along an axis, as parts without holes that touch.
 //!
-//! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts lead from corner to corner, so
-//! that no corner is added and curves stay the curves that they are.
+//! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts
+//! lead from corner to corner, so that no corner is added and curves stay the curves that they are.
 
 use crate::drawing::Drawn;
 use crate::meshing::plane::constrained_triangles;
@@ -14,8 +14,9 @@ use std::ops::Range;
 /// Cells of the grid of its corners up to which a pattern is divided into boxes.
 const MAX_CELLS: usize = 12_000;
 
-/// The space between an outline and the holes in it, pulled along an axis between two ends: boxes where all sides are parallel to the
-/// axes, otherwise extrusions. Holes lie inside the outline and apart from one another. `None` where the plane cannot be divided.
+/// The space between an outline and the holes in it, pulled along an axis between two ends: boxes where all
+/// sides are parallel to the axes, otherwise extrusions. Holes lie inside the outline and apart from one
+/// another. `None` where the plane cannot be divided.
 pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn]) -> Option<Vec<Shape>> {
     let drawings: Vec<&Drawn> = std::iter::once(outline).chain(holes).collect();
     let polygons: Vec<&[[f64; 2]]> = drawings.iter().map(|drawn| drawn.outline.as_slice()).collect();
@@ -87,8 +88,8 @@ fn sides_of(piece: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     piece.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)])
 }
 
-/// Simple polygons, by their corners, that triangles are joined to: each grows while a triangle beside it has a corner that it does not
-/// have yet.
+/// Simple polygons, by their corners, that triangles are joined to: each grows while a triangle beside it has
+/// a corner that it does not have yet.
 fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     let mut beside: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
     for (t, triangle) in triangles.iter().enumerate() {

@@ -15,11 +15,12 @@ use crate::shapes::{Shape, TriangleSurface};
 use elastocap_linalg::vector::{cross, minus};
 use std::ops::Range;
 
-/// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
+/// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over
+/// the triangles.
 const ROUNDING: f64 = 1e-9;
 
-/// The boxes that a body consists of, which have at most faces in common; `None` if it does not consist of boxes with faces normal
-/// to the axes, or if the grid of its coordinates has more cells than `most`.
+/// The boxes that a body consists of, which have at most faces in common; `None` if it does not consist of
+/// boxes with faces normal to the axes, or if the grid of its coordinates has more cells than `most`.
 pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     match shape {
         Shape::Box(region) => Some(vec![*region]),
@@ -36,8 +37,8 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     }
 }
 
-/// The boxes, as [`boxes_of`] gives them, of what an odd number of outlines holds, pulled along an axis between two ends: holes are
-/// outlines in one another.
+/// The boxes, as [`boxes_of`] gives them, of what an odd number of outlines holds, pulled along an axis
+/// between two ends: holes are outlines in one another.
 pub fn boxes_of_outlines(
     axis: usize,
     [from, to]: [f64; 2],
@@ -65,8 +66,8 @@ fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Vec<Box3>> {
     encloses(surface, volume).then_some(boxes)
 }
 
-/// Whether a surface is closed and turned outward around this volume, m^3, by Gauss's theorem: how triangles are turned has played no part
-/// in what else is looked at, nor has, in part, which of them there are.
+/// Whether a surface is closed and turned outward around this volume, m^3, by Gauss's theorem: how triangles
+/// are turned has played no part in what else is looked at, nor has, in part, which of them there are.
 fn encloses(surface: &TriangleSurface, volume: f64) -> bool {
     let (mut enclosed, mut total, mut areas) = (0.0, 0.0, [0.0; 3]);
     for face in &surface.faces {
@@ -80,8 +81,8 @@ fn encloses(surface: &TriangleSurface, volume: f64) -> bool {
     is_closed && volume > 0.0 && (enclosed - volume).abs() <= ROUNDING * volume
 }
 
-/// Between a triangle and the plane through the first point of the surface that is normal to x1, m^3; negative where the triangle is
-/// seen from below.
+/// Between a triangle and the plane through the first point of the surface that is normal to x1, m^3;
+/// negative where the triangle is seen from below.
 fn volume_below(surface: &TriangleSurface, face: &[u32; 3]) -> f64 {
     let from = surface.points[0];
     let [p, q, r] = face.map(|k| [0, 1, 2].map(|a| surface.points[k as usize][a] - from[a]));
@@ -173,7 +174,8 @@ impl Cells {
         }
         let used = |axis: usize| surface.faces.iter().flat_map(corners).map(move |p| p[axis]).collect();
         let mut cells = Self::empty([0, 1, 2].map(|axis| ascending(used(axis))), most)?;
-        // Along x1, cells change from empty to filled and back where a triangle normal to x1 covers their middle.
+        // Along x1, cells change from empty to filled and back where a triangle normal to x1 covers their
+        // middle.
         let [n, rows, layers] = cells.counts();
         let mut changes = vec![false; (n + 1) * rows * layers];
         for face in surface.faces.iter().filter(|face| flat(face, 0)) {
@@ -204,7 +206,8 @@ impl Cells {
         Some(cells)
     }
 
-    /// The filled cells as boxes: from the first cell that is left, each box goes as far as it can along x1, then x2, then x3.
+    /// The filled cells as boxes: from the first cell that is left, each box goes as far as it can along x1,
+    /// then x2, then x3.
     fn boxes(mut self) -> Vec<Box3> {
         let mut boxes = Vec::new();
         let counts = self.counts();
@@ -232,8 +235,8 @@ impl Cells {
         boxes
     }
 
-    /// The filled cells as boxes that are each as long along x1 as they can be, and wider only where all that is beside them is alike:
-    /// the boxes of a mirror image are the mirror images of the boxes.
+    /// The filled cells as boxes that are each as long along x1 as they can be, and wider only where all that
+    /// is beside them is alike: the boxes of a mirror image are the mirror images of the boxes.
     fn strips(&self) -> Vec<Box3> {
         let [n, rows, layers] = self.counts();
         let row = |row: usize, layer: usize| &self.filled[n * (row + rows * layer)..][..n];

@@ -1,7 +1,7 @@
 //! The scene as the solvers see it: bodies, walls and what fills the rest, in SI units.
 //!
-//! There is one [`Scene`] for all solvers. Each of them says which shapes it takes: the box solver boxes and sheets alone
-//! ([`Scene::is_boxes`]), the meshers any shape.
+//! There is one [`Scene`] for all solvers. Each of them says which shapes it takes: the box solver boxes and
+//! sheets alone ([`Scene::is_boxes`]), the meshers any shape.
 
 pub use crate::box3::Box3;
 use crate::shapes::Shape;
@@ -225,14 +225,15 @@ pub fn across(axis: usize) -> [usize; 2] {
 /// A scene of bodies of any shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// The bodies. Conductors stand in the order of the capacitance matrix and have pairwise no common point; dielectrics stand
-    /// in the order in which they override one another, the last one where several are. How the two kinds are mixed is of no
-    /// meaning: conductors override dielectrics.
+    /// The bodies. Conductors stand in the order of the capacitance matrix and have pairwise no common point;
+    /// dielectrics stand in the order in which they override one another, the last one where several are. How
+    /// the two kinds are mixed is of no meaning: conductors override dielectrics.
     pub bodies: Vec<Body>,
     /// eps_r wherever no dielectric is.
     pub background_permittivity: f64,
-    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`]. Around the hollow of a [`Shape::Shell`], which
-    /// bounds the scene itself, and infinite for a scene of [`Shape::Physical`] bodies, which ends where their mesh does.
+    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`]. Around the hollow of a
+    /// [`Shape::Shell`], which bounds the scene itself, and infinite for a scene of [`Shape::Physical`]
+    /// bodies, which ends where their mesh does.
     pub domain: Box3,
     /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
@@ -242,8 +243,8 @@ pub struct Scene {
 const AROUND: f64 = 0.5;
 
 impl Scene {
-    /// The box that field files show: the conductors, some space around them, and the whole height of the layer, if there is one. All of space
-    /// where no bounds of conductors are known.
+    /// The box that field files show: the conductors, some space around them, and the whole height of the
+    /// layer, if there is one. All of space where no bounds of conductors are known.
     pub fn sensor(&self) -> Box3 {
         let conductors = self.conductor_parts().filter_map(|(_, part)| part.bounds());
         let Some(conductors) = conductors.reduce(|all, part| all.union(&part)) else { return Box3::SPACE };

@@ -34,9 +34,9 @@ impl SectionPlane {
         (extent > 0.0 && extent.is_finite()).then_some(Self { axis, middle, extent })
     }
 
-    /// The planes that show a scene which is loaded around a place, [x1, x3] in m: one through that place, at right angles to the same axis as
-    /// [`SectionPlane::through`], and where this one misses more than half of the conductors a second one that cuts as many as possible.
-    /// Without a load the usual plane alone.
+    /// The planes that show a scene which is loaded around a place, [x1, x3] in m: one through that place, at
+    /// right angles to the same axis as [`SectionPlane::through`], and where this one misses more than half
+    /// of the conductors a second one that cuts as many as possible. Without a load the usual plane alone.
     pub fn of_scene<K: PartialEq>(parts: &[(K, Box3)], load: Option<[f64; 2]>) -> Vec<Self> {
         let Some(usual) = Self::through(parts) else { return Vec::new() };
         let Some([x1, x3]) = load else { return vec![usual] };

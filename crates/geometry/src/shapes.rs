@@ -20,7 +20,8 @@ pub enum Shape {
         /// Its radius, positive.
         radius: f64,
     },
-    /// Everything outside a ball: a closed conducting surface, with nothing solved beyond it. A conductor only.
+    /// Everything outside a ball: a closed conducting surface, with nothing solved beyond it. A conductor
+    /// only.
     Shell {
         /// The middle of the hollow.
         center: [f64; 3],
@@ -66,7 +67,8 @@ pub enum Shape {
         from: f64,
         /// Upper end along the axis.
         to: f64,
-        /// Corners in the two other coordinates in ascending order of axis, one simple polygon, either way round.
+        /// Corners in the two other coordinates in ascending order of axis, one simple polygon, either way
+        /// round.
         outline: Vec<[f64; 2]>,
         /// Parts of the outline that stand for curves, in its order; without them it is the polygon.
         arcs: Vec<Arc>,
@@ -82,8 +84,8 @@ pub enum Shape {
 pub struct Arc {
     /// The curve, in the coordinates of the outline.
     pub curve: Curve,
-    /// The numbers of the corners in which its sides begin: the arc ends in the corner after them, the first of the outline after
-    /// the last.
+    /// The numbers of the corners in which its sides begin: the arc ends in the corner after them, the first
+    /// of the outline after the last.
     pub sides: Range<usize>,
 }
 

@@ -56,7 +56,8 @@ impl Turn {
         }
     }
 
-    /// The scene after the turn; `None` if a body has no such image among the shapes, or a wall is in the way.
+    /// The scene after the turn; `None` if a body has no such image among the shapes, or a wall is in the
+    /// way.
     fn scene(&self, scene: &Scene) -> Option<Scene> {
         let bodies = scene.bodies.iter().map(|body| {
             let parts: Option<Vec<Shape>> = body.parts.iter().map(|part| self.shape(part)).collect();

@@ -16,8 +16,8 @@ const LEAST_PIVOT: f64 = 1e-13;
 /// zero but for rounding. They are raised to 1e-13 of the diagonal entry: such a matrix is solved as if
 /// constants had a little energy.
 ///
-/// Where all pivots are known to be positive, take `faer::Mat::llt`. Its version that raises pivots, in faer 0.24, is no
-/// use here: it divides the column by the raised pivot and leaves the old one on the diagonal.
+/// Where all pivots are known to be positive, take `faer::Mat::llt`. Its version that raises pivots, in faer
+/// 0.24, is no use here: it divides the column by the raised pivot and leaves the old one on the diagonal.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
     /// `L` below the diagonal, `D` on it.

@@ -1,6 +1,7 @@
 //! Conjugate gradients in double precision, until the energy of the solution is known well enough.
 //!
-//! The preconditioner may work in double or in single precision ([`Operator::Precision`]), and the method follows it:
+//! The preconditioner may work in double or in single precision ([`Operator::Precision`]), and the method
+//! follows it:
 //!
 //! | preconditioner | residual it is given | next direction | step |
 //! |---|---|---|---|
@@ -17,8 +18,8 @@ use crate::reduction::dot;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A symmetric positive definite operator on the free unknowns of an array, with a preconditioner; both keep entries
-/// that are not unknowns at zero.
+/// A symmetric positive definite operator on the free unknowns of an array, with a preconditioner; both keep
+/// entries that are not unknowns at zero.
 pub trait Operator {
     /// The precision of the preconditioner, `f32` or `f64`.
     type Precision: Precision;
@@ -148,7 +149,8 @@ pub fn solve<O: Operator>(
     }
 }
 
-/// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of them at once.
+/// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of
+/// them at once.
 pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Convergence> {
     let n = op.unknowns();
     let mut states: Vec<Iteration<'_, O::Precision>> =
@@ -318,7 +320,8 @@ fn remaining(steps: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The second difference on a line between two zeros, preconditioned by its diagonal in the precision `T`.
+    /// The second difference on a line between two zeros, preconditioned by its diagonal in the precision
+    /// `T`.
     struct Chain<T>(usize, std::marker::PhantomData<T>);
 
     impl<T: Precision> Operator for Chain<T> {

@@ -47,7 +47,8 @@ pub fn solve_upper_triangular(upper: MatRef<'_, f64>, x: MatMut<'_, f64>) {
     triangular_solve::solve_upper_triangular_in_place(upper, x, Par::Seq);
 }
 
-/// The factor `A = L L^T` of a positive definite matrix. [`crate::cholesky`] is for those that are semi-definite.
+/// The factor `A = L L^T` of a positive definite matrix. [`crate::cholesky`] is for those that are
+/// semi-definite.
 #[derive(Debug, Clone)]
 pub struct Llt {
     lower: Mat<f64>,
@@ -164,7 +165,8 @@ pub fn left_singular_vectors(matrix: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<f
     Ok((u, values.column_vector().iter().copied().collect()))
 }
 
-/// Eigenvectors of a symmetric matrix, in columns, and its eigenvalues, ascending; only the lower triangle is read.
+/// Eigenvectors of a symmetric matrix, in columns, and its eigenvalues, ascending; only the lower triangle is
+/// read.
 ///
 /// # Errors
 /// [`NoFactors::NoConvergence`].

@@ -69,8 +69,8 @@ pub struct Target<'a, T> {
 
 /// `c = a b`, or `c += a b`, on the calling thread, with the widest vectors the processor has.
 ///
-/// Every entry is summed in the order of the inner index, whatever the shape: splitting a product by rows or columns
-/// does not change its bytes.
+/// Every entry is summed in the order of the inner index, whatever the shape: splitting a product by rows or
+/// columns does not change its bytes.
 pub fn multiply<T: Real>(a: Left<'_, T>, b: Right<'_, T>, mut c: Target<'_, T>, accumulate: bool) {
     if a.rows > 0 && b.cols > 0 {
         T::product(a, b, &mut c, accumulate);

@@ -75,8 +75,8 @@ impl<T: Real> Lane<T> {
         self.map2(other, |a, b| a - b)
     }
 
-    /// The sum of this and a product, lane by lane. `FUSED` says that the processor has an instruction for it, which rounds once; where
-    /// it has none, one is emulated at a hundred times the cost.
+    /// The sum of this and a product, lane by lane. `FUSED` says that the processor has an instruction for
+    /// it, which rounds once; where it has none, one is emulated at a hundred times the cost.
     #[inline(always)]
     #[must_use]
     fn plus_product<const FUSED: bool>(self, a: Self, b: Self) -> Self {
@@ -372,7 +372,8 @@ impl Root for f64 {
 mod tests {
     use super::*;
 
-    /// A grid of blocks of one to `largest` unknowns, coupled in squares, in an order that is anything but good.
+    /// A grid of blocks of one to `largest` unknowns, coupled in squares, in an order that is anything but
+    /// good.
     fn grid(n: usize, largest: usize) -> (Vec<usize>, Vec<Vec<Option<u32>>>) {
         let number = |i: usize, j: usize| ((i * n + j) * 7 % (n * n)) as u32;
         let mut groups = Vec::new();

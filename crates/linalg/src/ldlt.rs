@@ -1,7 +1,8 @@
 //! Sparse symmetric systems that are solved again and again on one pattern, by faer.
 //!
-//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. The products in a factor are cut into parts by its
-//! size and not by the number of threads, so that results are the same bytes at any number of threads.
+//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. The products in a
+//! factor are cut into parts by its size and not by the number of threads, so that results are the same bytes
+//! at any number of threads.
 
 use std::num::NonZeroU32;
 
@@ -62,8 +63,8 @@ pub type BlockPlaces = Vec<Option<Place>>;
 
 /// A symmetric matrix with a fixed pattern, its values, its factors, and the memory for them.
 ///
-/// The unknowns have to be numbered so that the factors stay sparse, as by [`ordering`](crate::ordering): no further
-/// reordering is done.
+/// The unknowns have to be numbered so that the factors stay sparse, as by [`ordering`](crate::ordering): no
+/// further reordering is done.
 pub struct SymmetricSolver {
     /// The lower triangle, by columns.
     matrix: CscMatrix<f64>,
@@ -181,7 +182,8 @@ impl SymmetricSolver {
         }
     }
 
-    /// Factorises the matrix. Returns the number of negative pivots: zero if and only if the matrix is positive definite.
+    /// Factorises the matrix. Returns the number of negative pivots: zero if and only if the matrix is
+    /// positive definite.
     ///
     /// # Errors
     /// [`LdltError::Singular`] if a pivot is zero or not finite.
@@ -212,8 +214,8 @@ impl SymmetricSolver {
         Ok(negative)
     }
 
-    /// Solves with the last factors, in place, and refines until the residual stops falling. Returns the residual
-    /// over the right-hand side, in the maximum norm; not finite if there is no solution.
+    /// Solves with the last factors, in place, and refines until the residual stops falling. Returns the
+    /// residual over the right-hand side, in the maximum norm; not finite if there is no solution.
     ///
     /// `x` has as many entries as there are unknowns. Call [`SymmetricSolver::factorise`] first.
     pub fn solve(&mut self, x: &mut [f64]) -> f64 {

@@ -2,9 +2,10 @@
 
 /// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse.
 ///
-/// The elements are cut in two along the axis or diagonal where the halves share the fewest nodes; those nodes go last,
-/// and both halves are ordered in the same way. `nodes` are positions in any unit, `elements` the numbers of their nodes,
-/// below `nodes.len()`. Returns the old numbers of the nodes in their new order, without nodes that are in no element.
+/// The elements are cut in two along the axis or diagonal where the halves share the fewest nodes; those
+/// nodes go last, and both halves are ordered in the same way. `nodes` are positions in any unit, `elements`
+/// the numbers of their nodes, below `nodes.len()`. Returns the old numbers of the nodes in their new order,
+/// without nodes that are in no element.
 ///
 /// # Panics
 /// If an element has a node that is not in `nodes`.
@@ -82,8 +83,8 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         }
     }
 
-    /// Sorts elements along `direction` and returns where they may be cut: near the middle, where the gaps between centres are
-    /// widest, so that layers of a regular mesh stay whole.
+    /// Sorts elements along `direction` and returns where they may be cut: near the middle, where the gaps
+    /// between centres are widest, so that layers of a regular mesh stay whole.
     fn sort(&self, part: &mut [u32], direction: usize) -> Vec<usize> {
         part.sort_unstable_by(|&a, &b| {
             let centre = |e: u32, k: usize| match k {

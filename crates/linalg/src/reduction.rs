@@ -1,7 +1,7 @@
 //! Sums and updates of long vectors.
 //!
-//! Every sum is cut in pieces that depend on the vector alone, never on the number of threads, so that results are the same
-//! bytes at any thread count.
+//! Every sum is cut in pieces that depend on the vector alone, never on the number of threads, so that
+//! results are the same bytes at any thread count.
 
 use rayon::prelude::*;
 
@@ -26,8 +26,8 @@ pub fn add(dst: &mut [f64], src: &[f64]) {
 /// Entries summed in one run before partial sums are combined.
 const DOT_CHUNK: usize = 4096;
 
-/// Inner product in double precision of two vectors of one length, each in any precision; the same bytes at any thread
-/// count.
+/// Inner product in double precision of two vectors of one length, each in any precision; the same bytes at
+/// any thread count.
 pub fn dot<A: Real, B: Real>(a: &[A], b: &[B]) -> f64 {
     let partial = |(x, y): (&[A], &[B])| {
         // Eight independent sums: one alone would wait for every addition.

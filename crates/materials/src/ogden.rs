@@ -1,4 +1,5 @@
-//! The law of Ogden (Proceedings of the Royal Society A 326, 565-584, 1972): sums of powers of the principal stretches.
+//! The law of Ogden (Proceedings of the Royal Society A 326, 565-584, 1972): sums of powers of the principal
+//! stretches.
 
 use nalgebra::Matrix3;
 
@@ -7,8 +8,8 @@ use crate::space::{Measure, Tensor};
 
 /// `J^(-alpha/3) (l1^alpha + l2^alpha + 1) - 3`, where `spread = I - 2J`.
 ///
-/// `l1^alpha + l2^alpha = 2 J^(alpha/2) cosh(b acosh z)` with `b = alpha/2` and `z = I/(2J)`, a Chebyshev function
-/// of `z`: smooth where the stretches coincide (`z = 1`), which formulas in `l1` and `l2` are not.
+/// `l1^alpha + l2^alpha = 2 J^(alpha/2) cosh(b acosh z)` with `b = alpha/2` and `z = I/(2J)`, a Chebyshev
+/// function of `z`: smooth where the stretches coincide (`z = 1`), which formulas in `l1` and `l2` are not.
 pub(crate) fn stretch_powers(spread: f64, j: f64, alpha: f64) -> EnergyDerivatives {
     let (t, t1, t2) = chebyshev(0.5 * alpha, 0.5 * spread / j);
     let z = 1.0 + 0.5 * spread / j;
@@ -78,8 +79,8 @@ fn chebyshev(b: f64, excess: f64) -> (f64, f64, f64) {
 impl Measure {
     /// `l1^a + l2^a + l3^a`, a function of the eigenvalues `c = l^2` of `C = F'F`.
     ///
-    /// In the basis of the eigenvectors, `dS/dC = diag(h)` with `h(c) = a/2 c^(a/2 - 1)`, and its derivative holds
-    /// `h'(c_i)` and the divided differences `(h(c_i) - h(c_j)) / (c_i - c_j)`, which are taken without
+    /// In the basis of the eigenvectors, `dS/dC = diag(h)` with `h(c) = a/2 c^(a/2 - 1)`, and its derivative
+    /// holds `h'(c_i)` and the divided differences `(h(c_i) - h(c_j)) / (c_i - c_j)`, which are taken without
     /// cancellation where stretches agree.
     pub(crate) fn power_sum(f: &Tensor, exponent: f64) -> Self {
         let matrix = Matrix3::from_row_slice(f);

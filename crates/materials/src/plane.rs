@@ -1,8 +1,8 @@
 //! Tensors and invariants in plane strain, and an energy's derivatives by them.
 //!
 //! With `F33 = 1` every isotropic energy is a function `w(I, J)` of `I = F:F` (in the plane) and `J = det F`:
-//! the three-dimensional invariants are `I1 = I + 1` and `I2 = I + J^2`. First Piola stress and tangent follow
-//! from six derivatives of `w`, exactly and without any eigenvalue problem:
+//! the three-dimensional invariants are `I1 = I + 1` and `I2 = I + J^2`. First Piola stress and tangent
+//! follow from six derivatives of `w`, exactly and without any eigenvalue problem:
 //!
 //! `P = 2 w_I F + w_J G`, `G = cof F`,
 //! `dP/dF = 2 w_I 1 + 4 w_II F(x)F + 2 w_IJ (F(x)G + G(x)F) + w_JJ G(x)G + w_J dG/dF`.
@@ -89,8 +89,8 @@ impl EnergyDerivatives {
         }
     }
 
-    /// The energy that is a function of this one, by the chain rule. Call with the derivatives of an invariant less its value
-    /// at rest, and with the function and its derivatives at that value.
+    /// The energy that is a function of this one, by the chain rule. Call with the derivatives of an
+    /// invariant less its value at rest, and with the function and its derivatives at that value.
     pub(crate) fn chained(&self, outer: &FunctionOfInvariant) -> Self {
         let FunctionOfInvariant { value, slope, curvature } = *outer;
         Self {

@@ -1,9 +1,10 @@
 //! Tensors and measures of deformation in three dimensions, and stress and tangent from them.
 //!
-//! Every law is a function of the volume ratio `J` and of *measures* of the deformation, each homogeneous in `F`:
-//! `I1 = F:F`, `I2 = G:G` with `G = cof F`, and `S = l1^a + l2^a + l3^a` of the principal stretches. A measure `e` of
-//! degree `n` enters as `e / J^(n/3) - 3` where the volume can change, and as `e - 3 - n (J - 1)` where it cannot (see
-//! [`HyperelasticLaw`](crate::HyperelasticLaw)). First Piola stress and tangent follow by the chain rule, from slope and curvature of `e`:
+//! Every law is a function of the volume ratio `J` and of *measures* of the deformation, each homogeneous in
+//! `F`: `I1 = F:F`, `I2 = G:G` with `G = cof F`, and `S = l1^a + l2^a + l3^a` of the principal stretches. A
+//! measure `e` of degree `n` enters as `e / J^(n/3) - 3` where the volume can change, and as `e - 3 - n (J -
+//! 1)` where it cannot (see [`HyperelasticLaw`](crate::HyperelasticLaw)). First Piola stress and tangent
+//! follow by the chain rule, from slope and curvature of `e`:
 //!
 //! `P = w_e e' + w_J G`, `dP/dF = w_e e'' + w_ee e'(x)e' + w_eJ (e'(x)G + G(x)e') + w_JJ G(x)G + w_J dG/dF`.
 

@@ -38,7 +38,8 @@ impl StressTable {
         self.value(&self.loading, compression)
     }
 
-    /// Nominal stress in Pa of the unloading branch at a compression `U/H`; `None` beyond the table, and without that branch.
+    /// Nominal stress in Pa of the unloading branch at a compression `U/H`; `None` beyond the table, and
+    /// without that branch.
     pub fn unloading_at(&self, compression: f64) -> Option<f64> {
         self.value(self.unloading.as_deref()?, compression)
     }
@@ -58,7 +59,8 @@ impl StressTable {
                 false => CompressionMatch::At(first),
             };
         }
-        // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which is 0.
+        // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which
+        // is 0.
         let [low, high] = [from - 1, from];
         let share = (stress - self.loading[low]) / (self.loading[high] - self.loading[low]);
         CompressionMatch::At(self.compression[low] + share * (self.compression[high] - self.compression[low]))

@@ -1,7 +1,7 @@
 //! The compression that a given force causes: equation (50) the other way round.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use crate::closed_form::{ClosedFormSettings, ForceCurve, Phase};
 use crate::error::MechanicsError;

@@ -2,9 +2,9 @@
 //! force.
 //!
 //! In plane strain an incompressible neo-Hookean or Mooney-Rivlin layer, bonded to its base, has a force of
-//! `F / (mu H w)` that depends on two numbers only: the punch's half-width `a / H` and the compression `U / H`. It is
-//! tabulated for a punch with sharp corners, in contact without friction. The table is printed by `cargo run --release -p
-//! elastocap-mechanics --example punch_forces`, to half a per cent.
+//! `F / (mu H w)` that depends on two numbers only: the punch's half-width `a / H` and the compression `U /
+//! H`. It is tabulated for a punch with sharp corners, in contact without friction. The table is printed by
+//! `cargo run --release -p elastocap-mechanics --example punch_forces`, to half a per cent.
 
 /// `a / H` of the rows.
 pub const HALF_WIDTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
@@ -24,9 +24,10 @@ const STIFFNESSES: [[f64; COMPRESSIONS.len()]; HALF_WIDTHS.len()] = [
 /// `a / H` of the rows of the plate.
 const HALF_LENGTHS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
-/// `F / (mu U w)` of a smooth plate over the whole top of a layer of half-length `a` whose ends are free, bonded to a substrate that goes on: by
-/// `[mechanics.plane_strain]` with `indenter = "whole-top"` and `end = "free-on-substrate"`, to 2 %. At large compressions the rubber rolls out
-/// under the plate and onto the substrate.
+/// `F / (mu U w)` of a smooth plate over the whole top of a layer of half-length `a` whose ends are free,
+/// bonded to a substrate that goes on: by `[mechanics.plane_strain]` with `indenter = "whole-top"` and `end =
+/// "free-on-substrate"`, to 2 %. At large compressions the rubber rolls out under the plate and onto the
+/// substrate.
 const STIFFNESSES_OF_PLATES: [[f64; COMPRESSIONS.len()]; HALF_LENGTHS.len()] = [
     [2.2001, 2.3082, 2.5128, 3.0335, 3.7641, 4.8650],
     [4.6894, 4.9126, 5.3213, 6.2612, 7.5354, 9.5531],
@@ -36,17 +37,18 @@ const STIFFNESSES_OF_PLATES: [[f64; COMPRESSIONS.len()]; HALF_LENGTHS.len()] = [
     [1117.1306, 1217.2142, 1427.5553, 1989.5029, 2896.8118, 4499.3850],
 ];
 
-/// `F / (mu H w)` of a flat punch of this half-width over the thickness, without friction, at a compression `U / H`.
+/// `F / (mu H w)` of a flat punch of this half-width over the thickness, without friction, at a compression
+/// `U / H`.
 ///
-/// Known to 2 %, between the rows and columns of the table too. Wider punches than those of the table are extrapolated: beyond a
-/// few thicknesses the cube root of the force is linear in the half-width, as in lubrication. `None` for narrower ones, and beyond
-/// the compressions of the table.
+/// Known to 2 %, between the rows and columns of the table too. Wider punches than those of the table are
+/// extrapolated: beyond a few thicknesses the cube root of the force is linear in the half-width, as in
+/// lubrication. `None` for narrower ones, and beyond the compressions of the table.
 pub fn punch_force(half_width: f64, compression: f64) -> Option<f64> {
     force(&HALF_WIDTHS, &STIFFNESSES, half_width, compression)
 }
 
-/// `F / (mu H w)` of a smooth plate over the whole top of a layer of this half-length over the thickness, which ends with the plate, at a compression
-/// `U / H`.
+/// `F / (mu H w)` of a smooth plate over the whole top of a layer of this half-length over the thickness,
+/// which ends with the plate, at a compression `U / H`.
 ///
 /// Known to 5 %, and extrapolated and refused as [`punch_force`] is.
 pub fn plate_force(half_length: f64, compression: f64) -> Option<f64> {
@@ -100,8 +102,9 @@ mod tests {
 
     #[test]
     fn forces_between_the_rows_of_the_table_and_beyond_it_are_those_of_finite_elements() {
-        // Another program run: `--example sharp_punch -- 1.1111 5e-3 : 0.05 0.1 0.2` gives 1.440, 2.883, 5.80, and punches with
-        // corners rounded by 0.02 H and 0.005 H the same (docs/mechanics.md). Those of half-width 3 are rounded by 0.05 H.
+        // Another program run: `--example sharp_punch -- 1.1111 5e-3 : 0.05 0.1 0.2` gives 1.440, 2.883,
+        // 5.80, and punches with corners rounded by 0.02 H and 0.005 H the same (docs/mechanics.md). Those of
+        // half-width 3 are rounded by 0.05 H.
         let known = [
             (500.0 / 450.0, [(0.05, 1.440), (0.1, 2.883), (0.2, 5.82), (0.3, 8.99), (0.4, 12.87)].to_vec()),
             (3.0, [(0.05, 8.466), (0.2, 34.24), (0.3, 53.6)].to_vec()),

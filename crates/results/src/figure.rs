@@ -22,13 +22,14 @@ fn known(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-/// The figure of a curve; `None` for a scene without load, and where the indenter touches the layer at no step.
+/// The figure of a curve; `None` for a scene without load, and where the indenter touches the layer at no
+/// step.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
     figure_with_points(title, outcome, None)
 }
 
-/// The figure of a curve with measured points drawn over the capacitance and their residuals below it, if there are any; `None` as for
-/// [`figure`].
+/// The figure of a curve with measured points drawn over the capacitance and their residuals below it, if
+/// there are any; `None` as for [`figure`].
 pub fn figure_with_points(
     title: &str,
     outcome: &Outcome,
@@ -271,7 +272,8 @@ mod tests {
         assert_eq!(panels.second.as_ref().unwrap().series.len(), 2);
         let last = 100.0 * outcome.steps[5].row.change_relative.unwrap();
         assert!((panels.main.series[0].points[5].1 - last).abs() < 1e-12);
-        // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the compression.
+        // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the
+        // compression.
         outcome.steps[5].row.force_n = None;
         let panels = figure("a pair", &outcome).unwrap();
         assert_eq!(

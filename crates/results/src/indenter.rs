@@ -130,7 +130,8 @@ fn block(half_widths: [f64; 2], radius: f64, most: f64, height: f64) -> Vec<Corn
     lofted(&rings)
 }
 
-/// The surface of the body between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
+/// The surface of the body between rings above each other, which go round anticlockwise as seen from above,
+/// with caps at both ends.
 fn lofted(rings: &[Vec<[f64; 3]>]) -> Vec<Corners> {
     let mut triangles = Vec::new();
     for pair in rings.windows(2) {
@@ -182,7 +183,8 @@ mod tests {
 
     #[test]
     fn every_indenter_is_closed_outside_out_and_begins_where_the_load_puts_it() {
-        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is the half length of the layer at most.
+        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is the half length of the
+        // layer at most.
         let part = |h: f64| std::f64::consts::PI * h * h * (0.6 - h / 3.0);
         let half_length =
             case("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"").layer.unwrap().half_length;

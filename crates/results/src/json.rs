@@ -88,8 +88,8 @@ impl<'a> Wire<'a> {
 /// The measurement that `capacitance_f` and its bounds are of.
 #[derive(Serialize)]
 struct Measured<'a> {
-    /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at its potential) or "matrix",
-    /// of which one entry is shown.
+    /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at
+    /// its potential) or "matrix", of which one entry is shown.
     kind: &'static str,
     terminals: Vec<&'a str>,
     /// The terminals of the capacitance that `capacitance_f` is.
@@ -114,8 +114,8 @@ struct Capacitance<'a> {
     floating_conductors: Vec<Floating>,
 }
 
-/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A limit that is
-/// not known is null.
+/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A
+/// limit that is not known is null.
 #[derive(Serialize)]
 struct Floating {
     name: String,
@@ -261,8 +261,8 @@ pub(crate) fn mesh_document(case: &Case, files: &[String]) -> String {
     format!("{document:#}\n")
 }
 
-/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written, `case_text` is the text of the
-/// case file.
+/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written,
+/// `case_text` is the text of the case file.
 ///
 /// # Errors
 /// None that is known: every value in it has a form in JSON.

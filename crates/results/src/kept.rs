@@ -88,7 +88,8 @@ impl Observer for KeptFields<'_> {
 /// Writes the files of a run that has ended into `folder`, as [`save`] does for a run that writes its fields
 /// while it works.
 ///
-/// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the report.
+/// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the
+/// report.
 ///
 /// # Errors
 /// [`OutputError`], if the folder cannot be made or holds files of others that a run would replace; then it

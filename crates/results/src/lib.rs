@@ -220,8 +220,8 @@ pub fn save(
     Ok(Saved { folder: placed.folder, files: placed.files, json, warnings })
 }
 
-/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each step, and `mesh.json`,
-/// which lists them.
+/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each
+/// step, and `mesh.json`, which lists them.
 ///
 /// `steps` must come from [`elastocap_coupling::run::deform`].
 ///

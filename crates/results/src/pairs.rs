@@ -47,8 +47,8 @@ pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
     Some([solved().next()?, solved().find(|step| compression(step) >= most)?])
 }
 
-/// The changes between two steps of the capacitances that a case names in its `[measure]`, or of the mutual capacitances of all pairs of
-/// terminals. Empty unless a matrix is measured, and is known at both steps.
+/// The changes between two steps of the capacitances that a case names in its `[measure]`, or of the mutual
+/// capacitances of all pairs of terminals. Empty unless a matrix is measured, and is known at both steps.
 pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> Vec<PairChange> {
     let Some(Measurement::Matrix { terminals: count, .. }) = outcome.measurement else { return Vec::new() };
     let measured = case.measured_entries();
@@ -60,8 +60,8 @@ pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> 
     pairs.into_iter().filter_map(|pair| change_of(pair, steps, share)).collect()
 }
 
-/// The capacitances that `[measure]` names, if it names several: for each step that has the matrix, the step with their changes since the
-/// first one, in the order of the case.
+/// The capacitances that `[measure]` names, if it names several: for each step that has the matrix, the step
+/// with their changes since the first one, in the order of the case.
 pub(crate) fn measured_changes<'a>(
     case: &Case,
     outcome: &'a Outcome,
@@ -73,7 +73,8 @@ pub(crate) fn measured_changes<'a>(
     known().map(|step| (step, pair_changes(case, outcome, [first, step]))).collect()
 }
 
-/// The changes of every capacitance of a matrix between two steps: a row and a column of `None` where it is not known.
+/// The changes of every capacitance of a matrix between two steps: a row and a column of `None` where it is
+/// not known.
 pub(crate) fn matrix_of_changes(
     case: &Case,
     outcome: &Outcome,
@@ -164,7 +165,8 @@ mod tests {
         assert_eq!((hidden.limits, hidden.is_certain()), ([-3.0, 1.0], false));
         assert_eq!(largest_certain(&[hidden, small, larger]).map(|change| change.terminals), Some([1, 2]));
         assert!(largest_certain(&[hidden]).is_none());
-        // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the change hides every change.
+        // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the
+        // change hides every change.
         let rough = Row { mechanics_error_estimate: Some(0.06), ..Row::default() };
         let pair = [bounded(5.0, 0.0), bounded(4.5, 0.0)];
         assert!(!change([1, 2], pair, &rough, 0.0).is_certain());

@@ -15,7 +15,8 @@ fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
 
-/// The shift and the tilt of a step, such as `shift 100 µm along x1, tilt 0.2° about x3`; `None` if it has neither.
+/// The shift and the tilt of a step, such as `shift 100 µm along x1, tilt 0.2° about x3`; `None` if it has
+/// neither.
 pub(crate) fn of_step(outcome: &Outcome, step: &StepResult) -> Option<String> {
     in_words(&pose(outcome, step))
 }
@@ -24,7 +25,8 @@ fn in_words(pose: &Pose) -> Option<String> {
     words(pose, |x| quantity(x, 3, "m"), "\u{b0}")
 }
 
-/// The shift and the tilt of a pose in ASCII, for a terminal, such as `shift 100 um along x1, tilt 0.2 deg about x3`; `None` if it has neither.
+/// The shift and the tilt of a pose in ASCII, for a terminal, such as `shift 100 um along x1, tilt 0.2 deg
+/// about x3`; `None` if it has neither.
 pub(crate) fn in_plain_words(pose: &Pose) -> Option<String> {
     words(pose, |x| prefixed(x, 3, "m"), " deg")
 }

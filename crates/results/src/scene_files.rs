@@ -20,7 +20,8 @@ use crate::indenter::{indenter, of_box, plate};
 const APART: f64 = 2e-3;
 /// Thickness of the substrate where none is part of the field, over that of the layer.
 const SLAB: f64 = 0.25;
-/// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest extent.
+/// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest
+/// extent.
 const BAR: [f64; 3] = [0.4, 0.01, 0.05];
 
 /// The place of a body in a state of the scene, if the body is there.

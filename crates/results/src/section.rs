@@ -168,8 +168,8 @@ struct Corner {
     rises: [f64; 2],
 }
 
-/// A quadrilateral in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
-/// 1964): without kinks from one cell of a body to the next.
+/// A quadrilateral in which the potential is the cubic that has the values and slopes of the corners
+/// (Ferguson, Journal of the ACM 11, 1964): without kinks from one cell of a body to the next.
 struct Patch([[Corner; 2]; 2]);
 
 impl Patch {

@@ -38,8 +38,8 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
     }
 }
 
-/// Stress along the bonded bottom, the top and the axis in the plane of symmetry `x3 = 0`, and along the bottom and the
-/// top in the plane of symmetry `x1 = 0`.
+/// Stress along the bonded bottom, the top and the axis in the plane of symmetry `x3 = 0`, and along the
+/// bottom and the top in the plane of symmetry `x1 = 0`.
 fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> String {
     let nodes = &model.equations().body().mesh.nodes;
     let top = nodes.iter().map(|x| x[1]).fold(0.0, f64::max);

@@ -120,7 +120,8 @@ impl Design {
     /// row is combined with all of their values, which change fastest.
     ///
     /// # Errors
-    /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many cases.
+    /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many
+    /// cases.
     pub fn list(table: &str, settings: &[Setting]) -> Result<Self, DesignError> {
         let (keys, rows) = read_list(table)?;
         let (keys, cases) = product(settings, keys, rows)?;

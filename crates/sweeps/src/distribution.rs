@@ -1,4 +1,5 @@
-//! Distributions of tolerances: `normal(50um, 2um)`, `uniform(1, 2)` and others, drawn the same from the same seed on every machine.
+//! Distributions of tolerances: `normal(50um, 2um)`, `uniform(1, 2)` and others, drawn the same from the same
+//! seed on every machine.
 
 use elastocap_case::{Amount, AmountError, Scale};
 use rand::{Rng, RngExt as _};

@@ -38,7 +38,8 @@ impl Program {
     }
 }
 
-/// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
+/// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal
+/// digits, or a map to them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     /// The version of the program.

@@ -290,7 +290,8 @@ impl Writer {
         let distance = |side: u32| inner + f64::from(side) * growth;
         let arm = |sign: f64| -> Vec<Rectangle> {
             let side = |n: u32| {
-                // Directions +x1, +x3, -x1, -x3 from the centre; the trace runs across from the side before to the one after.
+                // Directions +x1, +x3, -x1, -x3 from the centre; the trace runs across from the side before
+                // to the one after.
                 let before = if n == 0 { 0.0 } else { distance(n - 1) + 0.5 * width };
                 let (near, far) = (distance(n) - 0.5 * width, distance(n) + 0.5 * width);
                 let after = distance(n + 1) + 0.5 * width;

@@ -62,7 +62,8 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     for (name, text) in sources(model) {
         fs::write(folder.path().join(name), text)?;
     }
-    // A path is relative to the current folder of this program; a name alone is looked for in the folders of PATH.
+    // A path is relative to the current folder of this program; a name alone is looked for in the folders of
+    // PATH.
     let is_path = compiler.components().count() > 1;
     let program = if is_path { std::path::absolute(compiler)? } else { compiler.to_owned() };
     let mut command = Command::new(program);

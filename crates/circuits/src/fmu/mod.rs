@@ -1,4 +1,5 @@
-//! An FMU of FMI 3.0 for model exchange and co-simulation: C sources with the numbers as tables, and a binary where there is a C compiler.
+//! An FMU of FMI 3.0 for model exchange and co-simulation: C sources with the numbers as tables, and a binary
+//! where there is a C compiler.
 //!
 //! The archive has the same bytes for the same model and the same compiler.
 

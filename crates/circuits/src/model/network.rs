@@ -31,8 +31,8 @@ pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
 
 /// The mutual capacitances of all pairs by rows, and then those to ground, at each step.
 ///
-/// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V everywhere), so that lower
-/// bounds below zero become zero and remain bounds.
+/// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V
+/// everywhere), so that lower bounds below zero become zero and remain bounds.
 pub(super) fn matrix(steps: &[&Step], count: usize) -> Result<Vec<Values>, ModelError> {
     let matrices: Vec<Vec<Vec<StepValue>>> =
         steps.iter().map(|step| network_of(step, count)).collect::<Result<_, ModelError>>()?;

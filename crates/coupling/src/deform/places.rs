@@ -95,7 +95,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         numbers.iter().zip(&self.at_rest).map(tolerance).collect()
     }
 
-    /// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is proportional to; nothing without a pair.
+    /// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is
+    /// proportional to; nothing without a pair.
     fn facing(&self, electrodes: &[Ends]) -> Vec<f64> {
         let extent = |e: &Ends, axis: usize| e[axis][1] - e[axis][0];
         let (axis, gap, [one, other]) = match (self.layout, electrodes) {

@@ -4,8 +4,8 @@
 //! of the axial force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L depends on the
 //! compression, and is interpolated between the compressions at which it is computed.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use std::sync::atomic::AtomicBool;
 

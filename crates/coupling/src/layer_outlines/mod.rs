@@ -226,7 +226,8 @@ fn mirrored(curve: &[[f64; 2]]) -> Curve {
     curve.iter().rev().map(|p| [-p[0], p[1]]).collect()
 }
 
-/// A curve on the right of the axis together with its mirror image, as one. It begins on the axis, and may end there.
+/// A curve on the right of the axis together with its mirror image, as one. It begins on the axis, and may
+/// end there.
 fn both_halves(curve: &[[f64; 2]]) -> Curve {
     let size = curve.iter().map(|p| p[0]).fold(0.0, f64::max);
     let on_axis = |p: &[f64; 2]| p[0].abs() <= 1e-9 * size;

@@ -145,8 +145,8 @@ pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
     }
 }
 
-/// The relative error of a capacitance for a bent surface on which a wall lies, which is flat: the share of the layer's height in which the
-/// surface lies. An estimate; zero where a medium lies on the layer.
+/// The relative error of a capacitance for a bent surface on which a wall lies, which is flat: the share of
+/// the layer's height in which the surface lies. An estimate; zero where a medium lies on the layer.
 pub(crate) fn under_wall(scene: &Scene, curves: &DeformedCurves) -> f64 {
     let lies_on = |purpose: Purpose| scene.bodies.iter().any(|body| body.purpose == purpose);
     match curves.bent_between() {

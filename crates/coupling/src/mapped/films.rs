@@ -1,4 +1,5 @@
-//! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for a tolerance.
+//! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for
+//! a tolerance.
 //!
 //! The boxes of layer and indenter cannot touch under a map. So either the surface of the layer is displaced
 //! from the indenter by a film of the layer's material, or the metal of a punch or cylinder fills the contact

@@ -20,8 +20,8 @@ use super::surface::DECAY;
 use crate::deform::{FiniteElementStep, Material};
 use crate::scene::DeformedScene;
 
-/// Degree of the map's polynomials along and across the electrodes, over their height, between them and the faces of the layer, and
-/// beside them.
+/// Degree of the map's polynomials along and across the electrodes, over their height, between them and the
+/// faces of the layer, and beside them.
 const ALONG: usize = 8;
 const OVER_ELECTRODE: usize = 2;
 const BETWEEN: usize = 4;

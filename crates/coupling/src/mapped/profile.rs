@@ -1,11 +1,12 @@
-//! The outline of an indenter that is the same all along x3: flat in the middle, round at its edges, with upright sides unless it is a
-//! cylinder.
+//! The outline of an indenter that is the same all along x3: flat in the middle, round at its edges, with
+//! upright sides unless it is a cylinder.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::scene::indenter::{IndenterForm, Rounding};
 
-/// The right half of the outline, from its lowest point in the middle to the middle of its top. Lengths in m, from the lowest point.
+/// The right half of the outline, from its lowest point in the middle to the middle of its top. Lengths in m,
+/// from the lowest point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
     /// Half of the width of the flat face; zero for a cylinder.

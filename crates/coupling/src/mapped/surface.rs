@@ -74,7 +74,8 @@ pub(super) struct Bent {
     pub(super) electrodes: f64,
     /// The thickness of the undeformed layer.
     pub(super) thickness: f64,
-    /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
+    /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first
+    /// to the last and beyond.
     pub(super) corners: [Vec<f64>; 2],
     /// Whether the displacement is independent of x3.
     pub(super) is_plane: bool,

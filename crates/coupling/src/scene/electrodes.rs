@@ -22,7 +22,8 @@ const PLACES: [ElectrodePlace; 2] =
 
 /// The two electrodes of a scene.
 pub(super) struct Placed {
-    /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of their faces.
+    /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of
+    /// their faces.
     pub(super) regions: [Box3; 2],
     pub(super) pair: DeformedPair,
     /// See [`super::DeformedScene::electrodes_are_bent`].

@@ -92,8 +92,8 @@ const LARGEST_ANGLE: f64 = 179.9;
 /// too long.
 const FEW_POINTS: usize = 100_000;
 
-/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the first mesh is then
-/// two to three times the tolerance.
+/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the
+/// first mesh is then two to three times the tolerance.
 pub(super) const THIN_EDGE: f64 = 4.0;
 
 /// The first mesh of a solve.

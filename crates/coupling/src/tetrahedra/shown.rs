@@ -94,7 +94,8 @@ struct Regions {
     numbers: HashMap<([u64; 3], u32), u32>,
     points: Vec<[f64; 3]>,
     potential: Vec<f64>,
-    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the volumes.
+    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the
+    /// volumes.
     field: Vec<([f64; 3], f64)>,
 }
 

@@ -132,7 +132,8 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
     assert_eq!(parts, ["mechanics", "measured", "electrostatics", "files"]);
     assert_eq!(plan.mirrored, [true, false, true]);
-    // A quarter of the scene, as a run of the last step takes it (113,881 are needed), some 0.1 GB and some tenths of a second.
+    // A quarter of the scene, as a run of the last step takes it (113,881 are needed), some 0.1 GB and some
+    // tenths of a second.
     assert_eq!(plan.unknowns, 118_422);
     assert!((0.5e8..2e8).contains(&(plan.memory_bytes as f64)), "{}", plan.memory_bytes);
     assert!((0.05..2.0).contains(&plan.seconds), "{}", plan.seconds);

@@ -19,8 +19,8 @@ impl FreeBox {
         (0..3).map(|a| self.block.hi[a] - self.block.lo[a]).product()
     }
 
-    /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an outer plane
-    /// that belongs to it.
+    /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an
+    /// outer plane that belongs to it.
     fn meets(&self, conductor: &Block, cells: [usize; 3]) -> bool {
         (0..3).all(|a| {
             let (lo, hi) = (self.block.lo[a], self.block.hi[a]);
@@ -49,8 +49,8 @@ impl FreeBox {
 /// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far.
 const ENUMERATION_LIMIT: usize = 20_000;
 
-/// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the conductors is interior to
-/// some box.
+/// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the
+/// conductors is interior to some box.
 pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     free_boxes_within(domain, &mut Work { left: u64::MAX }).unwrap_or_default()
 }
@@ -76,7 +76,8 @@ impl Work {
     }
 }
 
-/// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another one.
+/// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another
+/// one.
 fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let cells = domain.cells();
     let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
@@ -127,14 +128,15 @@ fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
 }
 
 /// Greedy cover of the *features* of the coarse grid of planes: every vertex, edge, face and cell outside the
-/// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better preconditioner.
+/// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better
+/// preconditioner.
 fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<FreeBox>> {
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
         return Some(boxes);
     }
-    // Feature 2 m is plane m, feature 2 m + 1 interval m; a box lo..hi holds the features 2 lo + 1 .. 2 hi - 1, and the
-    // outer planes where it reaches the scene's end.
+    // Feature 2 m is plane m, feature 2 m + 1 interval m; a box lo..hi holds the features 2 lo + 1 .. 2 hi -
+    // 1, and the outer planes where it reaches the scene's end.
     let cells = domain.cells();
     let size = cells.map(|n| 2 * n + 1);
     let span = |b: &FreeBox, a: usize| {
@@ -180,7 +182,8 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<Fre
             _ => break,
         }
     }
-    // Where not all boxes could be enumerated a feature may be uncovered: the box of the cells around it covers it.
+    // Where not all boxes could be enumerated a feature may be uncovered: the box of the cells around it
+    // covers it.
     for feature in 0..covered.len() {
         if covered[feature] {
             continue;

@@ -1,5 +1,5 @@
-//! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower ones by the dual
-//! problem (Thomson's principle).
+//! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower
+//! ones by the dual problem (Thomson's principle).
 
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
@@ -37,8 +37,8 @@ pub(crate) enum Start {
     Image(Image),
 }
 
-/// Upper energies by Dirichlet's principle, with a start for each right-hand side; the iteration stops when its error is about `share`
-/// of the energy.
+/// Upper energies by Dirichlet's principle, with a start for each right-hand side; the iteration stops when
+/// its error is about `share` of the energy.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -86,7 +86,8 @@ pub(crate) fn upper(
         iterations += c.iterations;
         let mut reached = c.reached;
         if !reached && c.iterations < iteration_limit {
-            // Rounding may have separated the recursion from the true residual: solve once more, from the true one.
+            // Rounding may have separated the recursion from the true residual: solve once more, from the
+            // true one.
             let mut image = vec![0.0; u.len()];
             primal.apply(&u, &mut image);
             let rest: Vec<f64> = source.iter().zip(&image).map(|(b, a)| b - a).collect();
@@ -102,8 +103,8 @@ pub(crate) fn upper(
         u.iter_mut().zip(&begin).for_each(|(u, b)| *u += b);
         coefficients.push(u);
     }
-    // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
-    // the energies stay upper bounds.
+    // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of
+    // the sums, so that the energies stay upper bounds.
     let mut matrix = primal.energies(&coefficients)?;
     let n = coefficients.len();
     for i in 0..n {
@@ -235,7 +236,8 @@ fn flux_energies(dual: &Dual, potentials: &[Vec<f64>], fluxes: &[Flux]) -> Mat<f
     matrix
 }
 
-/// Iterates until the energy of the repair is small compared with `share` of the energy, or until further iterations gain little.
+/// Iterates until the energy of the repair is small compared with `share` of the energy, or until further
+/// iterations gain little.
 fn dual_flux(
     dual: &mut Dual,
     potentials: &[f64],
@@ -265,7 +267,8 @@ fn dual_flux(
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
         stop_if_cancelled(cancel)?;
         iterations += c.iterations;
-        // Steps after the first may be less than the last digit of the potentials where the permittivity is high.
+        // Steps after the first may be less than the last digit of the potentials where the permittivity is
+        // high.
         match last.is_infinite() {
             true => add(&mut x, &step),
             false => add(finer.get_or_insert_with(zeros), &step),
@@ -292,8 +295,8 @@ fn dual_flux(
         let energy = flux_energies(dual, &[potentials.to_vec()], std::slice::from_ref(&flux))[(0, 0)];
         let repair = dot(&flux.repair, &flux.residual);
         let cost = excess * (repair.sqrt() + flux.energy_left.sqrt()).powi(2) / energy;
-        // The repair ignores how conductors shield the field, and near them its energy may be far larger than the error of the
-        // linear solver: then that error must become smaller.
+        // The repair ignores how conductors shield the field, and near them its energy may be far larger than
+        // the error of the linear solver: then that error must become smaller.
         let proved = repaired.left < 1e-3 && cost >= 0.0 && cost.is_finite();
         let cheap = cost <= 20.0 * share;
         let gains_little = cost > 0.5 * last;

@@ -70,7 +70,8 @@ struct Samples {
     slopes: [SparseRows<f64>; 2],
 }
 
-/// Which images of the part that is solved are shown along an axis. Mirrored halves lie below the solved ones.
+/// Which images of the part that is solved are shown along an axis. Mirrored halves lie below the solved
+/// ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Images {
     /// The part itself.
@@ -105,8 +106,9 @@ impl Reflection {
         Self { images, part, whole: [0, 1, 2].map(|a| part[a] * images[a].count()) }
     }
 
-    /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror plane that the image
-    /// lies on: -1 below it, else 1. The node on the plane belongs to both halves; it counts as above.
+    /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror
+    /// plane that the image lies on: -1 below it, else 1. The node on the plane belongs to both halves; it
+    /// counts as above.
     fn node(&self, a: usize, i: usize) -> (usize, f64) {
         let n = self.part[a];
         match (self.images[a], i < n) {
@@ -133,7 +135,8 @@ impl Reflection {
         }
     }
 
-    /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the layout.
+    /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the
+    /// layout.
     fn coordinates(&self, a: usize, part_nodes: &[f64], layout: &Layout) -> Vec<f64> {
         let image = |from: usize| part_nodes.iter().skip(from).rev().map(|x| -x);
         let places: Vec<f64> = match self.images[a] {
@@ -145,7 +148,8 @@ impl Reflection {
     }
 }
 
-/// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
+/// Samples one state of the scene: its potential and its electric field as the sum of the shares of all
+/// parts.
 ///
 /// `potentials`, V, are those of the scene's conductors in this state; they are handed on in the result. The
 /// samples fill [`Scene::sensor`], and are denser in sections through it, one of which is where the scene is
@@ -242,8 +246,9 @@ fn sample_in(
     }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or in a
-/// section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or [`MAX_CELLS_OF_BENT_SECTION`].
+/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than
+/// [`MAX_CELLS`], or in a section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or
+/// [`MAX_CELLS_OF_BENT_SECTION`].
 fn pieces(
     axes: [&Axis; 3],
     (shown, flat): (&Box3, Option<usize>),

@@ -43,7 +43,8 @@ const BOX_PACE: f64 = 1.5e-10;
 const TERM_PACE: f64 = 3e-8;
 const MODES_PACE: f64 = 2e-8;
 
-/// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of several permittivities.
+/// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of
+/// several permittivities.
 const FIRST_ITERATIONS: f64 = 40.0;
 
 /// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it.
@@ -72,7 +73,8 @@ const LARGE_MISSING: f64 = 0.1;
 const LARGE_MISSING_MARGIN: f64 = 1.9;
 const LARGE_MISSING_TIMES: f64 = 3.0;
 
-/// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
+/// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three
+/// conductors.
 const PACE: f64 = 1.5e-10;
 
 /// The axes across which the box solver will mirror a scene with such settings, and whether it will use a
@@ -322,7 +324,8 @@ impl GridProblem<'_> {
         let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
         let seconds = seconds * shrink.powf(4.0 / 3.0);
         let n: usize = halves * dims.iter().product::<usize>();
-        // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
+        // The earlier grids take about half as long as the last one; the primal and the dual problem share
+        // two cores.
         let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
         let mirrored = self.layout.mirror.map(|m| m.is_some());
         let copies = halves << mirrored.iter().filter(|m| **m).count();

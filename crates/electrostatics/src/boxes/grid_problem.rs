@@ -24,7 +24,8 @@ pub(crate) struct GridProblem<'a> {
     /// Whether only the state is solved in which two conductors have opposite potentials, so that the matrix
     /// is not that of the scene.
     pub(crate) opposite_alone: bool,
-    /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves half of it.
+    /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves
+    /// half of it.
     pub(crate) core: Layout,
     /// Axes across which a grid is reflected before it is solved on: none where only mirrors are used, the
     /// last where a half turn is.
@@ -112,11 +113,12 @@ impl<'a> GridProblem<'a> {
         })
     }
 
-    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor, or where the
-    /// grid of a base has them.
+    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the
+    /// farthest conductor, or where the grid of a base has them.
     ///
     /// # Errors
-    /// [`SolveError::Superposition`] where a plane of the scene is more than half as far out as the rays of the base begin.
+    /// [`SolveError::Superposition`] where a plane of the scene is more than half as far out as the rays of
+    /// the base begin.
     pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
         let Some((radius, must_be)) = self.reach else { return Ok(first(&self.core, far)) };
         // Graded all the way out: one long element would converge slowly.
@@ -149,15 +151,17 @@ impl<'a> GridProblem<'a> {
         self.memory_of(domain.primal_dims())
     }
 
-    /// Memory, bytes, that the solve of the largest part takes on a grid with `dims` functions on the axes of the core.
+    /// Memory, bytes, that the solve of the largest part takes on a grid with `dims` functions on the axes of
+    /// the core.
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = self.reflected_dims(dims);
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every function. A solve that is added
-        // to a base holds fluxes at these points as well.
+        // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every
+        // function. A solve that is added to a base holds fluxes at these points as well.
         let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
         let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
-        // Where a half turn is used, the unknowns on the other half, their parts on quarters, and copies of both.
+        // Where a half turn is used, the unknowns on the other half, their parts on quarters, and copies of
+        // both.
         let halves = if self.layout.turn.is_some() && self.settings.symmetry { 64 } else { 0 };
         let halves = halves * dims.iter().map(|n| *n as u64).product::<u64>();
         let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);

@@ -1,7 +1,9 @@
-//! Refines a grid: next to edges by splitting elements, elsewhere by raising degrees, on each axis independently.
+//! Refines a grid: next to edges by splitting elements, elsewhere by raising degrees, on each axis
+//! independently.
 //!
-//! A tensor-product grid is refined by whole slabs. The energy of a slab's functions of the highest degree along the axis (their
-//! *surplus*), and how fast the surplus falls with the degree, say how much energy refining the slab would gain.
+//! A tensor-product grid is refined by whole slabs. The energy of a slab's functions of the highest degree
+//! along the axis (their *surplus*), and how fast the surplus falls with the degree, say how much energy
+//! refining the slab would gain.
 
 use crate::boxes::domain::Domain;
 use crate::boxes::layout::Grid;
@@ -9,7 +11,8 @@ use elastocap_fem::line::Numbering;
 use elastocap_geometry::meshing::grid::{Change, GradedAxis};
 use std::collections::BTreeMap;
 
-/// Energy that an element is estimated to miss along its axis, and the factor by which one more degree lowers it.
+/// Energy that an element is estimated to miss along its axis, and the factor by which one more degree lowers
+/// it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Missing {
     /// Energies of the two highest degrees, `[p - 1, p]`.
@@ -74,17 +77,17 @@ pub(crate) fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
     }
 }
 
-/// Size of the part at an edge over the element that is split there: between 0.12 and 0.15 is best (Gui and Babuska's
-/// 0.15 holds for one edge alone), measured on the in-plane pair.
+/// Size of the part at an edge over the element that is split there: between 0.12 and 0.15 is best (Gui and
+/// Babuska's 0.15 holds for one edge alone), measured on the in-plane pair.
 const RATIO: f64 = 0.13;
 
-/// Share of the missing energy that remains after a split at an edge: between 0.066 at the edges of boxes and 0.13 at those of
-/// sheets.
+/// Share of the missing energy that remains after a split at an edge: between 0.066 at the edges of boxes and
+/// 0.13 at those of sheets.
 const SPLIT: f64 = 0.1;
 
 impl Missing {
-    /// The factor by which one more degree lowers the missing energy; pairs of degrees are compared since one alone may vanish by
-    /// symmetry.
+    /// The factor by which one more degree lowers the missing energy; pairs of degrees are compared since one
+    /// alone may vanish by symmetry.
     fn rate(&self, degree: usize) -> f64 {
         let [before, top] = self.surplus;
         let one = if degree >= 3 && before > 0.0 { top / before } else { 0.25 };
@@ -125,7 +128,8 @@ impl Item {
             ([true, true], _) => Some(0.5),
             ([true, false], _) => Some(RATIO),
             ([false, true], _) => Some(1.0 - RATIO),
-            // Where a higher degree gains little the field varies within the element: split next to the shorter neighbour.
+            // Where a higher degree gains little the field varies within the element: split next to the
+            // shorter neighbour.
             _ if rate > 0.45 && degree > 4 => {
                 let (below, above) = (length(e.checked_sub(1)), length(Some(e + 1)));
                 Some(if below < above { 2.0 * RATIO } else { 1.0 - 2.0 * RATIO })
@@ -163,8 +167,8 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
 /// not miss less than this share of it.
 const BESIDE_EXHAUSTED: f64 = 0.3;
 
-/// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should be missing or
-/// nothing more is worth planning.
+/// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should
+/// be missing or nothing more is worth planning.
 fn plan(items: &mut [((usize, usize), Item)], target: f64) {
     let mut missing: f64 = items.iter().map(|(_, i)| i.missing).sum();
     let mut last: Option<f64> = None;
@@ -205,13 +209,14 @@ pub(crate) fn functions_wanted(grid: &Grid, indicator: &Indicator, target: f64) 
     })
 }
 
-/// Refines where this reduces the missing energy most for its cost, until no more than `target` should be missing. Returns the
-/// energy that should be missing afterwards.
+/// Refines where this reduces the missing energy most for its cost, until no more than `target` should be
+/// missing. Returns the energy that should be missing afterwards.
 pub(crate) fn refine(grid: &mut Grid, indicator: &Indicator, target: f64) -> f64 {
     refine_weighted(grid, indicator, target, |_, _| 1.0)
 }
 
-/// Refines as [`refine`] does, but counts the energy that an element misses `weight` times: an element is given by its axis and its number.
+/// Refines as [`refine`] does, but counts the energy that an element misses `weight` times: an element is
+/// given by its axis and its number.
 pub(crate) fn refine_weighted(
     grid: &mut Grid,
     indicator: &Indicator,
@@ -240,7 +245,8 @@ pub(crate) fn refine_weighted(
         let axis = &mut grid.axes[a];
         let first: Vec<(usize, Change)> = changes[a].iter().map(|(e, c)| (*e, *c)).collect();
         axis.change(&first);
-        // A second split goes to the part at the edge: behind as many elements as the first splits made below it.
+        // A second split goes to the part at the edge: behind as many elements as the first splits made below
+        // it.
         let splits_before =
             |e: usize| first.iter().filter(|(s, c)| *s < e && matches!(c, Change::Split(_))).count();
         let mut second: Vec<(usize, Change)> = Vec::new();

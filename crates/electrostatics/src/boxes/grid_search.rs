@@ -251,7 +251,8 @@ impl<'p, 's> Search<'p, 's> {
     /// tolerance.
     ///
     /// # Errors
-    /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before anything is known.
+    /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before
+    /// anything is known.
     pub(crate) fn pursue(&mut self, tolerance: f64, accepted: f64) -> Result<bool, SolveError> {
         let problem = self.problem;
         self.tolerance = tolerance.max(MIN_TOLERANCE);
@@ -564,7 +565,8 @@ impl<'p, 's> Search<'p, 's> {
         is_usable(outcome.converged, if self.problem.settings.bounds { error } else { f64::INFINITY })
     }
 
-    /// Keeps the outcome if it is usable and the best so far: rounding can make a finer grid worse than a coarser one.
+    /// Keeps the outcome if it is usable and the best so far: rounding can make a finer grid worse than a
+    /// coarser one.
     fn keep(&mut self, outcome: Outcome, error: f64, seconds: f64) {
         if !self.is_usable(&outcome, error) {
             return;

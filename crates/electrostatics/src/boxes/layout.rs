@@ -1,7 +1,7 @@
 //! A scene reduced to planes, blocks and cells, from which grids of any resolution are made.
 //!
-//! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The layout also finds the
-//! mirror planes of the scene and cuts itself in half there.
+//! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The
+//! layout also finds the mirror planes of the scene and cuts itself in half there.
 
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
 use crate::boxes::holders::{ACROSS, HalfTurn, Holders};
@@ -44,7 +44,8 @@ const NEAR: f64 = 100.0;
 /// A break of a map closer than this to a plane of a body, over the unit of length, is taken to lie on it.
 const SAME_BREAK: f64 = 1e-9;
 
-/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
+/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from
+/// `origin`.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
     /// m.
@@ -55,7 +56,8 @@ pub(crate) struct Layout {
     pub planes: [Vec<Plane>; 3],
     /// `walls[axis][side]`.
     pub walls: [[Wall; 2]; 3],
-    /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the conductor.
+    /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the
+    /// conductor.
     pub conductors: Vec<Vec<Block>>,
     /// Relative permittivity of each cell `[i][j][k]`.
     pub permittivity: Vec<f64>,
@@ -153,7 +155,8 @@ impl Layout {
                 sided.push((Plane { at: scaled(region.max[a], a), edge }, Side::Upper));
             }
             for region in dielectrics.iter().flatten() {
-                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
+                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if
+                // less so.
                 let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
                 let bounded = |a: usize| inside(a, region.min[a]) || inside(a, region.max[a]);
                 let edge = (0..3).filter(|&a| bounded(a)).count() > 1 && is_sharp(region);
@@ -276,13 +279,15 @@ impl Layout {
             .fold(1.0, f64::max);
     }
 
-    /// Centre of open space on axis `a`. It lies on a closed side if there is one: rays from it then never leave the scene.
+    /// Centre of open space on axis `a`. It lies on a closed side if there is one: rays from it then never
+    /// leave the scene.
     fn pole(&self, a: usize) -> f64 {
         let open = self.walls[a].map(|w| w == Wall::Open);
         match open {
             [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
             [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
-            // The field of a charge on the face between two half-spaces is radial: the best place for the pole is there.
+            // The field of a charge on the face between two half-spaces is radial: the best place for the
+            // pole is there.
             [true, true] => {
                 let last = self.cells()[a] - 1;
                 let at = |m: usize| {
@@ -361,7 +366,8 @@ impl Layout {
         })
     }
 
-    /// Makes the planes of axis `a` exactly symmetric, with one at the centre, and returns the index of that plane.
+    /// Makes the planes of axis `a` exactly symmetric, with one at the centre, and returns the index of that
+    /// plane.
     fn insert_centre(&mut self, a: usize) -> usize {
         let p = &mut self.planes[a];
         let n = p.len();
@@ -452,8 +458,8 @@ impl Layout {
         out
     }
 
-    /// Largest over smallest permittivity among the cells that have no end, through which rays go to infinity; `None`
-    /// if the scene is closed.
+    /// Largest over smallest permittivity among the cells that have no end, through which rays go to
+    /// infinity; `None` if the scene is closed.
     pub(crate) fn endless_contrast(&self) -> Option<f64> {
         let cells = self.cells();
         let endless = |c: [usize; 3]| {
@@ -471,12 +477,14 @@ impl Layout {
         (greatest > 0.0).then(|| greatest / least)
     }
 
-    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is continued to infinity.
+    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is
+    /// continued to infinity.
     fn confined(&self) -> bool {
         self.walls.iter().any(|w| w.iter().all(|w| *w != Wall::Open))
     }
 
-    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest
+    /// conductor.
     pub(crate) fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
         let radius = self.grid_radius(far);
         let axes = [0, 1, 2].map(|a| {
@@ -514,7 +522,8 @@ impl Layout {
         self.conductors.iter().enumerate().flat_map(|(c, blocks)| blocks.iter().map(move |_| c)).collect()
     }
 
-    /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it belongs to.
+    /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it
+    /// belongs to.
     pub(crate) fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
         let axes = [0, 1, 2].map(|a| {
             let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
@@ -552,7 +561,8 @@ impl Grid {
         Self { axes, radius: self.radius }
     }
 
-    /// Largest degree, and largest number of layers: the elements between a plane and the middle of an interval, minus one.
+    /// Largest degree, and largest number of layers: the elements between a plane and the middle of an
+    /// interval, minus one.
     pub(crate) fn level(&self) -> ResolutionLevel {
         let lines = || self.axes.iter();
         let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);

@@ -1,8 +1,9 @@
 //! The solution of a scene on one grid: energies of its symmetric parts, both bounds, and the indicator of
 //! where energy is missing.
 //!
-//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
-//! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
+//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]).
+//! On each grid every part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they
+//! are the bounds on the Maxwell matrix.
 
 use crate::bounded::Bounded;
 use crate::boxes::energies::Energies;
@@ -22,8 +23,8 @@ use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::{Mat, Scale};
 
-/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
-/// on cubes, plates and pairs.
+/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to
+/// 1.6 times the true error on cubes, plates and pairs.
 const SURPLUS_FACTOR: f64 = 1.75;
 
 /// Largest [`Outcome::amplification`] of a coupling that is the target itself, however weak it is.
@@ -268,14 +269,14 @@ impl Outcome {
         field
     }
 
-    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that
-    /// the target depends on.
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed
+    /// over the states that the target depends on.
     pub(crate) fn indicator(&self, problem: &GridProblem<'_>) -> Indicator {
         self.indicator_of(problem, problem.settings.target)
     }
 
-    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that `target`
-    /// depends on.
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed
+    /// over the states that `target` depends on.
     pub(super) fn indicator_of(&self, problem: &GridProblem<'_>, target: Target) -> Indicator {
         let n = self.basis.nrows();
         let GridProblem { floating, .. } = problem;
@@ -341,8 +342,8 @@ impl Outcome {
         total
     }
 
-    /// The error of the target over the spread of the energies it follows from, where that error is about the tolerance: entries
-    /// follow by polarisation, within the limits that the signs of a Maxwell matrix set.
+    /// The error of the target over the spread of the energies it follows from, where that error is about the
+    /// tolerance: entries follow by polarisation, within the limits that the signs of a Maxwell matrix set.
     pub(crate) fn amplification(&self, tolerance: f64, settings: &Settings) -> f64 {
         let upper = &self.bounds.upper;
         let most = match settings.target {
@@ -411,7 +412,8 @@ impl Outcome {
         }
     }
 
-    /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
+    /// The error that is compared with the tolerance: the largest relative spread of the target, or error
+    /// estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
         match &self.with_error_of_base {
             Some(bounds) => linear_error(bounds, settings),

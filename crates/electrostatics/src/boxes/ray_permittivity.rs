@@ -7,7 +7,8 @@ use crate::boxes::domain::Domain;
 /// Rays point away from the pole: on every axis a ray runs towards the side on which it starts.
 #[derive(Debug)]
 pub(crate) struct RayPermittivity {
-    /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the same.
+    /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the
+    /// same.
     least: Vec<Vec<f64>>,
     greatest: Vec<Vec<f64>>,
     /// Whether rays in an interval can run upwards and downwards.
@@ -63,7 +64,8 @@ impl RayPermittivity {
     }
 }
 
-/// The extreme of the permittivities of each cell and of all cells that a ray from it in one direction can reach.
+/// The extreme of the permittivities of each cell and of all cells that a ray from it in one direction can
+/// reach.
 fn extremes(domain: &Domain, direction: usize, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
     let cells = domain.cells();
     let index = |c: [usize; 3]| (c[0] * cells[1] + c[1]) * cells[2] + c[2];

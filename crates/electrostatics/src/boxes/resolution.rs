@@ -5,8 +5,8 @@ use crate::solution::ResolutionLevel;
 use elastocap_fem::tensor::Dims;
 use elastocap_geometry::meshing::grid::Resolution;
 
-/// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured on the
-/// in-plane pair.
+/// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured
+/// on the in-plane pair.
 const RATIO: f64 = 0.13;
 
 /// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores.
@@ -30,7 +30,8 @@ pub(crate) fn first(layout: &Layout, far: f64) -> Grid {
     }
 }
 
-/// A resolution with the same number of layers at every edge, and with degrees that grow away from it up to the order.
+/// A resolution with the same number of layers at every edge, and with degrees that grow away from it up to
+/// the order.
 pub(crate) fn graded(level: ResolutionLevel) -> Resolution {
     let ResolutionLevel { order, levels } = level;
     Resolution { order, levels, ratio: RATIO, slope: 1.0, first: 2.min(order) }
@@ -41,9 +42,10 @@ pub(crate) fn coarser(level: ResolutionLevel) -> ResolutionLevel {
     ResolutionLevel { order: level.order.saturating_sub(1).max(1), levels: level.levels.saturating_sub(1) }
 }
 
-/// Largest error of the linear solver over the energy, on grids whose result is reported. It widens the bounds by about as much, and
-/// entries of a matrix by several times as much; the energies of a symmetric part and of the whole scene agree to about as many
-/// digits, since the single-precision preconditioner rounds differently for the two.
+/// Largest error of the linear solver over the energy, on grids whose result is reported. It widens the
+/// bounds by about as much, and entries of a matrix by several times as much; the energies of a symmetric
+/// part and of the whole scene agree to about as many digits, since the single-precision preconditioner
+/// rounds differently for the two.
 pub(crate) fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 2e-5)
 }
@@ -51,8 +53,8 @@ pub(crate) fn iteration_share(tolerance: f64) -> f64 {
 /// Entries of all conductor-free boxes over those of the array, on scenes of some bodies.
 pub(crate) const USUAL_OVERLAP: f64 = 2.0;
 
-/// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the preconditioner, line
-/// matrices, solutions of all parts.
+/// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the
+/// preconditioner, line matrices, solutions of all parts.
 pub(crate) fn memory(dims: Dims, right_hand_sides: usize, bounds: bool) -> u64 {
     let n = dims.iter().product::<usize>() as u64;
     // Per unknown: six double vectors, the scratch of the operator (two more), single-precision copies, the

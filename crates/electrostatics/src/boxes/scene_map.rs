@@ -1,7 +1,7 @@
 //! A map of space that carries a scene of boxes to one of bent bodies.
 //!
-//! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its values at Chebyshev
-//! points, and zero beyond the grid.
+//! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its
+//! values at Chebyshev points, and zero beyond the grid.
 
 use super::tensor::adjugate;
 use crate::solution::{Field, FieldSection};
@@ -64,8 +64,8 @@ impl MapAxis {
         (self.breaks.partition_point(|b| *b <= x).saturating_sub(1).min(last), reflected)
     }
 
-    /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid, of a function that is
-    /// odd across 0, or else even, where the axis is mirrored.
+    /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid,
+    /// of a function that is odd across 0, or else even, where the axis is mirrored.
     fn matrices(&self, places: &[f64], odd: bool) -> [SparseRows<f64>; 2] {
         let count = self.degrees.iter().sum::<usize>() + 1;
         let mut matrices = [Mat::zeros(places.len(), count), Mat::zeros(places.len(), count)];
@@ -129,7 +129,8 @@ impl SceneMap {
         map
     }
 
-    /// Makes the displacement the same all along an interval of the third axis where it changes by rounding alone.
+    /// Makes the displacement the same all along an interval of the third axis where it changes by rounding
+    /// alone.
     fn make_steady(&mut self) {
         let largest = self.displacement.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
         let [_, _, n2] = self.counts();
@@ -232,8 +233,8 @@ impl SceneMap {
         })
     }
 
-    /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
-    /// within the grid, slab by slab along the first axis.
+    /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the
+    /// tensor product of places (m) within the grid, slab by slab along the first axis.
     pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
         let matrices = |a: usize| [false, true].map(|odd| self.axes[a].matrices(&places[a], odd));
         let strips = |a: usize| matrices(a).map(|parity| parity.map(|matrix| Strips::new(&matrix)));
@@ -320,7 +321,8 @@ pub(crate) struct MapGradients<'m> {
 }
 
 impl MapGradients<'_> {
-    /// The gradients at the places of the second and the third axis, `[j][k]`, for one place of the first axis.
+    /// The gradients at the places of the second and the third axis, `[j][k]`, for one place of the first
+    /// axis.
     pub(crate) fn slab(&self, i: usize) -> Vec<[[f64; 3]; 3]> {
         let [_, n1, n2] = self.map.counts();
         let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));

@@ -45,7 +45,8 @@ impl<T: Real> SeparableBox<T> {
         Self { window, modes, singular: false, scaling: None }
     }
 
-    /// This box without the constant, for a box without any held or free end, on which the constant has no energy.
+    /// This box without the constant, for a box without any held or free end, on which the constant has no
+    /// energy.
     pub(crate) fn without_constant(self) -> Self {
         Self { singular: true, ..self }
     }

@@ -12,8 +12,8 @@ use elastocap_geometry::scene::Scene;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance cannot be reached,
-/// [`Solution::shortfall`] says why.
+/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance
+/// cannot be reached, [`Solution::shortfall`] says why.
 ///
 /// A conductor may consist of several boxes, which may touch, overlap or be disjoint.
 ///

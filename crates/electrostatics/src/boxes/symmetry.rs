@@ -1,5 +1,5 @@
-//! Symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, or under a half turn, each
-//! solved on a half, a quarter or an eighth of the scene.
+//! Symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, or under
+//! a half turn, each solved on a half, a quarter or an eighth of the scene.
 
 use crate::boxes::half_turn::halves::Halves;
 use crate::boxes::layout::Layout;
@@ -16,8 +16,8 @@ pub(crate) struct Part {
     pub copies: f64,
     /// Potentials of all the scene's conductors, one vector per right-hand side.
     pub potentials: Vec<Vec<f64>>,
-    /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
-    /// its energy is known to be zero.
+    /// The potential that is the same on every conductor of a scene with insulated walls only: it has no
+    /// field, and its energy is known to be zero.
     pub fieldless: Vec<Vec<f64>>,
     /// Potentials of grounded conductors alone, or others that are not needed. Nothing is solved for them;
     /// they complete the basis.
@@ -34,11 +34,12 @@ impl Part {
     }
 }
 
-/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all potentials. `grounded` says
-/// which conductors are at potential zero.
+/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all
+/// potentials. `grounded` says which conductors are at potential zero.
 ///
-/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an iteration that
-/// starts symmetric stays symmetric, and the results are those of the reduced parts up to rounding.
+/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same:
+/// an iteration that starts symmetric stays symmetric, and the results are those of the reduced parts up to
+/// rounding.
 pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Vec<Part> {
     let n = layout.conductors.len();
     let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
@@ -55,7 +56,8 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
         let (mut potentials, mut unsolved): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for c in 0..n {
             let mut v = projected(c, n, symmetries, signs, image);
-            // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
+            // The first entry of an orbit is its lowest conductor: any other member gives the same vector
+            // again.
             let Some(first) = v.iter().position(|x| *x != 0.0) else { continue };
             if first == c {
                 let scale = v[first];

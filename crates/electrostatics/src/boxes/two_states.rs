@@ -73,7 +73,8 @@ pub(crate) struct Plan {
 /// where two grids did not meet the tolerance.
 ///
 /// # Errors
-/// A grid whose matrices cannot be factorised, a first one that is too large, a request to stop before anything is known.
+/// A grid whose matrices cannot be factorised, a first one that is too large, a request to stop before
+/// anything is known.
 pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<SearchResult>, SolveError> {
     let begin = Instant::now();
     let Some(plan) = plan(scene, problem, &mut |_, _| true)? else { return Ok(None) };
@@ -113,7 +114,8 @@ pub(crate) fn search(scene: &Scene, problem: &GridProblem<'_>) -> Result<Option<
     if problem.cancelled() { Err(SolveError::Cancelled) } else { Ok(None) }
 }
 
-/// Whether the target is a mutual capacitance of the only two driven conductors, and both states lie on the same part of the scene.
+/// Whether the target is a mutual capacitance of the only two driven conductors, and both states lie on the
+/// same part of the scene.
 fn is_suited(problem: &GridProblem<'_>) -> bool {
     let (settings, floating) = (problem.settings, &problem.floating);
     let mutual = matches!(settings.target, Target::Mutual([0, 1] | [1, 0]));
@@ -281,8 +283,8 @@ fn merged(
     SearchResult { outcome, grid, shortfall, grids, choosing, foresight: None }
 }
 
-/// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or where nodes that should
-/// be the same differ.
+/// The common refinement of two grids of the same scene; `None` where they do not end at the same places, or
+/// where nodes that should be the same differ.
 pub(super) fn common(a: &Domain, b: &Domain) -> Option<Domain> {
     let axis = |k: usize| common_axis(&a.axes[k], &b.axes[k]);
     Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..a.clone() })

@@ -1,8 +1,9 @@
 //! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
 //!
-//! The linear solver leaves a small divergence, and small differences of the normal flux on the two sides of edges. A second flux
-//! cancels both exactly: that of the whole scene as if there were no conductors, which the modes of the axis invert. The bound counts
-//! its energy; see `boxes/dual/mod.rs` for the proof, which holds word for word with the traces among the potentials.
+//! The linear solver leaves a small divergence, and small differences of the normal flux on the two sides of
+//! edges. A second flux cancels both exactly: that of the whole scene as if there were no conductors, which
+//! the modes of the axis invert. The bound counts its energy; see `boxes/dual/mod.rs` for the proof, which
+//! holds word for word with the traces among the potentials.
 
 use super::columns::Column;
 use super::fluxes::{self, Cells, Fluxes, ones_along};
@@ -20,7 +21,8 @@ use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 
-/// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
+/// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor
+/// is between 1 and 3.
 const MEAN: f64 = 1.5;
 
 /// Share of a residual that the repair may leave. A pass in single precision usually leaves 1e-5 to 1e-3 of
@@ -179,8 +181,8 @@ impl Dual {
         r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Where no flux can leave the scene, moves `x` along the constant so that the residual `r` holds no net charge, which the repair
-    /// could not cancel.
+    /// Where no flux can leave the scene, moves `x` along the constant so that the residual `r` holds no net
+    /// charge, which the repair could not cancel.
     pub(super) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
         if !self.repair.singular {
             return;
@@ -221,7 +223,8 @@ impl Dual {
         x
     }
 
-    /// The potential whose flux cancels the residual `r`, and the share of the residual that it does not cancel.
+    /// The potential whose flux cancels the residual `r`, and the share of the residual that it does not
+    /// cancel.
     pub(super) fn repair(&mut self, r: &[f64]) -> (Vec<f64>, f64) {
         let mut target = r.to_vec();
         self.rescale(&mut target);
@@ -468,8 +471,9 @@ impl Repair {
         };
         let inverses = match singular {
             false => vec![make(&frame, modes)?],
-            // The mode that is constant along the axis leaves the potential undetermined up to a constant. A resistor between one edge
-            // and ground fixes that constant; no flux passes through it, since there is no net charge.
+            // The mode that is constant along the axis leaves the potential undetermined up to a constant. A
+            // resistor between one edge and ground fixes that constant; no flux passes through it, since
+            // there is no net charge.
             true => {
                 let (first, rest) = modes.parted();
                 let n = cells.numbering.size(0);
@@ -507,7 +511,8 @@ impl Repair {
         (psi, left)
     }
 
-    /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of `target`.
+    /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of
+    /// `target`.
     fn pass(
         &self,
         cells: &Cells,

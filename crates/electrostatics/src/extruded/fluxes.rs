@@ -25,10 +25,12 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The data of a triangle that the fluxes need besides its local matrices: the flux for unit rows, and the constant 1.
+/// The data of a triangle that the fluxes need besides its local matrices: the flux for unit rows, and the
+/// constant 1.
 #[derive(Debug)]
 pub(super) struct Cell {
-    /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row of its sides.
+    /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row
+    /// of its sides.
     pub flux: Dense<f64>,
     /// Inner coefficients of the constant 1.
     pub one: Vec<f64>,
@@ -162,11 +164,11 @@ pub(super) struct Fluxes {
 pub(super) enum Beyond<'a> {
     /// No flux leaves along rays.
     Closed,
-    /// The resistance of rays as they are, at the least favourable point of each triangle or edge; `met` has for each interval the least
-    /// and the greatest permittivity that rays from it meet.
+    /// The resistance of rays as they are, at the least favourable point of each triangle or edge; `met` has
+    /// for each interval the least and the greatest permittivity that rays from it meet.
     Rays { radius: f64, met: &'a [[f64; 2]] },
-    /// One resistance everywhere, that of the most oblique ray through a permittivity that is lower than the one it starts from by the
-    /// factor `contrast`.
+    /// One resistance everywhere, that of the most oblique ray through a permittivity that is lower than the
+    /// one it starts from by the factor `contrast`.
     Worst { radius: f64, contrast: f64 },
 }
 

@@ -9,7 +9,8 @@ use elastocap_geometry::scene::Wall;
 pub(super) struct FreeRegion {
     /// The numbers of the cuts of the axis at which it begins and ends.
     pub cuts: [usize; 2],
-    /// Whether the potential is held at either end: by a conductor there, or because the region ends inside the scene.
+    /// Whether the potential is held at either end: by a conductor there, or because the region ends inside
+    /// the scene.
     pub held: [bool; 2],
     /// For each column of the mesh whether it belongs to the region.
     pub columns: Vec<bool>,

@@ -10,7 +10,8 @@ const MAX_UNKNOWNS: usize = 64;
 /// Rows or columns that are summed side by side, since each sum is a chain of dependent additions.
 const AT_ONCE: usize = 4;
 
-/// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
+/// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the
+/// precision of an inverse.
 #[derive(Debug)]
 pub(super) struct InnerUnknowns<T> {
     /// Number of inner unknowns of each triangle.
@@ -24,8 +25,8 @@ pub(super) struct InnerUnknowns<T> {
 }
 
 impl<T: Real> InnerUnknowns<T> {
-    /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has the places of the unknowns
-    /// on its corners and sides that are free.
+    /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has
+    /// the places of the unknowns on its corners and sides that are free.
     pub(super) fn new(locals: &[Local], triangles: &[(u32, f64)], places: &[Vec<Place>]) -> Self {
         let elements = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
         let coupled = elements().any(|((local, _), _)| !local.m_inner.is_empty());

@@ -1,4 +1,5 @@
-//! The matrices of one triangle of the plan, and the elimination of the unknowns that it shares with no other.
+//! The matrices of one triangle of the plan, and the elimination of the unknowns that it shares with no
+//! other.
 
 use elastocap_linalg::lanes::{LANES, Lane};
 
@@ -23,7 +24,8 @@ pub(super) struct Local {
 }
 
 impl Local {
-    /// A + lambda M between the outer unknowns at `places`, times a weight, after the inner unknowns are eliminated.
+    /// A + lambda M between the outer unknowns at `places`, times a weight, after the inner unknowns are
+    /// eliminated.
     #[inline(always)]
     pub(super) fn without_inner(
         &self,

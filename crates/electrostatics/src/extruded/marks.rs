@@ -4,8 +4,8 @@ use super::columns::{Chain, ChainOfSide, Column};
 use elastocap_geometry::meshing::plane::graded::{Coarse, Marks, bands};
 use std::collections::{HashMap, HashSet};
 
-/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
-/// those of polygons that stand for curves. The field is hardly singular there.
+/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without
+/// having a corner, in degrees: those of polygons that stand for curves. The field is hardly singular there.
 const SMOOTH: [f64; 2] = [12.0, 30.0];
 
 /// Directions are at right angles if their cosine is less than this.
@@ -83,8 +83,8 @@ pub(super) fn marks(
     Marks { corners, edges, chains: of_side, bands }
 }
 
-/// The cuts at which three or four dielectrics meet between two columns, along an edge across the axis. Where only two do, there is a plane
-/// between them, and a plane that ends at a conductor does so at a right angle.
+/// The cuts at which three or four dielectrics meet between two columns, along an edge across the axis. Where
+/// only two do, there is a plane between them, and a plane that ends at a conductor does so at a right angle.
 pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl Iterator<Item = usize> + 'a {
     (1..one.held.len() - 1).filter(move |&m| {
         let [below, above] = [m - 1, m].map(|k| [one.permittivity[k], other.permittivity[k]]);

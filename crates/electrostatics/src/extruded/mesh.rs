@@ -28,8 +28,8 @@ pub(super) struct PlanMesh {
     /// The chain that each edge belongs to, if it does.
     pub chain: Vec<Option<u32>>,
     pub chains: Vec<Chain>,
-    /// For each triangle the squared distance of its farthest corner from the origin over that of the frame, in steps of
-    /// [`DISTANCE_STEP`], rounded up.
+    /// For each triangle the squared distance of its farthest corner from the origin over that of the frame,
+    /// in steps of [`DISTANCE_STEP`], rounded up.
     pub distance: Vec<u8>,
 }
 

@@ -155,7 +155,8 @@ impl Problem<'_> {
         })
     }
 
-    /// Iterates until the energies of the repairs are small compared with `share` of the energies, or further iterations gain little.
+    /// Iterates until the energies of the repairs are small compared with `share` of the energies, or further
+    /// iterations gain little.
     fn fluxes(&self, dual: &mut Dual, potentials: &[Vec<f64>], share: f64) -> Result<Vec<Flux>, SolveError> {
         let excess = dual.repair_excess();
         let mut states: Vec<FluxIteration> = potentials

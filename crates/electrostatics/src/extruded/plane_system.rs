@@ -19,7 +19,8 @@ pub(super) struct Beyond {
     pub m: Vec<f64>,
 }
 
-/// The numbering of unknowns on a mesh: *entities*, corners or sides with some unknowns each, then the inner ones of the triangles.
+/// The numbering of unknowns on a mesh: *entities*, corners or sides with some unknowns each, then the inner
+/// ones of the triangles.
 #[derive(Debug)]
 pub(super) struct Numbering {
     /// The entities of each triangle, in the order of its local matrices.

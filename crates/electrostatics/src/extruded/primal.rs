@@ -1,8 +1,8 @@
 //! Dirichlet's principle: continuous potentials, whose energy bounds the capacitance from above.
 //!
-//! Unknowns are an array of rows, one for each function of the plan, with a number for each function of the line. The operator is the
-//! sum of K x M + M x K over the profiles of permittivity along the axis, K and M being the stiffness and the mass of the triangles
-//! with that profile, and of the line with it.
+//! Unknowns are an array of rows, one for each function of the plan, with a number for each function of the
+//! line. The operator is the sum of K x M + M x K over the profiles of permittivity along the axis, K and M
+//! being the stiffness and the mass of the triangles with that profile, and of the line with it.
 
 use super::free_regions::{FreeRegion, Product, free_regions};
 use super::local::Local;
@@ -33,7 +33,8 @@ pub(super) struct Primal {
     regions: Vec<Inverse>,
     workspace: Workspace,
     rays: PotentialRays,
-    /// For each entity, the parts of the line where a conductor holds it, each with the number of the conductor.
+    /// For each entity, the parts of the line where a conductor holds it, each with the number of the
+    /// conductor.
     held: Vec<Vec<(Range<usize>, u32)>>,
     /// Entities that the walls of the plan hold at zero.
     grounded: Vec<bool>,
@@ -265,7 +266,8 @@ impl Primal {
         self.rays.add_product(x, y, width);
     }
 
-    /// For each function of the line the energy of the part of a potential that has this function along the axis.
+    /// For each function of the line the energy of the part of a potential that has this function along the
+    /// axis.
     pub(super) fn energies_along_axis(&self, u: &[f64]) -> Vec<f64> {
         let width = self.width;
         let mut out = vec![0.0; width];

@@ -19,7 +19,8 @@ use elastocap_linalg::dense;
 use faer::Mat;
 use std::ops::Range;
 
-/// For each interval the least and the greatest permittivity that rays from it, or from the plan over it, can meet.
+/// For each interval the least and the greatest permittivity that rays from it, or from the plan over it, can
+/// meet.
 pub(super) fn met_by_rays(mesh: &PlanMesh, axis: &Axis) -> Vec<[f64; 2]> {
     let n = axis.intervals();
     let extremes: Vec<[f64; 2]> = (0..n)
@@ -61,7 +62,8 @@ pub(super) struct PotentialRays {
     degree: usize,
 }
 
-/// The integrals along one edge of the frame, between its functions: mass, stiffness, phi_i y phi_j', y^2 phi_i' phi_j'.
+/// The integrals along one edge of the frame, between its functions: mass, stiffness, phi_i y phi_j', y^2
+/// phi_i' phi_j'.
 fn along_edge(mesh: &PlanMesh, edge: usize, degree: usize) -> [Mat<f64>; 4] {
     let [a, b] = mesh.edges[edge].map(|p| mesh.points[p as usize]);
     let k = mesh.on_frame[edge].map_or(0, |[k, _]| 1 - k);
@@ -194,7 +196,8 @@ impl PotentialRays {
         }
     }
 
-    /// The matrices that the preconditioner adds along the frame: the radial and the tangential part, without their product.
+    /// The matrices that the preconditioner adds along the frame: the radial and the tangential part, without
+    /// their product.
     pub(super) fn beyond(&self, mesh: &PlanMesh, walls: &[[Wall; 2]; 2], radius: Option<f64>) -> Vec<Beyond> {
         let Some(radius) = radius else { return Vec::new() };
         let open = (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open));

@@ -20,8 +20,8 @@ pub(super) struct Region<T> {
     system: Arc<PlaneSystem>,
     /// The part of the line.
     window: Range<usize>,
-    /// The vectors of the modes, a row for each function of the window. Batches of [`LANES`] modes follow one another; the last one is
-    /// filled up with zeros.
+    /// The vectors of the modes, a row for each function of the window. Batches of [`LANES`] modes follow one
+    /// another; the last one is filled up with zeros.
     vectors: Vec<T>,
     /// The transpose of `vectors`.
     transposed: Vec<T>,
@@ -208,8 +208,8 @@ pub(super) enum Inverse {
 }
 
 impl Inverse {
-    /// Computes the inverse in single precision, or in double precision where triangles are too flat for that; see [`Region::new`].
-    /// `None` if a matrix is not positive definite in double precision either.
+    /// Computes the inverse in single precision, or in double precision where triangles are too flat for
+    /// that; see [`Region::new`]. `None` if a matrix is not positive definite in double precision either.
     pub(super) fn new(
         system: PlaneSystem,
         numbering: &Numbering,

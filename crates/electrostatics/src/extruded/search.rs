@@ -37,7 +37,8 @@ use std::time::Instant;
 /// Size of a layer over the next larger one, in the plan and along the axis.
 const RATIO: f64 = 0.15;
 
-/// The relative error that integrals over bent triangles may have, for each conductor: see the tests of `elastocap_fem::triangle`.
+/// The relative error that integrals over bent triangles may have, for each conductor: see the tests of
+/// `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
 
 /// The result of [`solve_extruded`](super::solve::solve_extruded).
@@ -49,9 +50,9 @@ pub struct ExtrudedSolution {
     pub turn: Option<Turn>,
     /// For each axis the mirror plane of the scene, if only one half was solved.
     pub planes: [Option<MirrorPlane>; 3],
-    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
-    /// the potential with 1 V on it and 0 V on all others: V, at the points of the mesh. Where the mesh of the bounds has too many
-    /// elements to be shown, it is a coarser one.
+    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each
+    /// conductor of the whole scene the potential with 1 V on it and 0 V on all others: V, at the points of
+    /// the mesh. Where the mesh of the bounds has too many elements to be shown, it is a coarser one.
     pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
@@ -110,7 +111,8 @@ pub(super) struct Search<'a> {
     /// The layout of the part of the scene above the mirror planes.
     layout: Layout,
     plan: Plan,
-    /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to matter.
+    /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to
+    /// matter.
     axis_planes: Vec<Plane>,
     at_dielectrics: bool,
     /// Distance at which open sides end.
@@ -135,7 +137,8 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Prepares the search for a scene that is extruded along `axis`; `turn` is how the scene was turned before, if it was.
+    /// Prepares the search for a scene that is extruded along `axis`; `turn` is how the scene was turned
+    /// before, if it was.
     pub(super) fn new(
         scene: &Scene,
         axis: usize,
@@ -425,7 +428,8 @@ impl<'a> Search<'a> {
         rows.map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
     }
 
-    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies it follows from.
+    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies
+    /// it follows from.
     fn amplification(&self, result: &MeshResult) -> f64 {
         let m = &result.bounds.upper;
         let target = self.settings.target;

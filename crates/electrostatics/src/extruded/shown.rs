@@ -7,10 +7,12 @@ use elastocap_geometry::meshing::tets::{TetMesh, determinant};
 use elastocap_geometry::scene::{Filling, Scene, across};
 use std::collections::HashMap;
 
-/// Where the points of a mesh of tetrahedra are in the plan and along the axis, by the numbers of the points there.
+/// Where the points of a mesh of tetrahedra are in the plan and along the axis, by the numbers of the points
+/// there.
 pub(super) type Places = Vec<(u32, u32)>;
 
-/// The prisms over the triangles, each as three tetrahedra, without those in conductors; `part` is the scene that was laid out.
+/// The prisms over the triangles, each as three tetrahedra, without those in conductors; `part` is the scene
+/// that was laid out.
 pub(super) fn tetrahedra(part: &Scene, layout: &Layout, mesh: &PlanMesh, axis: &Axis) -> (TetMesh, Places) {
     let [p, q] = across(layout.axis);
     let at = |x: f64, a: usize| {
@@ -52,7 +54,8 @@ pub(super) fn tetrahedra(part: &Scene, layout: &Layout, mesh: &PlanMesh, axis: &
                         })
                     })
                 });
-                // Corners ascend in every triangle, so that neighbours cut their common face along the same diagonal.
+                // Corners ascend in every triangle, so that neighbours cut their common face along the same
+                // diagonal.
                 let [[a, b, c], [d, e, f]] = ends;
                 for tet in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
                     let corners = tet.map(|p| out.points[p as usize]);

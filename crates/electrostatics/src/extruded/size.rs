@@ -29,7 +29,8 @@ impl Size {
 
     /// Peak memory in bytes for a number of right-hand sides.
     pub(super) fn memory(&self, right_hand_sides: usize) -> u64 {
-        // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
+        // Vectors of the iterations, then factors in single precision for some regions and in double
+        // precision for the repair.
         let batch = right_hand_sides.clamp(1, BATCH_SIZE);
         let vectors = (30 + 24 * right_hand_sides + 70 * batch) * self.unknowns;
         let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);

@@ -27,9 +27,9 @@ const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 /// board take 0.8 and 0.2 times as many at 2e-2, 10 and 4 times at 1e-3, and the star 13 times at 1e-4.
 const USUAL_GROWTH: (f64, f64) = (10.0, 0.75);
 
-/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
-/// the one along which the fewest conductors begin or end, and of several the one along which they reach farthest. `None` if there is
-/// none.
+/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if
+/// there is such an axis; of those the one along which the fewest conductors begin or end, and of several the
+/// one along which they reach farthest. `None` if there is none.
 pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
     let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
     let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
@@ -75,16 +75,17 @@ fn corners(scene: &Scene) -> usize {
     scene.conductor_parts().map(|(_, shape)| count(shape)).sum()
 }
 
-/// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
-/// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
+/// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on
+/// tetrahedra: with 32 (a pad and a disc on a board) it takes two thirds of the time, with 234 (a spiral
+/// under a round pad) seven times as long.
 const MAX_EDGES: usize = 100;
 
 /// Smallest growth that a rough forecast of memory allows for: a random scene to 1e-2 took five times the
 /// forecast of [`USUAL_GROWTH`].
 const MIN_GROWTH_OF_MEMORY: f64 = 8.0;
 
-/// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random scenes in docs/forecasts.md took 1.45
-/// times as much.
+/// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random
+/// scenes in docs/forecasts.md took 1.45 times as much.
 const SPARE: f64 = 1.7;
 
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.
@@ -130,13 +131,14 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     })
 }
 
-/// Solves for the Maxwell capacitance matrix of a scene of outlines that are pulled along one axis, with proved bounds. Where the
-/// tolerance cannot be reached, [`shortfall`](crate::Solution::shortfall) says why.
+/// Solves for the Maxwell capacitance matrix of a scene of outlines that are pulled along one axis, with
+/// proved bounds. Where the tolerance cannot be reached, [`shortfall`](crate::Solution::shortfall) says why.
 ///
 /// Outlines may differ from slab to slab; conductors may have no thickness along the axis.
 ///
 /// # Errors
-/// A scene of other bodies; a mesh whose matrices cannot be factorised or do not fit the memory; a request to stop.
+/// A scene of other bodies; a mesh whose matrices cannot be factorised or do not fit the memory; a request to
+/// stop.
 pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
     let begin = Instant::now();
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;

@@ -26,10 +26,12 @@ const UNKNOWNS: [f64; 3] = [0.2, 1.4, 4.7];
 /// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast.
 const ROUGH_TETRAHEDRA: usize = 200_000;
 
-/// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the last one.
+/// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the
+/// last one.
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
 
-/// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two cores.
+/// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two
+/// cores.
 const PACE: [f64; 3] = [3e-5, 2.7e-5, 8e-5];
 
 /// Time of each further right-hand side over that of the first.
@@ -45,9 +47,9 @@ const SPARE: f64 = 2.0;
 const SPARE_OF_LIMIT: f64 = 1.25;
 const PROGRAM: u64 = 36 << 20;
 
-/// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and extrapolates the spread from
-/// there at the rate that is usual for the order. The estimate is within a factor of about two for scenes whose edges the small
-/// mesh resolves.
+/// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and
+/// extrapolates the spread from there at the rate that is usual for the order. The estimate is within a
+/// factor of about two for scenes whose edges the small mesh resolves.
 ///
 /// # Errors
 ///

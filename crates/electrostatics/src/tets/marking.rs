@@ -12,8 +12,8 @@ pub(super) struct State {
     pub(super) energy: f64,
 }
 
-/// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones and no charge on the
-/// floating ones.
+/// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones
+/// and no charge on the floating ones.
 pub(super) fn states(floating: &Floating, bounds: &MatrixBounds, rows: &[usize]) -> Vec<State> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
@@ -35,7 +35,8 @@ pub(super) fn states(floating: &Floating, bounds: &MatrixBounds, rows: &[usize])
 /// measured at edges (three halve all edges in most cases).
 const LEFT: [f64; 4] = [1.0, 0.45, 0.3, 0.15];
 
-/// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two halves.
+/// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two
+/// halves.
 const ONCE_MORE: f64 = 4.0;
 
 /// Gaps that differ by less than this factor are treated as equal, so that few limits have to be tried.
@@ -53,8 +54,9 @@ pub(super) struct Gaps {
 }
 
 impl Gaps {
-    /// `states` are sums of right-hand sides, for each of which `gaps` has what each tetrahedron holds. The root of the local gap of
-    /// a state is at most the sum of the roots of theirs (the gap is a squared norm).
+    /// `states` are sums of right-hand sides, for each of which `gaps` has what each tetrahedron holds. The
+    /// root of the local gap of a state is at most the sum of the roots of theirs (the gap is a squared
+    /// norm).
     pub(super) fn new(states: &[State], gaps: &[&[f64]]) -> Self {
         let mut of_tets: Vec<f64> = vec![0.0; gaps.first().map_or(0, |gap| gap.len())];
         for State { potentials, energy } in states.iter().filter(|state| state.energy > 0.0) {
@@ -79,8 +81,9 @@ impl Gaps {
         above(0) + above(1) + above(2)
     }
 
-    /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it takes to leave this share
-    /// of the whole gap by forecast, but with no more tetrahedra than `growth` allows.
+    /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it
+    /// takes to leave this share of the whole gap by forecast, but with no more tetrahedra than `growth`
+    /// allows.
     pub(super) fn bisected_to(&self, share: f64, growth: &Growth) -> Bisections {
         let mut sizes: Vec<(usize, f64)> = Vec::new();
         let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;

@@ -21,11 +21,13 @@ use elastocap_geometry::meshing::tets::TetMesh;
 use faer::Mat;
 use std::time::Instant;
 
-/// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual is charge that the
-/// fluxes must carry to a conductor, which costs more energy than the error of the potential itself.
+/// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual
+/// is charge that the fluxes must carry to a conductor, which costs more energy than the error of the
+/// potential itself.
 const ITERATION: f64 = 1e-5;
 
-/// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
+/// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand
+/// side.
 pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
 /// The results on the mesh before the last refinement.
@@ -183,7 +185,8 @@ impl<'a> Task<'a> {
         (0..n).map(one).collect()
     }
 
-    /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their bounds are.
+    /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their
+    /// bounds are.
     fn reduced(&self, bounds: MatrixBounds) -> MeshBounds {
         let reduced = self.floating.reduced(&bounds);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
@@ -194,7 +197,8 @@ impl<'a> Task<'a> {
         MeshBounds { unreduced: bounds, maxwell, two_terminal, measured, spread }
     }
 
-    /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors themselves.
+    /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors
+    /// themselves.
     fn rounding_scale(&self, bounds: &MatrixBounds) -> Mat<f64> {
         let n = bounds.upper.nrows();
         rounding_scale(&Mat::identity(n, n), &bounds.upper)
@@ -206,7 +210,8 @@ impl<'a> Task<'a> {
         self.reduced(bounds.upper_with_rounding(&self.rounding_scale(bounds), factor)).spread.error
     }
 
-    /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies beyond the mesh.
+    /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies
+    /// beyond the mesh.
     pub(super) fn gaps(&self, solved: &[SolvedParity], bounds: &MatrixBounds) -> (Gaps, f64) {
         let rows = self.settings.target.rows(self.floating.driven.len());
         let states = states(&self.floating, bounds, &rows);

@@ -6,7 +6,8 @@ use elastocap_geometry::scene::{MirrorPlane, Potential};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// The parities of the part that a mesh stands for. `potentials` are those of the conductors of the whole scene.
+/// The parities of the part that a mesh stands for. `potentials` are those of the conductors of the whole
+/// scene.
 pub(super) fn parities(
     mesh: &TetMesh,
     planes: &[Option<MirrorPlane>; 3],

@@ -1,7 +1,8 @@
 //! Refinement of meshes: bisection where the bounds differ most, as far as the tolerance needs.
 //!
-//! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal.
-//! 15, 1978), nearer to an edge of a conductor if they touch one ([`Grading`]).
+//! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and
+//! Rheinboldt, SIAM J. Numer. Anal. 15, 1978), nearer to an edge of a conductor if they touch one
+//! ([`Grading`]).
 
 use crate::matrix::MatrixBounds;
 use crate::shortfall::Shortfall;
@@ -23,7 +24,8 @@ const GROWTH: Growth = Growth { usual: 1.3, last: 1.7 };
 /// Largest factor by which the remaining gap is assumed to exceed its forecast, as it did on the mesh before.
 const MAX_EXCESS: f64 = 1.3;
 
-/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
+/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the
+/// mesh.
 const MAX_BEYOND: f64 = 0.66;
 
 /// Largest number of refinements of one solve.
@@ -58,8 +60,8 @@ impl Refinement {
         error: f64,
     ) -> Result<Bisected, Shortfall> {
         let settings = task.settings;
-        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
-        // are halved.
+        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain.
+        // From then on edges are halved.
         if error > self.spread {
             self.grading = Grading::none(mesh);
         }

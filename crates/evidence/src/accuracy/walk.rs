@@ -18,8 +18,8 @@ pub(super) struct Trial {
     pub(super) reported_error: f64,
 }
 
-/// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The factor leaves room for
-/// errors of the time forecast.
+/// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The
+/// factor leaves room for errors of the time forecast.
 const WORTH: f64 = 1.6;
 /// Error estimates compare with the next lower order, so they mean nothing below order 2.
 pub(super) const ORDERS: RangeInclusive<usize> = 2..=14;

@@ -2,9 +2,9 @@
 //! finite elements as points, and the data as CSV beside each picture.
 //!
 //! All quantities are dimensionless: lengths over the thickness `H`, stresses over `C1` or the shear modulus
-//! `mu`. The finite elements are
-//! those of [`elastocap_mechanics::solid`] with a neo-Hookean rubber: in plane strain, with volume kept, the stresses
-//! `sigma_11`, `sigma_12`, `sigma_22` of the paper's Mooney-Rivlin rubber are the same for the same `mu`.
+//! `mu`. The finite elements are those of [`elastocap_mechanics::solid`] with a neo-Hookean rubber: in plane
+//! strain, with volume kept, the stresses `sigma_11`, `sigma_12`, `sigma_22` of the paper's Mooney-Rivlin
+//! rubber are the same for the same `mu`.
 //!
 //! Finite-element runs that several figures need are computed once, in a [`Session`].
 

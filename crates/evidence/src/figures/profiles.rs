@@ -1,4 +1,5 @@
-//! Figs. 9 to 13: stress and displacement of the layer of section 3.2 along lines of fixed `x2` and of fixed `x1`.
+//! Figs. 9 to 13: stress and displacement of the layer of section 3.2 along lines of fixed `x2` and of fixed
+//! `x1`.
 //!
 //! The text of the paper does not say which lines it shows. Here they are at quarters and halves of `x2/H`
 //! and `x1/H`, over the range of the paper's axes, `x1/H` from 0 to 2. At 5 % the end is free, as in the

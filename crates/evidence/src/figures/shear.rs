@@ -14,7 +14,8 @@ use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 
 /// Half-length of the punch of Fig. 7 over `H`.
 const QUARTER: f64 = 0.25;
-/// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on 450 um.
+/// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on
+/// 450 um.
 const PUNCHES: [f64; 7] = [QUARTER, 0.5, 1.0, 500.0 / 450.0, 2.0, 3.0, 4.0];
 
 /// The place along the bonded edge where the shear stress is largest, and the place beyond it where the

@@ -1,9 +1,10 @@
 //! A catalogue of stiff and extreme cases for which something about the result is known independently of the
 //! program.
 //!
-//! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a closed form,
-//! a scaling law, a limit with a known remainder, a reference value, or an inequality between proved bounds. A result is wrong if a
-//! number misses its stated error and nothing says so; a tolerance that the program reports as missed is not.
+//! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a
+//! closed form, a scaling law, a limit with a known remainder, a reference value, or an inequality between
+//! proved bounds. A result is wrong if a number misses its stated error and nothing says so; a tolerance that
+//! the program reports as missed is not.
 
 mod answer;
 mod catalogue;

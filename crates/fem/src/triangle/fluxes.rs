@@ -61,8 +61,8 @@ impl FluxIntegrals {
         Self { degree: p, mass, divergence, traces }
     }
 
-    /// The forms of a triangle. On a bent one the functions inside are such that the densities which they stand for, as polynomials on
-    /// the reference triangle over the determinant of the map, are orthonormal.
+    /// The forms of a triangle. On a bent one the functions inside are such that the densities which they
+    /// stand for, as polynomials on the reference triangle over the determinant of the map, are orthonormal.
     ///
     /// # Errors
     /// [`Folded`].

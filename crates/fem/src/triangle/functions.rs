@@ -16,8 +16,8 @@ fn scaled_legendre(degree: usize, x: Jet, t: Jet) -> Vec<Jet> {
     out
 }
 
-/// Polynomials of degree up to `p` that are orthonormal on the reference triangle (Dubiner, J. Sci. Comput. 6, 1991), by ascending
-/// degree; the first one is constant.
+/// Polynomials of degree up to `p` that are orthonormal on the reference triangle (Dubiner, J. Sci. Comput.
+/// 6, 1991), by ascending degree; the first one is constant.
 pub(super) fn orthonormal(p: usize, point: [f64; 2]) -> Vec<Jet> {
     let [l0, l1, l2] = barycentric(point);
     let along = scaled_legendre(p, l1.minus(l0), l0.plus(l1));

@@ -1,16 +1,19 @@
 //! Polynomials on triangles: continuous potentials, Raviart-Thomas fluxes and their traces.
 //!
-//! The reference triangle has the corners (0, 0), (1, 0) and (0, 1), in this order; its sides are numbered by [`SIDES`] and run from
-//! the first to the second of their corners. A triangle of a mesh is its affine image. Where all triangles list their corners by
-//! ascending number, every side runs the same way in both triangles that it belongs to, and no function needs a sign.
+//! The reference triangle has the corners (0, 0), (1, 0) and (0, 1), in this order; its sides are numbered by
+//! [`SIDES`] and run from the first to the second of their corners. A triangle of a mesh is its affine image.
+//! Where all triangles list their corners by ascending number, every side runs the same way in both triangles
+//! that it belongs to, and no function needs a sign.
 //!
-//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under the map, fluxes their
-//! integrals over curves (Piola), so that neither continuity nor divergence is lost; integrals are then by a rule of higher order.
+//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under
+//! the map, fluxes their integrals over curves (Piola), so that neither continuity nor divergence is lost;
+//! integrals are then by a rule of higher order.
 //!
-//! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side, whose trace is that of
-//! [`hierarchical`](crate::line::hierarchical), and those that vanish on all sides (Szabo and Babuska, *Finite Element Analysis*,
-//! 1991). The fluxes of degree p are Raviart-Thomas's of order p - 1, without any continuity: their divergences are all
-//! polynomials of degree p - 1, and so are their normal components on each side.
+//! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side,
+//! whose trace is that of [`hierarchical`](crate::line::hierarchical), and those that vanish on all sides
+//! (Szabo and Babuska, *Finite Element Analysis*, 1991). The fluxes of degree p are Raviart-Thomas's of order
+//! p - 1, without any continuity: their divergences are all polynomials of degree p - 1, and so are their
+//! normal components on each side.
 
 mod fluxes;
 mod functions;

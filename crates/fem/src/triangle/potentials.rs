@@ -91,9 +91,9 @@ impl PotentialIntegrals {
 }
 
 impl PotentialIntegrals {
-    /// The energy of potentials that continue along rays, as u(s x) = u(x) / s, beyond a plane parallel to the triangle's at the
-    /// distance `radius` from the point where the rays come from, which is over the origin: the integral of
-    /// (u + x . grad u)^2 / radius + radius |grad u|^2 over the triangle.
+    /// The energy of potentials that continue along rays, as u(s x) = u(x) / s, beyond a plane parallel to
+    /// the triangle's at the distance `radius` from the point where the rays come from, which is over the
+    /// origin: the integral of (u + x . grad u)^2 / radius + radius |grad u|^2 over the triangle.
     ///
     /// # Errors
     /// [`Folded`].
@@ -121,8 +121,8 @@ impl PotentialIntegrals {
     }
 }
 
-/// The energies of [`PotentialIntegrals::beyond`] from the points of a rule: places, derivatives of the map, weights and the `n`
-/// functions there.
+/// The energies of [`PotentialIntegrals::beyond`] from the points of a rule: places, derivatives of the map,
+/// weights and the `n` functions there.
 fn beyond<'a>(
     n: usize,
     radius: f64,

@@ -66,7 +66,8 @@ impl Triangle {
     }
 }
 
-/// Points and weights of a rule on the reference triangle that is exact for polynomials of degree `2 n - 2`: `n * n` points.
+/// Points and weights of a rule on the reference triangle that is exact for polynomials of degree `2 n - 2`:
+/// `n * n` points.
 pub(super) fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     let (nodes, weights) = gauss_legendre(n);
     let unit: Vec<(f64, f64)> = nodes.iter().zip(&weights).map(|(s, w)| (0.5 * (s + 1.0), 0.5 * w)).collect();
@@ -79,9 +80,9 @@ pub(super) fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     out
 }
 
-/// Points and weights of a rule for a needle. In coordinates that collapse to its tip the energies of polynomials are integrals of smooth
-/// functions if the tip is sharp, and nearly singular at a distance from there as large as it is blunt, so that [`triangle_rule`] is
-/// repeated towards it.
+/// Points and weights of a rule for a needle. In coordinates that collapse to its tip the energies of
+/// polynomials are integrals of smooth functions if the tip is sharp, and nearly singular at a distance from
+/// there as large as it is blunt, so that [`triangle_rule`] is repeated towards it.
 fn needle_rule(n: usize, needle: &Needle) -> Vec<([f64; 2], f64)> {
     let rule = triangle_rule(n);
     let mut shells = vec![[0.0, 1.0]];

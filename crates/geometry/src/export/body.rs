@@ -1,16 +1,17 @@
-//! Meshes of one kind of element as `.vtu` files: a deformed body, or the tetrahedra around and inside bodies.
+//! Meshes of one kind of element as `.vtu` files: a deformed body, or the tetrahedra around and inside
+//! bodies.
 //!
-//! Points are where the material is after loading; subtracting the array `displacement`, where there is one, gives the
-//! state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
-//! `vtkio` writes the file (`unstructured.rs`).
+//! Points are where the material is after loading; subtracting the array `displacement`, where there is one,
+//! gives the state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and
+//! triquadratic hexahedron). `vtkio` writes the file (`unstructured.rs`).
 
 use vtkio::model::CellType;
 
 use super::unstructured::{Array, UnstructuredGrid};
 use super::vtk_error::VtkError;
 
-/// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then along the second,
-/// then along the third.
+/// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then
+/// along the second, then along the third.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
     /// Nine nodes in the plane, quadratic.
@@ -49,8 +50,8 @@ impl Element {
 pub struct NamedArray {
     /// Its name in the file.
     pub name: &'static str,
-    /// How many numbers each node or element has: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor (11, 22, 33,
-    /// 12, 23, 13).
+    /// How many numbers each node or element has: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor
+    /// (11, 22, 33, 12, 23, 13).
     pub components: usize,
     /// The numbers, node after node or element after element, in SI units.
     pub values: Vec<f64>,

@@ -20,10 +20,11 @@ pub struct SurfaceBody {
     pub triangles: Vec<[[f64; 3]; 3]>,
 }
 
-/// The surfaces of the conductors of a mesh, numbered 0 to `conductors`, and of its regions, numbered 1 to `regions`;
-/// region 0, the background, is left out.
+/// The surfaces of the conductors of a mesh, numbered 0 to `conductors`, and of its regions, numbered 1 to
+/// `regions`; region 0, the background, is left out.
 ///
-/// The triangles of a conductor run anticlockwise as seen from the space around it; a sheet has triangles for both sides.
+/// The triangles of a conductor run anticlockwise as seen from the space around it; a sheet has triangles for
+/// both sides.
 pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<Corners>>, Vec<Vec<Corners>>) {
     let mut roles = BTreeMap::new();
     for face in &mesh.boundary {
@@ -77,9 +78,9 @@ fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
     }
 }
 
-/// The surface of a prism along `axis`, 0 to 2 for x1 to x3, between the two `ends`, m. Its `outline` is a simple polygon, m,
-/// in the two other coordinates in ascending order, clockwise or anticlockwise. Where an outline crosses itself, its caps
-/// may be incomplete.
+/// The surface of a prism along `axis`, 0 to 2 for x1 to x3, between the two `ends`, m. Its `outline` is a
+/// simple polygon, m, in the two other coordinates in ascending order, clockwise or anticlockwise. Where an
+/// outline crosses itself, its caps may be incomplete.
 pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> {
     let place = |p: [f64; 2], z: f64| match axis {
         0 => [z, p[0], p[1]],
@@ -109,13 +110,15 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
     triangles
 }
 
-/// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as [`super::gltf::glb`] does.
+/// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as
+/// [`super::gltf::glb`] does.
 ///
 /// Each step has separate nodes. At first the first step is shown; the animation "load steps" shows one step
 /// after the other for one second each.
 ///
 /// # Errors
-/// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small for the format.
+/// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small
+/// for the format.
 ///
 /// ```
 /// use elastocap_geometry::export::gltf::BodyRole;

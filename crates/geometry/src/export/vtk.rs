@@ -1,12 +1,12 @@
-//! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a series of them:
-//! for ParaView, VTK and meshio.
+//! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a
+//! series of them: for ParaView, VTK and meshio.
 //!
 //! The potential and the electric field are given at points, so that a viewer shows them smooth. The field
 //! jumps from one body to the next: where bodies meet, each has separate points. The permittivity and the
 //! body id are given in the cells.
 //!
-//! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are written
-//! here, because `vtkio` does not know that format.
+//! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are
+//! written here, because `vtkio` does not know that format.
 
 use std::fmt::Write as _;
 
@@ -17,8 +17,8 @@ pub use super::vtk_error::VtkError;
 
 /// Fields on a grid of boxes, the tensor product of three axes, at one load step.
 ///
-/// Every array is in C order: x1 slowest, x3 fastest. With `n[a]` coordinates along axis `a`, node `(i, j, k)` is at
-/// `(i * n[1] + j) * n[2] + k`; cells likewise, with `n[a] - 1` of them along each axis.
+/// Every array is in C order: x1 slowest, x3 fastest. With `n[a]` coordinates along axis `a`, node `(i, j,
+/// k)` is at `(i * n[1] + j) * n[2] + k`; cells likewise, with `n[a] - 1` of them along each axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldGrid {
     /// Coordinates along x1, x2, x3 in m, strictly increasing, at least two on each axis.
@@ -38,8 +38,8 @@ pub struct FieldGrid {
     pub body_names: Vec<String>,
 }
 
-/// The grid and its fields as a `.vtu` file: point data `potential`, `electric_field`; cell data `relative_permittivity`,
-/// `body_id`.
+/// The grid and its fields as a `.vtu` file: point data `potential`, `electric_field`; cell data
+/// `relative_permittivity`, `body_id`.
 ///
 /// # Errors
 /// When the arrays do not fit the grid or hold numbers that are not finite: see [`VtkError`].
@@ -148,7 +148,8 @@ impl FieldGrid {
         finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !single(x)))
     }
 
-    /// A point at each node for each body that the cells around it belong to, with the mean of the field in these cells.
+    /// A point at each node for each body that the cells around it belong to, with the mean of the field in
+    /// these cells.
     fn points(&self) -> Points {
         let nodes = self.axes.each_ref().map(Vec::len);
         let cells = nodes.map(|n| n - 1);

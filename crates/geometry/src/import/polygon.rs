@@ -17,11 +17,11 @@ pub(super) enum PolygonFault {
     LongAndNotConvex,
 }
 
-/// Appends the triangles of a plane polygon to `faces`, oriented as it is. `points` are the coordinates of all points,
-/// `corners` the indices of the polygon's, which are used up.
+/// Appends the triangles of a plane polygon to `faces`, oriented as it is. `points` are the coordinates of
+/// all points, `corners` the indices of the polygon's, which are used up.
 ///
-/// Repeated corners are dropped first. A triangle, or a polygon that has become one, is passed on as it is; one with
-/// fewer corners left gives no triangles.
+/// Repeated corners are dropped first. A triangle, or a polygon that has become one, is passed on as it is;
+/// one with fewer corners left gives no triangles.
 ///
 /// # Errors
 /// [`PolygonFault`] if the outline crosses itself or is too long to be cut.
@@ -73,7 +73,8 @@ pub(super) fn triangulate(
     Ok(())
 }
 
-/// The two axes onto which the polygon projects with the largest area, in the order in which it runs anticlockwise.
+/// The two axes onto which the polygon projects with the largest area, in the order in which it runs
+/// anticlockwise.
 fn view(points: &[Point], corners: &[u32]) -> [usize; 2] {
     let origin = points[corners[0] as usize];
     let local = |p: u32| [0, 1, 2].map(|a| points[p as usize][a] - origin[a]);

@@ -1,6 +1,7 @@
 //! Indices as the meshers store them.
 
-/// An optional index in four bytes, where `Option<u32>` takes eight: tables of neighbours hold millions of them.
+/// An optional index in four bytes, where `Option<u32>` takes eight: tables of neighbours hold millions of
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct OptionalIndex(u32);
 

@@ -209,7 +209,8 @@ impl Edges {
         }
     }
 
-    /// Closed polygons of all edges, which neither cross nor pass a point twice, without corners where they go straight on.
+    /// Closed polygons of all edges, which neither cross nor pass a point twice, without corners where they
+    /// go straight on.
     fn loops(&self) -> Vec<Vec<[f64; 2]>> {
         let mut left = self.neighbours.clone();
         let mut out = Vec::new();
@@ -285,8 +286,8 @@ mod tests {
     use super::*;
     use crate::outline::{contains, on_circle};
 
-    /// The surface of what lies between polygons of the same number of corners, one on each level; triangles of the ends as fans about
-    /// a corner.
+    /// The surface of what lies between polygons of the same number of corners, one on each level; triangles
+    /// of the ends as fans about a corner.
     fn pulled(outline: &[[f64; 2]], levels: &[f64], axis: usize) -> TriangleSurface {
         let n = outline.len() as u32;
         let [p, q] = across(axis);

@@ -19,8 +19,8 @@ struct Strong<'a> {
     share: f64,
 }
 
-/// The map from values of aggregates to values of unknowns, constant on each aggregate and smoothed once by damped
-/// Jacobi; `None` if there are hardly fewer aggregates than unknowns.
+/// The map from values of aggregates to values of unknowns, constant on each aggregate and smoothed once by
+/// damped Jacobi; `None` if there are hardly fewer aggregates than unknowns.
 ///
 /// A connection is strong from the share `strong` of the geometric mean of the two diagonal entries on.
 pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<SparseMatrix> {

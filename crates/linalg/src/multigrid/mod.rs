@@ -1,5 +1,5 @@
-//! A preconditioner for conjugate gradients: one symmetric multigrid cycle for a sparse matrix that comes from an
-//! elliptic problem.
+//! A preconditioner for conjugate gradients: one symmetric multigrid cycle for a sparse matrix that comes
+//! from an elliptic problem.
 //!
 //! Levels are made by smoothed aggregation (Vanek, Mandel, Brezina 1996) of unknowns that are strongly
 //! connected; the caller may supply a better first level, say the potentials of order 1 below those of order
@@ -23,8 +23,8 @@ use rayon::prelude::*;
 /// Coarsening ends at a level with at most this many unknowns, which is solved exactly.
 const DIRECT: usize = 400;
 
-/// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a strong connection, on the finest
-/// level of aggregates.
+/// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a
+/// strong connection, on the finest level of aggregates.
 const STRONG: f64 = 0.08;
 
 /// A level that the caller knows, below the finest one.

@@ -46,8 +46,8 @@ impl SparseMatrix {
         rows::joined(columns, parts).into()
     }
 
-    /// A matrix whose row `i` is the sum of the terms (column, value) that `row(i, terms)` appends to `terms`, in any
-    /// order.
+    /// A matrix whose row `i` is the sum of the terms (column, value) that `row(i, terms)` appends to
+    /// `terms`, in any order.
     ///
     /// # Panics
     /// If an entry is in a column that is not below `columns`.
@@ -102,7 +102,8 @@ impl SparseMatrix {
         (0..self.rows()).into_par_iter().with_min_len(TASK).map(at).collect()
     }
 
-    /// `y_i = f((A x)_i, y_i)` for every row: `f` decides whether the product replaces, is added or is subtracted.
+    /// `y_i = f((A x)_i, y_i)` for every row: `f` decides whether the product replaces, is added or is
+    /// subtracted.
     ///
     /// `x` has as many entries as the matrix has columns, `y` as many as it has rows.
     pub fn product(&self, x: &[f64], y: &mut [f64], f: impl Fn(f64, f64) -> f64 + Sync) {

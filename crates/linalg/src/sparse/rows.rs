@@ -11,7 +11,8 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Appends the row that is the sum of `terms` (column, value), in any order. Empties `terms` and keeps its memory.
+    /// Appends the row that is the sum of `terms` (column, value), in any order. Empties `terms` and keeps
+    /// its memory.
     pub fn push(&mut self, terms: &mut Vec<(u32, f64)>) {
         // Not stable, but the same for the same input.
         terms.sort_unstable_by_key(|t| t.0);

@@ -1,7 +1,7 @@
 //! The stress in the layer: sections 2.3 to 2.5 and 2.8 of the paper.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use nalgebra::Matrix3;
 
@@ -14,7 +14,8 @@ use elastocap_materials::MooneyRivlin;
 /// The stress of the compressed layer. Tension is positive; points are reference positions in m.
 ///
 /// The stresses are not evaluated as printed, as a pressure plus large parts that nearly cancel, but from
-/// combinations that vanish with the compression, so that a tiny load gives a tiny stress with all its digits.
+/// combinations that vanish with the compression, so that a tiny load gives a tiny stress with all its
+/// digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerStress {
     map: LayerMap,

@@ -135,7 +135,8 @@ impl<S: Dimension> Adaptive<'_, S> {
                 let smallest = if mesh.is_collapsed(e) { self.limits.smallest_at_corner } else { SMALLEST };
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
-            // These states lie inside the indenter, since its corners are still too round. Their errors say little about later ones.
+            // These states lie inside the indenter, since its corners are still too round. Their errors say
+            // little about later ones.
             let none_counts = unknown.iter().all(|&g| last.fault(g).is_some());
             let growth = if none_counts { GROWTH_BEFORE } else { GROWTH };
             let marks = marks(&estimates, growth, cut_along).unwrap_or_else(every_axis);
@@ -173,8 +174,8 @@ impl<S: Dimension> Adaptive<'_, S> {
         let model = (self.model)(mesh, k)?;
         fits(elements, model.equations().memory_bytes())?;
         let size = 1.0 / model.equations().unknowns() as f64;
-        // A gap is given at the pressure of the shear modulus. One of 1e-5 of the thickness changes the force of a punch by 7e-6.
-        // The settings are parts of the shortest side of the mesh.
+        // A gap is given at the pressure of the shear modulus. One of 1e-5 of the thickness changes the force
+        // of a punch by 7e-6. The settings are parts of the shortest side of the mesh.
         let gap = |of_thickness: f64| of_thickness * self.thickness / model.equations().shortest_side;
         let plain = if self.folds { NewtonSettings::through_folds() } else { NewtonSettings::default() };
         let settings = NewtonSettings {

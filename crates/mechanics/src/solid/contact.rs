@@ -1,15 +1,17 @@
 //! Contact without friction between the surface of the body and rigid obstacles, by an interior-point method.
 //!
-//! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and forth
-//! between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of surface that
-//! belongs to the point and a small product `s` of gap and pressure. The forces are unknowns; their increments are
+//! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and
+//! forth between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of
+//! surface that belongs to the point and a small product `s` of gap and pressure. The forces are unknowns;
+//! their increments are
 //!
 //! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
 //!
-//! so that a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian `H` of the distance, and the force `n w s / g`. The
-//! pattern of the matrix does not depend on which points touch. The steps of [`super::newton`] keep `g` and `l` positive and
-//! reduce `s` until the remaining gaps do not matter. The distance from a convex body is a convex function, so that a step
-//! that keeps the linear gap positive keeps the gap positive, around any corner.
+//! so that a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian `H` of the distance, and the force
+//! `n w s / g`. The pattern of the matrix does not depend on which points touch. The steps of
+//! [`super::newton`] keep `g` and `l` positive and reduce `s` until the remaining gaps do not matter. The
+//! distance from a convex body is a convex function, so that a step that keeps the linear gap positive keeps
+//! the gap positive, around any corner.
 //!
 //! A guessed configuration has points inside obstacles, and gaps whose errors are larger than the gaps. From
 //! there the same solutions are found without the bounds `g, l > 0`: see [`Linearisation::Smoothed`].
@@ -171,7 +173,8 @@ impl<S: Dimension> Equations<S> {
         worst
     }
 
-    /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in m.
+    /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in
+    /// m.
     pub(crate) fn contact_increment(&self, state: &State<S>, du: &[f64], motion: &[S::Point]) -> Vec<f64> {
         let increment = |(c, pair): (usize, &Pair<S>)| {
             let PairState { gap, force, staying, slope, .. } = self.pair_state(c, state);
@@ -239,8 +242,8 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// Whether every point is outside the obstacles, or so little inside that the nearest face of the obstacle is the one that it came
-    /// through.
+    /// Whether every point is outside the obstacles, or so little inside that the nearest face of the
+    /// obstacle is the one that it came through.
     pub(crate) fn is_near_surface(&self, state: &State<S>) -> bool {
         self.pairs.iter().all(|pair| {
             let deepest = DEEPEST * self.body.obstacles[pair.obstacle].shape.radius();
@@ -262,15 +265,15 @@ impl<S: Dimension> Equations<S> {
         sum
     }
 
-    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact pressure
-    /// in Pa of the reference area.
+    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact
+    /// pressure in Pa of the reference area.
     pub fn contact_pressure(&self, o: usize, state: &State<S>) -> Vec<(S::Point, f64, f64)> {
         let pairs = self.pairs.iter().zip(&state.contact).filter(|(pair, _)| pair.obstacle == o);
         pairs.map(|(p, force)| (p.reference, self.gap(p, state).distance, force / p.weight)).collect()
     }
 
-    /// Contact pressure at the nodes in Pa of the reference area: the mean over the points around a node, by its shape
-    /// function; zero where there is nothing to touch.
+    /// Contact pressure at the nodes in Pa of the reference area: the mean over the points around a node, by
+    /// its shape function; zero where there is nothing to touch.
     pub fn nodal_contact_pressure(&self, state: &State<S>) -> Vec<f64> {
         let nodes = self.body.mesh.nodes.len();
         let (mut force, mut area) = (vec![0.0; nodes], vec![0.0; nodes]);

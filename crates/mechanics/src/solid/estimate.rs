@@ -37,8 +37,8 @@ const WITHOUT_SIGNS: f64 = 0.5;
 /// The increase of the shear modulus of stretched rubber over its deviatoric stress, as for a neo-Hookean
 /// rubber under a large simple stretch.
 const STIFFER: f64 = 0.4;
-/// The largest displacement, over the shortest side of the box around the body, by which the stress of a response is
-/// computed from a difference.
+/// The largest displacement, over the shortest side of the box around the body, by which the stress of a
+/// response is computed from a difference.
 const SMALL: f64 = 1e-6;
 /// Residual of a response above which the factors count as those of another tangent.
 const STALE: f64 = 1e-6;
@@ -326,7 +326,8 @@ fn double_dot(a: &Stress, b: &Stress) -> f64 {
     (0..3).map(|k| a[k] * b[k]).sum::<f64>() + 2.0 * (3..6).map(|k| a[k] * b[k]).sum::<f64>()
 }
 
-/// The stress at node `n` of an element from that at its quadrature points, by a fit that is linear along each axis.
+/// The stress at node `n` of an element from that at its quadrature points, by a fit that is linear along
+/// each axis.
 fn extrapolated<S: Dimension>(points: &[Stress], n: usize) -> Stress {
     let lines = [n % 3, n / 3 % 3, n / 9].map(on_a_line);
     let mut sum = [0.0; 6];

@@ -37,8 +37,8 @@ pub(crate) struct FirstMesh {
     pub(crate) deepest: f64,
 }
 
-/// Fractions of the way from a bonded edge in a fan on the mesh with `n` elements over the thickness. Its smallest ring is halved
-/// where `n` grows by two.
+/// Fractions of the way from a bonded edge in a fan on the mesh with `n` elements over the thickness. Its
+/// smallest ring is halved where `n` grows by two.
 fn fan(n: usize) -> Vec<f64> {
     let rings = n.div_ceil(2);
     geometric(0.5_f64.powf(0.5 * n as f64 / rings as f64), rings)
@@ -100,9 +100,9 @@ impl FirstMesh {
         part * self.thickness / n as f64
     }
 
-    /// Size in m of the elements as a function of the distance from the middle of the indenter along `x1` (`axis` 0) or `x3` (1). They are finer where
-    /// the surface bends around the indenter: under a round one that is pressed all over the
-    /// contact, where less of it is in contact at smaller loads.
+    /// Size in m of the elements as a function of the distance from the middle of the indenter along `x1`
+    /// (`axis` 0) or `x3` (1). They are finer where the surface bends around the indenter: under a round one
+    /// that is pressed all over the contact, where less of it is in contact at smaller loads.
     pub(crate) fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
         let thickness = self.thickness;
         let depth = self.deepest * thickness;
@@ -141,15 +141,16 @@ impl FirstMesh {
     }
 }
 
-/// Makes the edges of inclusions along an axis breakpoints without moving those that are `kept`, and halves the steps that are longer
-/// than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and a mesh that is
-/// coarse there makes it stiffer.
+/// Makes the edges of inclusions along an axis breakpoints without moving those that are `kept`, and halves
+/// the steps that are longer than `smallest` (m) and their distance from the nearest edge: stress is singular
+/// at the edges of a stiff body, and a mesh that is coarse there makes it stiffer.
 pub(super) fn fit_to_edges(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64], smallest: f64) {
     move_to(breakpoints, kept, edges);
     refine_toward(breakpoints, edges, smallest);
 }
 
-/// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
+/// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of
+/// `edges`.
 fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     let mut k = 1;
     while k < breakpoints.len() {
@@ -163,7 +164,8 @@ fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     }
 }
 
-/// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
+/// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already
+/// or one of `kept`.
 fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64]) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let tiny = 1e-9 * last;

@@ -1,11 +1,11 @@
 //! Continuation past loads at which an equilibrium ceases to exist: surfaces that fold and buckle.
 //!
-//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another one
-//! that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops there. Here the load
-//! is held instead, and the body moves against a *drag* that pulls each step back to the one before,
-//! `drag/2 |grad(u - u_before)|^2`. With a large drag this descends the energy, with none it is Newton's method.
-//! The drag rises until a step converges and fades while steps converge. The last step has no drag, so that the result
-//! is an equilibrium of the body alone.
+//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another
+//! one that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops
+//! there. Here the load is held instead, and the body moves against a *drag* that pulls each step back to the
+//! one before, `drag/2 |grad(u - u_before)|^2`. With a large drag this descends the energy, with none it is
+//! Newton's method. The drag rises until a step converges and fades while steps converge. The last step has
+//! no drag, so that the result is an equilibrium of the body alone.
 
 use super::dimension::Dimension;
 use super::model::{Equations, Load, State};
@@ -17,7 +17,8 @@ const MIN_DRAG: f64 = 0.1;
 const GROWTH: f64 = 4.0;
 /// Relative unbalanced force that is accepted while the body still moves.
 const ON_THE_WAY: f64 = 1e-3;
-/// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative pivots are reported.
+/// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative
+/// pivots are reported.
 const MAX_UNSTABLE: usize = 3;
 /// The largest drag, over the shear modulus, and the largest number of steps under one load.
 const MAX_DRAG: f64 = 1e4;

@@ -18,9 +18,10 @@ type Press<'a> = dyn FnMut(f64, &NewtonSettings) -> Result<LayerStep, Box<Stoppe
 /// the *whole* layer is `target` (N, in the plane N per metre of width) to a relative `tolerance`. `last` is
 /// the step from which the layer starts.
 ///
-/// The displacement follows from secants, kept between one that is too small and one that is too large, until the force is met as
-/// closely as equilibrium is. Where a force falls as the displacement grows, which is another equilibrium, it is taken from the line
-/// between those two, and halfway between them if that happens again.
+/// The displacement follows from secants, kept between one that is too small and one that is too large, until
+/// the force is met as closely as equilibrium is. Where a force falls as the displacement grows, which is
+/// another equilibrium, it is taken from the line between those two, and halfway between them if that happens
+/// again.
 ///
 /// # Errors
 /// [`Stopped`], if `press` stops or the force is not met.
@@ -39,7 +40,8 @@ pub(super) fn meet_force(
         low = (0.0, -target);
     }
     if last.force > 0.0 && low.1.abs().min(high.map_or(f64::INFINITY, |h| h.1)) < NEAR * target {
-        // A layer becomes stiffer: this slope is too small rather than too large, for a way this short either does.
+        // A layer becomes stiffer: this slope is too small rather than too large, for a way this short either
+        // does.
         slope = Some(last.force / last.compression);
     }
     let mut left = *settings;

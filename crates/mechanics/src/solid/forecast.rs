@@ -1,8 +1,8 @@
 //! Forecast of the memory and the time that pressing a layer takes, from the sizes of its meshes alone.
 //!
-//! The estimates are fitted to runs with every kind of indenter. The memory is an upper estimate, since the factors of longer and
-//! flatter layers are sparser than those of the runs. The times are those of two idle cores; they may be off by a factor of two,
-//! and by more for punches with rounded corners.
+//! The estimates are fitted to runs with every kind of indenter. The memory is an upper estimate, since the
+//! factors of longer and flatter layers are sparser than those of the runs. The times are those of two idle
+//! cores; they may be off by a factor of two, and by more for punches with rounded corners.
 
 use super::dimension::{Dimension, Numbers};
 use super::model::Equations;
@@ -37,7 +37,8 @@ const ROW: [f64; 2] = [560.0, 2800.0];
 /// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
 const FACTOR: [(f64, f64); 2] = [(7.5, 1.25), (6.0, 1.5)];
 
-/// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
+/// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane
+/// and in space.
 const SECONDS: [[(f64, f64); 2]; 2] = [[(1.9e-7, 1.2), (0.0, 1.0)], [(4e-6, 1.0), (5.5e-10, 2.0)]];
 
 /// The time of a load on all meshes but the first, over that on one thread: two loads are solved at the same
@@ -88,8 +89,8 @@ pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64)
     (SPARE * (stored + passing) + PROGRAM) as u64
 }
 
-/// Estimate of the seconds that pressing a layer to `loads` loads takes on two cores if each needs all of `meshes`. `by_force` says
-/// that the loads are forces and not compressions.
+/// Estimate of the seconds that pressing a layer to `loads` loads takes on two cores if each needs all of
+/// `meshes`. `by_force` says that the loads are forces and not compressions.
 pub fn seconds<S: Dimension>(
     meshes: &[MeshSize],
     loads: usize,
@@ -125,8 +126,8 @@ mod tests {
         MeshSize { elements, unknowns: S::AXES * mesh.nodes.len() + S::Pressure::COUNT * elements }
     }
 
-    /// Checks that the estimate covers the memory that the equations report on each mesh, on the last one twice, and is less than
-    /// three times as much.
+    /// Checks that the estimate covers the memory that the equations report on each mesh, on the last one
+    /// twice, and is less than three times as much.
     fn covers(estimate: u64, meshes: &[u64]) {
         let twin = meshes[meshes.len() - 1];
         let (found, estimate) = ((meshes.iter().sum::<u64>() + twin) as f64, estimate as f64 - PROGRAM);

@@ -1,12 +1,14 @@
 //! An indenter that is pressed with a given force: its place along `x2` is one more unknown.
 //!
-//! With the tangent `K` under an indenter that stays, the force `b` on the body for each metre that the indenter moves up, and the stiffness
-//! `s` of the contact, a step `du` of the body and `dh` of the indenter satisfy
+//! With the tangent `K` under an indenter that stays, the force `b` on the body for each metre that the
+//! indenter moves up, and the stiffness `s` of the contact, a step `du` of the body and `dh` of the indenter
+//! satisfy
 //!
 //! `K du - b dh = r`, `b' du - s dh = F - F0`,
 //!
-//! with the unbalanced force `r`, the given force `F` and the force `F0` after a step in which nothing moves. Two solutions with the
-//! factors of `K` give both, so that a load by a force takes no more factorisations than one by a displacement.
+//! with the unbalanced force `r`, the given force `F` and the force `F0` after a step in which nothing moves.
+//! Two solutions with the factors of `K` give both, so that a load by a force takes no more factorisations
+//! than one by a displacement.
 
 use std::ops::Range;
 
@@ -37,8 +39,9 @@ impl<S: Dimension> Equations<S> {
         self.given_force.as_ref().is_some_and(|given| given.moves(obstacle))
     }
 
-    /// Finds the equilibrium in which obstacles press with a `given` force from `state`, one under about this force, and closes the gaps there.
-    /// The `load` gets the places of these obstacles, and the `effort` is added to. `None` where there is no such equilibrium near.
+    /// Finds the equilibrium in which obstacles press with a `given` force from `state`, one under about this
+    /// force, and closes the gaps there. The `load` gets the places of these obstacles, and the `effort` is
+    /// added to. `None` where there is no such equilibrium near.
     pub(crate) fn push(
         &mut self,
         state: &State<S>,

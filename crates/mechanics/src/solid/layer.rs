@@ -1,7 +1,7 @@
 //! The layer under an indenter: half of it or all of it, bonded to the substrate.
 //!
-//! With a free end it is the one of section 3.2 of the paper "Large deformation mechanics of a soft elastomeric layer under
-//! compressive loading for a MEMS tactile sensor application".
+//! With a free end it is the one of section 3.2 of the paper "Large deformation mechanics of a soft
+//! elastomeric layer under compressive loading for a MEMS tactile sensor application".
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
@@ -23,15 +23,18 @@ pub use super::layer_step::LayerStep;
 /// The condition at the end of the layer, at `x1 = half_length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Free of traction everywhere: the face may fold below the plane of the substrate, as in the paper's model.
+    /// Free of traction everywhere: the face may fold below the plane of the substrate, as in the paper's
+    /// model.
     Free,
-    /// Free, on a substrate that continues beyond it and carries what folds over, by contact without friction.
+    /// Free, on a substrate that continues beyond it and carries what folds over, by contact without
+    /// friction.
     FreeOnSubstrate,
     /// The layer continues: no displacement along `x1` and no shear traction there.
     Far,
 }
 
-/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one wins.
+/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the
+/// later one wins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion<S: Dimension = Plane> {
     /// Lowest corner at rest in m.
@@ -47,10 +50,11 @@ pub struct Inclusion<S: Dimension = Plane> {
 pub enum Indenter {
     /// A smooth plate over the whole top: `u2 = -U` there.
     WholeTop,
-    /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
+    /// A rigid body without friction that starts in contact with the top. The layer may separate from it and
+    /// touch its flank.
     Smooth(IndenterProfile),
-    /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by `U`, wherever they go
-    /// along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
+    /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by
+    /// `U`, wherever they go along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
     Held {
         /// Half the width of the patch at rest in m.
         half_width: f64,
@@ -63,7 +67,8 @@ pub enum Indenter {
 }
 
 impl Indenter {
-    /// Whether it is a rounded body in contact with the surface, and not a prescribed displacement of the top.
+    /// Whether it is a rounded body in contact with the surface, and not a prescribed displacement of the
+    /// top.
     pub(crate) fn is_rounded(&self) -> bool {
         match self {
             Self::Smooth(_) => true,
@@ -135,8 +140,8 @@ impl LayerModel {
         Self::with_inclusions(mesh, &rubber, &[], indenter, end)
     }
 
-    /// The layer at rest with bodies of other rubbers in it. Each element belongs to the body that contains its centre, so that the
-    /// breakpoints of the mesh should include the edges of the bodies.
+    /// The layer at rest with bodies of other rubbers in it. Each element belongs to the body that contains
+    /// its centre, so that the breakpoints of the mesh should include the edges of the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -150,8 +155,9 @@ impl LayerModel {
         Self::with_indenter_at(0.0, mesh, rubber, inclusions, indenter, end)
     }
 
-    /// The layer at rest with bodies of other rubbers in it, as [`LayerModel::with_inclusions`] makes it, and with the middle of a
-    /// [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the layer that needs a mesh of the whole of it.
+    /// The layer at rest with bodies of other rubbers in it, as [`LayerModel::with_inclusions`] makes it, and
+    /// with the middle of a [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the
+    /// layer that needs a mesh of the whole of it.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -257,8 +263,9 @@ impl<S: Dimension> LayerModel<S> {
         Ok(Self { equations, indenter, thickness: top, state, load, indenters, substrate, symmetry })
     }
 
-    /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
-    /// nodes in Pa; they give the pressure where the displacement of the top is prescribed.
+    /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal
+    /// stresses of `state` at the nodes in Pa; they give the pressure where the displacement of the top is
+    /// prescribed.
     pub fn contact_pressure(&self, state: &State<S>, s22: &[f64]) -> Vec<f64> {
         let body = self.equations.body();
         let mut pressure = self.equations.nodal_contact_pressure(state);
@@ -271,7 +278,8 @@ impl<S: Dimension> LayerModel<S> {
         pressure
     }
 
-    /// Lets the surface slide around corners of at least the radius `least` (m), or of half the width of a punch that is narrower.
+    /// Lets the surface slide around corners of at least the radius `least` (m), or of half the width of a
+    /// punch that is narrower.
     pub(crate) fn round_corners(&mut self, least: f64) {
         if let Some(radius) = self.indenter.corner_radius(least) {
             self.equations.set_corner_radius(radius);
@@ -348,9 +356,9 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
-    /// Finds the equilibrium at `compression`, or near there under a given `force` (N, in the plane N per metre of width) on the whole layer,
-    /// from the `state` of `other`, a model of the same layer on another mesh at about that compression. Returns `None`, and leaves the model
-    /// as it was, if that fails.
+    /// Finds the equilibrium at `compression`, or near there under a given `force` (N, in the plane N per
+    /// metre of width) on the whole layer, from the `state` of `other`, a model of the same layer on another
+    /// mesh at about that compression. Returns `None`, and leaves the model as it was, if that fails.
     pub(crate) fn take_over(
         &mut self,
         other: &Self,
@@ -392,8 +400,8 @@ impl<S: Dimension> LayerModel<S> {
         next
     }
 
-    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width); see
-    /// `meet_force`.
+    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of
+    /// width); see `meet_force`.
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.

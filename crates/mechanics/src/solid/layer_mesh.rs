@@ -6,26 +6,27 @@ use super::model::ModelError;
 /// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerMesh {
-    /// Breakpoints along `x1` to where the elements at the end begin, in m: from the axis or, of a whole layer, from where those at its other
-    /// end begin.
+    /// Breakpoints along `x1` to where the elements at the end begin, in m: from the axis or, of a whole
+    /// layer, from where those at its other end begin.
     pub along: Vec<f64>,
     /// Breakpoints from the substrate to the top, in m.
     pub up: Vec<f64>,
     /// Breakpoints along the top from there to the end, in m. A whole layer
     /// has the same at its other end.
     pub end_top: Vec<f64>,
-    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
-    /// tensor product, which turns inside out at that corner.
+    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan
+    /// there: a tensor product, which turns inside out at that corner.
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a patch that is held or bonded ends, if there is one.
     pub punch: Option<PunchFan>,
 }
 
-/// Sectors around the point where a patch that is held or bonded ends: the surface next to it turns up by 90 degrees and more, which two
-/// quadrilaterals that meet there cannot follow.
+/// Sectors around the point where a patch that is held or bonded ends: the surface next to it turns up by 90
+/// degrees and more, which two quadrilaterals that meet there cannot follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PunchFan {
-    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between them.
+    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between
+    /// them.
     pub along: [usize; 2],
     /// First of the breakpoints upwards that it takes the place of.
     pub up: usize,
@@ -35,8 +36,9 @@ pub struct PunchFan {
     pub radii: Vec<f64>,
 }
 
-/// How far the elements at the end of a layer of this thickness and half length reach inward: by the thickness, and at most half the way
-/// to `from`, the middle of the layer or the edge of a patch on it. All in m.
+/// How far the elements at the end of a layer of this thickness and half length reach inward: by the
+/// thickness, and at most half the way to `from`, the middle of the layer or the edge of a patch on it. All
+/// in m.
 pub(crate) fn end_reach(thickness: f64, half_length: f64, from: f64) -> f64 {
     thickness.min(0.5 * (half_length - from))
 }
@@ -48,8 +50,8 @@ pub(super) fn about(middle: f64, left: &[f64], right: &[f64]) -> Vec<f64> {
 }
 
 impl LayerMesh {
-    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the fan at
-    /// the bonded end has `rings` rings that shrink by `ratio`.
+    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the
+    /// fan at the bonded end has `rings` rings that shrink by `ratio`.
     pub fn uniform(thickness: f64, half_length: f64, n: usize, ratio: f64, rings: usize) -> Self {
         let body = half_length - thickness;
         let along = ((body / thickness) * n as f64).round().max(1.0) as usize;
@@ -62,8 +64,9 @@ impl LayerMesh {
         }
     }
 
-    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
-    /// the bonded corner, from there each `growth` times as large as the one before, to `thickness / n`.
+    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block`
+    /// thicknesses of the bonded corner, from there each `growth` times as large as the one before, to
+    /// `thickness / n`.
     pub fn folding_end(
         thickness: f64,
         half_length: f64,
@@ -99,8 +102,9 @@ impl LayerMesh {
         }
     }
 
-    /// A mesh with about `n` quadrilaterals over the thickness for a patch of the top that ends at `corner` (m), with a
-    /// fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has one ring.
+    /// A mesh with about `n` quadrilaterals over the thickness for a patch of the top that ends at `corner`
+    /// (m), with a fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink
+    /// by `ratio`. The fan at the bonded end has one ring.
     pub fn under_punch(
         thickness: f64,
         half_length: f64,
@@ -137,8 +141,9 @@ impl LayerMesh {
         self.end_top[self.end_top.len() - 1]
     }
 
-    /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or one under a corner much
-    /// sharper than the layer is thick. Pressing the layer on the largest takes some 10 GB.
+    /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or
+    /// one under a corner much sharper than the layer is thick. Pressing the layer on the largest takes some
+    /// 10 GB.
     pub const MAX_ELEMENTS: usize = 1_000_000;
 
     /// Refuses breakpoints that do not ascend: the patches of such a mesh would lie over one another.
@@ -207,8 +212,8 @@ impl LayerMesh {
         self.along[0] < 0.0
     }
 
-    /// The whole layer, one half of which is this and the other one its mirror image. For loads that are not symmetric. A fan under a
-    /// punch stays the only one.
+    /// The whole layer, one half of which is this and the other one its mirror image. For loads that are not
+    /// symmetric. A fan under a punch stays the only one.
     pub fn mirrored(mut self) -> Self {
         let before = self.along.len() - 1;
         self.along = about(0.0, &self.along, &self.along);

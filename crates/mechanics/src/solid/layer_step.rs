@@ -7,8 +7,8 @@ use super::newton::{Effort, NewtonSettings};
 pub struct LayerStep {
     /// Displacement of the indenter over the thickness.
     pub compression: f64,
-    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in the plane in
-    /// N per metre of width.
+    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in
+    /// the plane in N per metre of width.
     pub force: f64,
     /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,

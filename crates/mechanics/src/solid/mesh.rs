@@ -1,10 +1,10 @@
 //! Meshes, and those of nine-node quadrilaterals put together from mapped patches.
 //!
-//! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share points
-//! share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is made, sectors
-//! around a corner, each of which takes its share of the angle by which the corner opens. One quadrilateral
-//! alone in a right angle must turn inside out when the angle passes 180 degrees, as it does where the bonded end of
-//! a compressed layer meets its free face.
+//! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share
+//! points share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is
+//! made, sectors around a corner, each of which takes its share of the angle by which the corner opens. One
+//! quadrilateral alone in a right angle must turn inside out when the angle passes 180 degrees, as it does
+//! where the bonded end of a compressed layer meets its free face.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,8 @@ pub struct Mesh<S: Dimension = Plane> {
     /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
     /// `(i - 1, j - 1, k - 1)` of the reference cube.
     pub elements: Vec<S::Nodes>,
-    /// The hanging nodes and sides where elements are finer than their neighbours; none in a mesh that was not refined.
+    /// The hanging nodes and sides where elements are finer than their neighbours; none in a mesh that was
+    /// not refined.
     pub hanging: Hanging,
 }
 
@@ -39,8 +40,8 @@ impl Patch {
         Self { columns: x1.len(), points }
     }
 
-    /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending, from 0 to 1)
-    /// of the way. At the fraction 0 the quadrilaterals collapse into the centre.
+    /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending,
+    /// from 0 to 1) of the way. At the fraction 0 the quadrilaterals collapse into the centre.
     pub fn fan(centre: [f64; 2], rim: &[[f64; 2]], radii: &[f64]) -> Self {
         let toward = |rim: &[f64; 2], r: f64| -> [f64; 2] {
             if r == 1.0 {
@@ -121,8 +122,8 @@ impl Mesh {
         Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
     }
 
-    /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square. Between two
-    /// quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
+    /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square.
+    /// Between two quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
     pub fn locate(&self, x: [f64; 2]) -> Option<(usize, [f64; 2])> {
         const SLACK: f64 = 1e-7;
         self.elements.iter().enumerate().find_map(|(e, nodes)| {
@@ -198,8 +199,8 @@ pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
 }
 
-/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit; at most two
-/// million steps.
+/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit;
+/// at most two million steps.
 pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     let fine = 4000;
     let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
@@ -207,8 +208,9 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
     graded_between(&places, |k| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1])))
 }
 
-/// Breakpoints from `a` to `b` (m) that include each of the `edges` between the two. Steps near `x` are about `size(x)` long: from one edge to the
-/// next, their number is rounded up, unless it is less than a quarter above a whole number.
+/// Breakpoints from `a` to `b` (m) that include each of the `edges` between the two. Steps near `x` are about
+/// `size(x)` long: from one edge to the next, their number is rounded up, unless it is less than a quarter
+/// above a whole number.
 pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64) -> Vec<f64> {
     const FINE: usize = 1000;
     let tiny = 1e-9 * (b - a);
@@ -229,8 +231,8 @@ pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64)
     breakpoints
 }
 
-/// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie between place `k` and the next
-/// one, scaled so that they fit; at most two million.
+/// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie
+/// between place `k` and the next one, scaled so that they fit; at most two million.
 pub fn graded_between(places: &[f64], steps: impl Fn(usize) -> f64) -> Vec<f64> {
     let last = places.len() - 1;
     // The number of steps up to each place.

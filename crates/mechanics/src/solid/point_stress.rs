@@ -1,7 +1,8 @@
 //! Cauchy stress at a point, from the deformation gradient there and the pressure field.
 //!
-//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane, `sigma_33`, is not
-//! in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three dimensions.
+//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane,
+//! `sigma_33`, is not in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three
+//! dimensions.
 
 use elastocap_materials::{Rubber, plane, space};
 
@@ -23,8 +24,8 @@ pub struct PointStress {
 }
 
 impl PointStress {
-    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at `pressure` (Pa,
-    /// positive in tension; without effect where the rubber has no such field).
+    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at
+    /// `pressure` (Pa, positive in tension; without effect where the rubber has no such field).
     pub fn new(rubber: &Rubber, f: &plane::Tensor, pressure: f64) -> Self {
         let j = plane::determinant(f);
         let d = rubber.derivatives(f);
@@ -41,8 +42,8 @@ impl PointStress {
         -(self.s11 + self.s22 + self.s33) / 3.0
     }
 
-    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with normal `i` in
-    /// direction `j`. Most books call it the nominal stress.
+    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with
+    /// normal `i` in direction `j`. Most books call it the nominal stress.
     pub fn nominal(&self) -> plane::Tensor {
         // J F^-1 is the cofactor transposed.
         let [a, b, c, d] = plane::cofactor(&self.deformation);
@@ -86,8 +87,8 @@ pub struct SpaceStress {
 }
 
 impl SpaceStress {
-    /// The stress of `rubber` under the deformation gradient `f` with the pressure field at `pressure` (Pa, positive in
-    /// tension; without effect where the rubber has no such field).
+    /// The stress of `rubber` under the deformation gradient `f` with the pressure field at `pressure` (Pa,
+    /// positive in tension; without effect where the rubber has no such field).
     pub fn new(rubber: &Rubber, f: &space::Tensor, pressure: f64) -> Self {
         let j = space::determinant(f);
         let mut stress = rubber.response(f).stress;
@@ -134,7 +135,8 @@ mod tests {
 
     #[test]
     fn where_the_third_stretch_is_one_the_stress_is_that_of_plane_strain() {
-        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the materials.
+        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the
+        // materials.
         let laws = [
             HyperelasticLaw::Yeoh { constants: [0.5, -0.04, 0.02] },
             HyperelasticLaw::MooneyRivlin { c10: 0.2, c01: 0.5 },

@@ -38,7 +38,8 @@ pub struct Pressed<S: Dimension = Plane> {
     pub state: State<S>,
     /// The load of the equilibrium.
     pub load: Load<S>,
-    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with too few meshes.
+    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with too few
+    /// meshes.
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
     pub refinement: Vec<f64>,
@@ -111,8 +112,8 @@ type NextMesh<'a, S> =
 pub(crate) struct LeastErrors {
     /// The least error of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
     pub(crate) force: f64,
-    /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of [`LeastErrors::SMALL`] it
-    /// falls in proportion to the compression.
+    /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of
+    /// [`LeastErrors::SMALL`] it falls in proportion to the compression.
     pub(crate) force_at_rest: f64,
     /// The least error of the numbers besides the force.
     pub(crate) numbers: f64,
@@ -415,7 +416,8 @@ fn judge<S: Dimension>(
         // Without a load the result is exact on any mesh.
         _ if goals[g].value() == 0.0 => Some(0.0),
         Some(estimate) => {
-            // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
+            // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error
+            // than the force.
             let of_estimate = estimate.force * now.abs();
             let before = Before::of(&levels[..level], g, |l| l.step(g).map(value_of));
             let scatter = at_least.of_force(reached.step.compression);

@@ -147,7 +147,8 @@ fn axis_of(step: usize) -> usize {
     }
 }
 
-/// The axes of an element along the first and the second direction of its side `local`; in the plane there is no second one.
+/// The axes of an element along the first and the second direction of its side `local`; in the plane there is
+/// no second one.
 fn directions<S: Dimension>(local: &[usize]) -> [usize; 2] {
     let along = |n: usize| axis_of(local[n].abs_diff(local[0]));
     [along(1), if S::AXES == 3 { along(3) } else { 0 }]

@@ -1,4 +1,5 @@
-//! The shape functions of the elements, quadratic along each direction, and the fit to their quadrature points, linear along each.
+//! The shape functions of the elements, quadratic along each direction, and the fit to their quadrature
+//! points, linear along each.
 
 use super::dimension::Dimension;
 
@@ -10,8 +11,8 @@ pub(super) fn quadratic(s: f64) -> ([f64; 3], [f64; 3]) {
     ([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)], [s - 0.5, -2.0 * s, s + 0.5])
 }
 
-/// Values of the shape functions at a point of the reference element, and their slopes along its axes; only as many as
-/// the element has nodes mean anything.
+/// Values of the shape functions at a point of the reference element, and their slopes along its axes; only
+/// as many as the element has nodes mean anything.
 pub(super) fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] {
     let lines = at.map(quadratic);
     let of_node = |n: usize| {
@@ -32,8 +33,9 @@ pub(super) fn shape<S: Dimension>(at: [f64; 3]) -> [(f64, [f64; 3]); MAX_NODES] 
     std::array::from_fn(of_node)
 }
 
-/// The weights of the three quadrature points along one direction of an element in the value at its first, middle or last node of the linear
-/// polynomial that is fitted to them: least squares with the weights of the quadrature, `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
+/// The weights of the three quadrature points along one direction of an element in the value at its first,
+/// middle or last node of the linear polynomial that is fitted to them: least squares with the weights of the
+/// quadrature, `sum_q w_q (1/2 + 3/2 s_q s) v_q`.
 pub(super) fn on_a_line(n: usize) -> [f64; 3] {
     let abscissa = 0.6f64.sqrt();
     let part = |q: f64, w: f64| w * (0.5 + 1.5 * q * (n as f64 - 1.0));

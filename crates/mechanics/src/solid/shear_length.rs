@@ -12,11 +12,12 @@
 //!   the closed form's pressure profile at the edge of the contact; the curve C(F) is then right in F, the
 //!   stress less so.
 //!
-//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It does not depend on
-//! the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin one.
+//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It
+//! does not depend on the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin
+//! one.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -37,10 +38,11 @@ use elastocap_materials::Rubber;
 pub struct ShearLength {
     /// `U/H`.
     pub compression: f64,
-    /// `L/H` from the balance along `x1`, eq. (43). `None` without compression, and where the section `x1 = 0` pulls.
+    /// `L/H` from the balance along `x1`, eq. (43). `None` without compression, and where the section `x1 =
+    /// 0` pulls.
     pub from_balance: Option<f64>,
-    /// `L/H` from the force, eq. (50). `None` without compression, and where the force is below what the closed form
-    /// gives with no shear at all on the bottom.
+    /// `L/H` from the force, eq. (50). `None` without compression, and where the force is below what the
+    /// closed form gives with no shear at all on the bottom.
     pub from_force: Option<f64>,
     /// Compressive force `N` through the cross-section `x1 = 0` over `mu H`, per width.
     pub axial_force: f64,
@@ -65,8 +67,8 @@ impl ShearLength {
         Self::from_forces(step.compression, contact_half_length / thickness, axial_force, step.force / unit)
     }
 
-    /// The shear length with which the closed form has these forces (over `mu H`, per width) at the compression `U/H` on a
-    /// contact of half-length `contact_ratio` (over `H`).
+    /// The shear length with which the closed form has these forces (over `mu H`, per width) at the
+    /// compression `U/H` on a contact of half-length `contact_ratio` (over `H`).
     ///
     /// # Errors
     /// [`MechanicsError::Compression`] if it is not in `[0, 1)`.
@@ -100,11 +102,13 @@ pub enum Contact {
     Punch(f64),
 }
 
-/// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the rings of
-/// the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver stops.
+/// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the
+/// rings of the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver
+/// stops.
 pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
-/// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer by 0.01 %.
+/// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer
+/// by 0.01 %.
 pub const LENGTH_BEYOND_PUNCH: f64 = 6.0;
 
 impl Contact {
@@ -114,8 +118,9 @@ impl Contact {
         ratio
     }
 
-    /// The layer, of thickness 1 m and shear modulus 1 Pa, with about `n` quadrilaterals over the thickness and `fan` of
-    /// [`FANS`] at the singular corner. Under a punch it continues for [`LENGTH_BEYOND_PUNCH`] thicknesses beyond it.
+    /// The layer, of thickness 1 m and shear modulus 1 Pa, with about `n` quadrilaterals over the thickness
+    /// and `fan` of [`FANS`] at the singular corner. Under a punch it continues for [`LENGTH_BEYOND_PUNCH`]
+    /// thicknesses beyond it.
     ///
     /// # Errors
     /// See [`ModelError`]; the half-length must be larger than 1 under the whole top, and positive.
@@ -150,7 +155,8 @@ pub fn mesh_sizes(contact: Contact, end: End, n: usize) -> Result<Vec<MeshSize>,
     FANS.iter().map(size).collect()
 }
 
-/// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses longer than the punch.
+/// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses
+/// longer than the punch.
 ///
 /// The fan around the end of the punch is as wide as fits between it and the axis, half a thickness at most.
 fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh {
@@ -183,8 +189,8 @@ pub struct ShearLengths {
     pub models: Vec<LayerModel>,
     /// One for each compression that was reached.
     pub points: Vec<StudiedPoint>,
-    /// Relative differences of `from_balance` and of the force between the coarsest fan and the finest that got as far as
-    /// a finer one did at all, there: how much the points of the coarsest may be wrong.
+    /// Relative differences of `from_balance` and of the force between the coarsest fan and the finest that
+    /// got as far as a finer one did at all, there: how much the points of the coarsest may be wrong.
     pub disagreement: Option<[f64; 2]>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,

@@ -65,8 +65,8 @@ pub enum StateFault {
 }
 
 impl<S: Dimension> LayerModel<S> {
-    /// The first fault that the last equilibrium has, if it has any. `force` is that of the indenter on the whole layer in N, in the
-    /// plane in N/m.
+    /// The first fault that the last equilibrium has, if it has any. `force` is that of the indenter on the
+    /// whole layer in N, in the plane in N/m.
     pub fn fault(&self, force: f64) -> Option<StateFault> {
         self.penetration_fault().or_else(|| self.surface_fault()).or_else(|| self.pressure_fault(force))
     }

@@ -129,16 +129,16 @@ impl Fields<'_> {
         Some(Sample { reference: x, displacement, stress })
     }
 
-    /// Samples at `count` equal distances on the straight reference line between `from` and `to` (m), both included;
-    /// those outside the body are left out.
+    /// Samples at `count` equal distances on the straight reference line between `from` and `to` (m), both
+    /// included; those outside the body are left out.
     pub fn along(&self, from: [f64; 2], to: [f64; 2], count: usize) -> Vec<Sample> {
         let part = |k: usize| k as f64 / (count.max(2) - 1) as f64;
         let point = |r: f64| std::array::from_fn(|k| (1.0 - r) * from[k] + r * to[k]);
         (0..count).filter_map(|k| self.at(point(part(k)))).collect()
     }
 
-    /// Samples at the nodes of the boundary whose reference position satisfies `on`, by ascending `x1`, then `x2`: the
-    /// bonded edge with `|x| x[1] == 0.0`, for instance.
+    /// Samples at the nodes of the boundary whose reference position satisfies `on`, by ascending `x1`, then
+    /// `x2`: the bonded edge with `|x| x[1] == 0.0`, for instance.
     pub fn on_boundary(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<Sample> {
         let mut nodes: Vec<usize> =
             self.mesh.boundary_where(on).iter().flat_map(|edge| edge.nodes).map(|n| n as usize).collect();
@@ -158,8 +158,8 @@ fn value(basis: &[f64; 3], coefficients: &[f64; 3]) -> f64 {
     basis.iter().zip(coefficients).map(|(b, c)| b * c).sum()
 }
 
-/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit: least squares with the weights
-/// of the quadrature, that is the projection onto `1, s, t, st`.
+/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit: least squares with
+/// the weights of the quadrature, that is the projection onto `1, s, t, st`.
 fn extrapolation(n: usize) -> [f64; POINTS] {
     let (a, b) = (on_a_line(n % 3), on_a_line(n / 3));
     std::array::from_fn(|q| a[q % 3] * b[q / 3])

@@ -21,7 +21,8 @@ use elastocap_materials::space::{Tensor, cofactor, determinant};
 /// no longer.
 const MAX_ITERATIONS: usize = 12;
 
-/// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the shear modulus.
+/// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the
+/// shear modulus.
 const CLEARANCE: f64 = 0.3;
 /// The largest number of times that an obstacle is moved out of the surface, each time at least twice as far.
 const MAX_MOVES: usize = 8;
@@ -40,7 +41,8 @@ pub(super) struct Finder<'a, S: Dimension> {
     pub(super) mesh: &'a Mesh<S>,
     /// Lower and upper ends of the box around each element.
     boxes: Vec<(S::Point, S::Point)>,
-    /// Numbers of the elements that reach into each of equal rectangles along the first two axes, those of the second axis side by side.
+    /// Numbers of the elements that reach into each of equal rectangles along the first two axes, those of
+    /// the second axis side by side.
     bins: Vec<Vec<u32>>,
     /// The start of the first rectangle along each of these axes, the number of rectangles per metre, and
     /// their total number.
@@ -194,9 +196,10 @@ impl<'a, S: Dimension> Source<'a, S> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh, and the contact pressures at its nodes in
-    /// Pa; points may lie inside obstacles. `None` where the meshes do not cover the same body, or where an element would be turned
-    /// inside out or extended beyond the limit of its rubber.
+    /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh, and the
+    /// contact pressures at its nodes in Pa; points may lie inside obstacles. `None` where the meshes do not
+    /// cover the same body, or where an element would be turned inside out or extended beyond the limit of
+    /// its rubber.
     fn read_off(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, Vec<f64>)> {
         let source = Source::new(other, state);
         let mut guess = self.body.at_rest();
@@ -220,8 +223,8 @@ impl<S: Dimension> Equations<S> {
         Some((guess, contact))
     }
 
-    /// The configuration that [`Equations::read_off`] gives, with the obstacles moved out of the surface, and with contact forces. `None`
-    /// also where the obstacles cannot be moved out.
+    /// The configuration that [`Equations::read_off`] gives, with the obstacles moved out of the surface, and
+    /// with contact forces. `None` also where the obstacles cannot be moved out.
     fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
         let (mut guess, contact) = self.read_off(other, state, load)?;
         if !self.clear_obstacles(&mut guess) {
@@ -315,8 +318,9 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the same load. Where the force of
-    /// obstacles is `given`, the load gets the places in which they press with it. `None` where that fails.
+    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the
+    /// same load. Where the force of obstacles is `given`, the load gets the places in which they press with
+    /// it. `None` where that fails.
     pub(crate) fn equilibrium_from(
         &mut self,
         other: &Self,
@@ -340,8 +344,8 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
         let mut effort = Effort::default();
-        // Where the gaps have to be closed much farther than is small enough for the displacements, as in the plane, the interior method takes
-        // as few systems.
+        // Where the gaps have to be closed much farther than is small enough for the displacements, as in the
+        // plane, the interior method takes as few systems.
         let is_shorter = settings.first_gap < settings.moving_gap;
         if is_shorter
             && let Some(found) = self.settled_without_bounds(other, state, load, settings, &mut effort)
@@ -352,8 +356,8 @@ impl<S: Dimension> Equations<S> {
         Some((found, effort))
     }
 
-    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by the interior method alone, which keeps all gaps
-    /// open on the way.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by the interior
+    /// method alone, which keeps all gaps open on the way.
     fn settled_within_bounds(
         &mut self,
         other: &Self,
@@ -370,8 +374,8 @@ impl<S: Dimension> Equations<S> {
         (found.is_ok() && effort.negative_pivots == 0).then_some(state)
     }
 
-    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by Newton's method without bounds alone, which
-    /// takes about half as many steps.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by Newton's method
+    /// without bounds alone, which takes about half as many steps.
     fn settled_without_bounds(
         &mut self,
         other: &Self,
@@ -380,7 +384,8 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Option<State<S>> {
-        // Where there are equilibria with ripples beside the one that the surface reaches, long steps may lead to them.
+        // Where there are equilibria with ripples beside the one that the surface reaches, long steps may
+        // lead to them.
         if !self.has_contact() {
             return None;
         }
@@ -462,7 +467,8 @@ mod tests {
         linear_fields_stay(&in_space(2), &in_space(3));
     }
 
-    /// Following the load and starting from a coarser mesh give the same force; the second takes fewer systems.
+    /// Following the load and starting from a coarser mesh give the same force; the second takes fewer
+    /// systems.
     fn both_ways_agree<S: Dimension>(mut coarse: LayerModel<S>, model: impl Fn() -> LayerModel<S>) {
         let settings = NewtonSettings::default();
         coarse.press(0.2, &settings).unwrap();
@@ -485,8 +491,8 @@ mod tests {
         both_ways_agree(in_space(2), || in_space(3));
     }
 
-    /// Newton's method without bounds and the interior method, from `coarse` to `fine` at a compression: the same state. Returns the numbers
-    /// of systems that they take.
+    /// Newton's method without bounds and the interior method, from `coarse` to `fine` at a compression: the
+    /// same state. Returns the numbers of systems that they take.
     fn without_and_within_bounds<S: Dimension>(
         mut coarse: LayerModel<S>,
         fine: &LayerModel<S>,

@@ -84,7 +84,8 @@ impl Difference {
 }
 
 impl ComparedStep {
-    /// The difference of the result with this number from the first; `None` where one of the two capacitances is not known.
+    /// The difference of the result with this number from the first; `None` where one of the two capacitances
+    /// is not known.
     pub fn difference(&self, result: usize) -> Option<Difference> {
         let capacitance =
             |k: usize| self.values.get(k).copied().flatten().and_then(|value| value.capacitance);

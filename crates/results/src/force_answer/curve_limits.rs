@@ -1,14 +1,15 @@
 //! Limits of a smooth curve between known points.
 //!
-//! Let the derivative of order n of a curve keep its sign over n + 1 neighbouring points. Between any two of these points the curve
-//! then lies between two polynomials of degree n - 1, the one through the first n of the points and the one through the last n: the
-//! error of each is a divided difference of order n, which has the sign of the derivative, times the product of the distances from
-//! the points of the polynomial, and the two products have opposite signs. Order 1 says that a monotone curve lies between the values of
-//! its neighbouring points, and order 2 that a convex curve lies between a chord and the neighbouring chords, continued. The distances
-//! between the points are part of the argument, so that unequal ones do no harm.
+//! Let the derivative of order n of a curve keep its sign over n + 1 neighbouring points. Between any two of
+//! these points the curve then lies between two polynomials of degree n - 1, the one through the first n of
+//! the points and the one through the last n: the error of each is a divided difference of order n, which has
+//! the sign of the derivative, times the product of the distances from the points of the polynomial, and the
+//! two products have opposite signs. Order 1 says that a monotone curve lies between the values of its
+//! neighbouring points, and order 2 that a convex curve lies between a chord and the neighbouring chords,
+//! continued. The distances between the points are part of the argument, so that unequal ones do no harm.
 //!
-//! Points do not prove that a derivative keeps its sign. The divided differences of order n are means of that derivative, and the order is
-//! used where several of them around an interval have one sign.
+//! Points do not prove that a derivative keeps its sign. The divided differences of order n are means of that
+//! derivative, and the order is used where several of them around an interval have one sign.
 
 use std::ops::Range;
 
@@ -35,8 +36,8 @@ pub struct CurveLimits {
 }
 
 impl CurveLimits {
-    /// The limits of a curve that has values between `y` at the points `x`, which ascend. `is_monotone` says that the curve is known to be
-    /// monotone; otherwise the points have to show it.
+    /// The limits of a curve that has values between `y` at the points `x`, which ascend. `is_monotone` says
+    /// that the curve is known to be monotone; otherwise the points have to show it.
     pub fn through(x: Vec<f64>, y: Vec<[f64; 2]>, is_monotone: bool) -> Self {
         let mut limits = Self { shared_errors: vec![0.0; x.len()], x, y, orders: Vec::new() };
         let used = |k: usize, order: &usize| (*order == 1 && is_monotone) || limits.keeps_sign(*order, k);
@@ -88,14 +89,14 @@ impl CurveLimits {
         excesses.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
     }
 
-    /// Where a curve that does not decrease may reach `value` first, in the interval from point `k` to the next; the end of the interval if
-    /// it does not.
+    /// Where a curve that does not decrease may reach `value` first, in the interval from point `k` to the
+    /// next; the end of the interval if it does not.
     pub fn first_reach(&self, k: usize, value: f64) -> f64 {
         self.first(k, self.places(k), |[_, high]| high >= value)
     }
 
-    /// Where a curve that does not decrease may have `value` last, in the interval from point `k` to the next; the beginning of the interval
-    /// if it is above the value everywhere.
+    /// Where a curve that does not decrease may have `value` last, in the interval from point `k` to the
+    /// next; the beginning of the interval if it is above the value everywhere.
     pub fn last_hold(&self, k: usize, value: f64) -> f64 {
         self.first(k, self.places(k).rev(), |[low, _]| low <= value)
     }
@@ -130,9 +131,9 @@ impl CurveLimits {
             .map(move |i| if i == PLACES { to } else { from + (to - from) * i as f64 / PLACES as f64 })
     }
 
-    /// Whether the derivative of an order may keep its sign around the interval from point `k` to the next: whether the divided
-    /// differences of the windows that hold the interval, and of two more on either side, may all have one sign. Of these, as many as the
-    /// order are needed, and two at least.
+    /// Whether the derivative of an order may keep its sign around the interval from point `k` to the next:
+    /// whether the divided differences of the windows that hold the interval, and of two more on either side,
+    /// may all have one sign. Of these, as many as the order are needed, and two at least.
     fn keeps_sign(&self, order: usize, k: usize) -> bool {
         let Some(last) = self.x.len().checked_sub(order + 1) else { return false };
         let windows = k.saturating_sub(order + 1)..=last.min(k + 2);

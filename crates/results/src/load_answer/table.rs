@@ -37,7 +37,8 @@ pub(super) struct LoadStep {
     pub(super) load: [f64; 5],
     /// Horizontal forces along x1 and x3, N, where they are known.
     pub(super) sideways: Option<[f64; 2]>,
-    /// Lower bounds, values and upper bounds of the Maxwell matrix, with the errors of mechanics and geometry in the bounds, F.
+    /// Lower bounds, values and upper bounds of the Maxwell matrix, with the errors of mechanics and geometry
+    /// in the bounds, F.
     pub(super) maxwell: [Vec<Vec<f64>>; 3],
 }
 

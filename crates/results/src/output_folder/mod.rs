@@ -1,8 +1,9 @@
 //! An output folder whose files appear all at once, or not at all.
 //!
-//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be guessed, and synced there. Then the two
-//! folders change places, in one step of the file system. Files of the user in the old folder are linked into the new one
-//! before. What an ended process leaves behind is removed or completed by the next one that opens the folder.
+//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be
+//! guessed, and synced there. Then the two folders change places, in one step of the file system. Files of
+//! the user in the old folder are linked into the new one before. What an ended process leaves behind is
+//! removed or completed by the next one that opens the folder.
 //!
 //! | module | what is in it |
 //! |---|---|
@@ -43,8 +44,8 @@ pub use unfinished::Unfinished;
 
 /// An output folder that gets its files all at once.
 ///
-/// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped without that, it
-/// leaves what was there before.
+/// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped
+/// without that, it leaves what was there before.
 #[derive(Debug)]
 pub struct OutputFolder {
     /// The path as the user gave it.

@@ -1,8 +1,9 @@
 //! `report.html`: the results of a run as one page that opens from disk and asks the network for nothing.
 //!
-//! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the data at its end, so that a
-//! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through `html::escape`, or
-//! through `html::json_in_script` where a script reads it.
+//! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the
+//! data at its end, so that a reader without them loses pictures and no number. What comes from a case
+//! (titles, names, paths) goes through `html::escape`, or through `html::json_in_script` where a script reads
+//! it.
 //!
 //! | file | what is in it |
 //! |---|---|
@@ -57,7 +58,8 @@ pub struct MeasuredPoint {
 }
 
 impl MeasuredPoint {
-    /// The points of a comparison as they are drawn over a curve of the force; none where they were measured over something else.
+    /// The points of a comparison as they are drawn over a curve of the force; none where they were measured
+    /// over something else.
     pub(crate) fn under_force(comparison: &Comparison) -> Vec<Self> {
         let points = comparison.points.iter().filter(|_| comparison.load == MeasuredLoad::Force.name());
         let point = |p: &ComparedPoint| Self {

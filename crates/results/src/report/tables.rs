@@ -17,7 +17,8 @@ use crate::pose;
 use crate::scene_files::label;
 use crate::typeset::quantity;
 
-/// The largest number of entries of all matrices together; of larger results the page shows the first and the last step.
+/// The largest number of entries of all matrices together; of larger results the page shows the first and the
+/// last step.
 const MOST_ENTRIES: usize = 6000;
 
 /// A value of each step.

@@ -1,17 +1,19 @@
 //! Products of fluxes that were found on two grids of one scene.
 //!
-//! Let f_i be a flux without divergence in the state with potentials v_i, and g_i the charge of a flux on the conductors, weighed by
-//! these potentials. By Thomson's principle, for fluxes on whatever grids,
+//! Let f_i be a flux without divergence in the state with potentials v_i, and g_i the charge of a flux on the
+//! conductors, weighed by these potentials. By Thomson's principle, for fluxes on whatever grids,
 //!
 //! L_ij = g_i f_j + g_j f_i - (f_i, f_j)
 //!
-//! is a lower bound on the form of the capacitances: with the true fluxes t_i, g_i f = (t_i, f) for every f without divergence, so that
-//! C_ij - L_ij = (f_i - t_i, f_j - t_j), which is positive semidefinite.
+//! is a lower bound on the form of the capacitances: with the true fluxes t_i, g_i f = (t_i, f) for every f
+//! without divergence, so that C_ij - L_ij = (f_i - t_i, f_j - t_j), which is positive semidefinite.
 //!
-//! The f are those of [`super`] with their repairs, one along each axis. On the common refinement of two grids both are of one space: along
-//! a line their coordinates in the energy are embedded isometrically, across lines the modes are. So are the products of two axes,
-//! and no array of the common refinement is ever made: the flux of one grid is taken to the other one axis after another. Beyond the
-//! last nodes both continue along the same rays with the same weights. These are at least the true ones, which only lowers L further.
+//! The f are those of [`super`] with their repairs, one along each axis. On the common refinement of two
+//! grids both are of one space: along a line their coordinates in the energy are embedded isometrically,
+//! across lines the modes are. So are the products of two axes, and no array of the common refinement is ever
+//! made: the flux of one grid is taken to the other one axis after another. Beyond the last nodes both
+//! continue along the same rays with the same weights. These are at least the true ones, which only lowers L
+//! further.
 
 use super::flux::Flux;
 use super::lines::{Bundle, Run, Segment};
@@ -105,14 +107,16 @@ impl JointAxis {
     }
 }
 
-/// The flux of one run along its lines, as coordinates `[row of the first axis across][coordinate][column]`, and its part that leaves.
+/// The flux of one run along its lines, as coordinates `[row of the first axis across][coordinate][column]`,
+/// and its part that leaves.
 struct RunFlux {
     coordinates: Vec<f64>,
     dims: Dims,
 }
 
 impl RunFlux {
-    /// The flux through the faces at one end of the lines, outwards and weighed as in the coordinates: `[row][column]`.
+    /// The flux through the faces at one end of the lines, outwards and weighed as in the coordinates:
+    /// `[row][column]`.
     fn through(&self, face: &[f64]) -> Vec<f64> {
         let [_, len, width] = self.dims;
         let mut out = vec![0.0; self.dims[0] * width];
@@ -199,7 +203,8 @@ impl Fluxes {
         self.states.len()
     }
 
-    /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle `[coordinate][line]`.
+    /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle
+    /// `[coordinate][line]`.
     pub(super) fn run_fluxes(&self, state: usize) -> Result<Flux, SolveError> {
         let mut out: [Vec<Vec<f64>>; 3] = Default::default();
         let Some(state) = self.states.get(state) else { return Ok(Flux(out)) };
@@ -223,7 +228,8 @@ impl Fluxes {
         Ok(Flux(out))
     }
 
-    /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line (columns).
+    /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line
+    /// (columns).
     fn repair_functions(&self, a: usize) -> Result<Vec<Dense<f64>>, SolveError> {
         let axis = &self.domain.axes[a];
         let functions_of_axis = self.repair.flux_functions(axis, a, self.lines.basis[a].as_ref())?;
@@ -374,7 +380,8 @@ mod tests {
         ]
     }
 
-    /// The pair in open space with a block of glass between them, so that the permittivity is not a product of one factor for each axis.
+    /// The pair in open space with a block of glass between them, so that the permittivity is not a product
+    /// of one factor for each axis.
     fn in_open_space() -> Scene {
         let mut bodies = pair();
         bodies.push(Body::dielectric("glass", cuboid([-0.6, 0.1, -0.4], [0.1, 0.5, 0.5]), 5.0));
@@ -445,7 +452,8 @@ mod tests {
     #[test]
     fn the_repair_of_a_flux_that_was_hardly_iterated_is_part_of_it() {
         let settings = Settings::default();
-        // Where permittivity and walls are those of the repair, its energy is known, else it is overestimated.
+        // Where permittivity and walls are those of the repair, its energy is known, else it is
+        // overestimated.
         for (scene, is_exact) in [(in_a_box(), true), (in_open_space(), false), (on_a_slab(), false)] {
             let problem = problem_of(&scene, &settings);
             let outcome = solved(&problem, &grid(&problem, 3, 1), 1e-2);

@@ -42,8 +42,8 @@ impl Less<'_> {
     }
 }
 
-/// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each axis in turn: the target of
-/// the projection.
+/// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each
+/// axis in turn: the target of the projection.
 pub(super) struct Target {
     pub(super) points: [AxisPoints; 3],
     /// `[point or mode]` on each axis: points along the axis of the component, modes along the others.
@@ -127,7 +127,8 @@ struct Aim<'a> {
     bent: Option<Bent<'a>>,
     /// Matrices from points to potential modes of the second and the third axis.
     back: [Strips; 2],
-    /// For each element of the first axis, the matrix from points to potential modes, with the element's points and modes.
+    /// For each element of the first axis, the matrix from points to potential modes, with the element's
+    /// points and modes.
     first: Vec<(Dense<f64>, Range<usize>, Range<usize>)>,
     points: &'a [AxisPoints; 3],
 }

@@ -13,7 +13,8 @@ use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 use rayon::prelude::*;
 
-/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
+/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy,
+/// `[row][line]`.
 #[derive(Debug)]
 pub(super) struct Flux(pub(super) [Vec<Vec<f64>>; 3]);
 

@@ -23,7 +23,8 @@ pub(super) struct Run {
     pub ends: [Option<usize>; 2],
 }
 
-/// Lines of one axis that meet the same obstacles: a rectangle of the two other axes (in ascending axis order).
+/// Lines of one axis that meet the same obstacles: a rectangle of the two other axes (in ascending axis
+/// order).
 #[derive(Debug)]
 pub(super) struct Bundle {
     pub across: [std::ops::Range<usize>; 2],
@@ -56,7 +57,8 @@ pub(super) struct Segment {
     pub source: [Vec<f64>; 2],
     /// The flux that leaves along rays, if any does.
     pub leaving: Option<Leaving>,
-    /// For a scene that a map bends: L^-T, coefficients of the flux functions of the segment from energies' roots.
+    /// For a scene that a map bends: L^-T, coefficients of the flux functions of the segment from energies'
+    /// roots.
     pub coefficients: Option<Mat<f64>>,
     /// First interval, one past the last, and the condition on the flux at the ends.
     pub intervals: [usize; 2],
@@ -67,8 +69,8 @@ pub(super) struct Segment {
     factor: [f64; 2],
 }
 
-/// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an order and compare
-/// exactly.
+/// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an
+/// order and compare exactly.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct SegmentKey {
     /// First interval, and one past the last.
@@ -76,7 +78,8 @@ struct SegmentKey {
     ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
     profile: Vec<u64>,
-    /// Permittivity of the last interval at either end over the least that the rays from it cross; 1 without rays.
+    /// Permittivity of the last interval at either end over the least that the rays from it cross; 1 without
+    /// rays.
     contrast: [u64; 2],
 }
 
@@ -131,8 +134,8 @@ pub(super) fn bundles(
     Ok((bundles, segments))
 }
 
-/// The pieces of the column of cells along axis `a` at the intervals `[s, t]` of the two other axes. Segments that are met for
-/// the first time are added to `segments`.
+/// The pieces of the column of cells along axis `a` at the intervals `[s, t]` of the two other axes. Segments
+/// that are met for the first time are added to `segments`.
 fn column(
     domain: &Domain,
     a: usize,
@@ -262,8 +265,8 @@ fn rectangles(columns: &[Vec<Column>]) -> Vec<([usize; 4], &Column)> {
     out
 }
 
-/// The matrices of intervals `lo..hi` with the given permittivity per interval of the run, in the radial basis, rays
-/// continued straight times `factor`.
+/// The matrices of intervals `lo..hi` with the given permittivity per interval of the run, in the radial
+/// basis, rays continued straight times `factor`.
 pub(super) fn mixed(
     axis: &Axis,
     basis: Option<&Basis>,

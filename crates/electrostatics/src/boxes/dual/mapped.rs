@@ -14,9 +14,11 @@
 //! equal. The product of s and p is that of grad u and p, except for s - K grad u, which is as small as the
 //! error of the grid. By Green's formula (grad u, p) = (u, r) and (grad u, s) = g s - (u, r), so that
 //!
-//! J >= 2 g s - (s, K^-1 s) - 2 (u, r) - d N - (1 + 1/d) (p, K^-1 p),    N = |s - K grad u|^2 = U + (s, K^-1 s) - 2 g s + 2 (u, r)
+//! J >= 2 g s - (s, K^-1 s) - 2 (u, r) - d N - (1 + 1/d) (p, K^-1 p),    N = |s - K grad u|^2 = U + (s, K^-1
+//! s) - 2 g s + 2 (u, r)
 //!
-//! for any d > 0, by Young's inequality, with U the energy of the potential. Half of N is about the error of the grid.
+//! for any d > 0, by Young's inequality, with U the energy of the potential. Half of N is about the error of
+//! the grid.
 
 use super::Dual;
 use super::aim::{Less, Target, target};

@@ -1,17 +1,19 @@
 //! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
 //!
-//! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the permittivity, in
-//! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix T (`elastocap_fem::mixed`); products with it
-//! are formed piece by piece (`elastocap_fem::condensed`). The operator is the sum of T over all lines of all three axes.
+//! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the
+//! permittivity, in an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix
+//! T (`elastocap_fem::mixed`); products with it are formed piece by piece (`elastocap_fem::condensed`). The
+//! operator is the sum of T over all lines of all three axes.
 //!
-//! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r. A second flux cancels
-//! it: the exact solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
-//! box the lower bound is
+//! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r.
+//! A second flux cancels it: the exact solution with source r on the whole box of the scene as if there were
+//! no conductors. With A' the operator of that box the lower bound is
 //!
 //! J = (sigma, sigma) - r A'^-1 r,    sigma = M^-1 (g + D^T phi),
 //!
-//! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson functional (J also
-//! subtracts the repair's energy inside conductors, which the functional does not contain).
+//! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson
+//! functional (J also subtracts the repair's energy inside conductors, which the functional does not
+//! contain).
 
 pub(crate) mod across_grids;
 pub(crate) mod aim;
@@ -77,8 +79,8 @@ struct Lines {
     segments: [Vec<Segment>; 3],
     /// The potentials' basis on each axis where flux leaves along rays.
     basis: [Option<Basis>; 3],
-    /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
-    /// otherwise per cell of intervals.
+    /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is
+    /// one; otherwise per cell of intervals.
     weights: Weights,
 }
 
@@ -99,7 +101,8 @@ impl Basis {
     }
 }
 
-/// Lines of one run along an axis, at one index `row` of the first transverse axis and the indices `columns` of the second.
+/// Lines of one run along an axis, at one index `row` of the first transverse axis and the indices `columns`
+/// of the second.
 struct Strip<'a> {
     axis: usize,
     run: &'a Run,
@@ -278,12 +281,14 @@ impl Dual {
         r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Whether a residual must hold no net charge for the repair to cancel it, as where every wall is insulated.
+    /// Whether a residual must hold no net charge for the repair to cancel it, as where every wall is
+    /// insulated.
     pub(crate) fn must_balance(&self) -> bool {
         self.repair.is_singular()
     }
 
-    /// Moves `x` along the constant, which also reduces its error, so that the residual `r` = b - A x holds no net charge.
+    /// Moves `x` along the constant, which also reduces its error, so that the residual `r` = b - A x holds
+    /// no net charge.
     pub(crate) fn balance(&self, x: &mut [f64], r: &mut [f64]) {
         let constant = self.constant();
         let removed = self.flux_residual(&vec![0.0; self.blocks()], &constant);
@@ -429,15 +434,16 @@ impl Lines {
         }
     }
 
-    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
-    /// permittivity of the run's first interval (`at[a]`).
+    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of
+    /// the permittivity of the run's first interval (`at[a]`).
     fn area(&self, a: usize, at: [usize; 3]) -> f64 {
         let (p, q) = others(a);
         let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
         if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
     }
 
-    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the parts of the fluxes M^-1 (g_i + D^T phi_i) along an axis.
+    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the parts of the fluxes M^-1 (g_i + D^T phi_i)
+    /// along an axis.
     fn flux_energies(&self, a: usize, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
         let count = phi.len();
         let mut total = Mat::zeros(count, count);
@@ -514,8 +520,8 @@ impl Lines {
         }
     }
 
-    /// Products of the fluxes of a strip with each other, minus the part that leaves along rays; `across` are the squared distances
-    /// of the two transverse axes.
+    /// Products of the fluxes of a strip with each other, minus the part that leaves along rays; `across` are
+    /// the squared distances of the two transverse axes.
     fn strip_energies(&self, strip: &Strip<'_>, fluxes: &[Vec<f64>], across: &[&[f64]; 2]) -> Mat<f64> {
         let segment = &self.segments[strip.axis][strip.run.segment];
         let width = strip.columns.len();

@@ -76,7 +76,8 @@ pub(super) fn fluxes_at(
 }
 
 impl OtherLines {
-    /// The component of a flux along the first axis at points of that axis of a domain, for modes of the other two.
+    /// The component of a flux along the first axis at points of that axis of a domain, for modes of the
+    /// other two.
     fn component_along_first(
         &self,
         domain: &Domain,
@@ -120,13 +121,15 @@ impl Dual {
 struct FluxesAt<'f> {
     lines: &'f Lines,
     fluxes: &'f [&'f Flux],
-    /// The modes of the second and the third axis that do not vanish at all points: of a turned scene all of them.
+    /// The modes of the second and the third axis that do not vanish at all points: of a turned scene all of
+    /// them.
     window: Window,
     /// The component of each flux along the first axis, at the points there and for the window.
     first: Vec<Vec<f64>>,
     /// Points on the second and the third axis.
     counts: [usize; 2],
-    /// For each segment of the second and of the third axis, the values at the points of the axis, and the transpose.
+    /// For each segment of the second and of the third axis, the values at the points of the axis, and the
+    /// transpose.
     values: [Vec<(RunValues, Dense<f64>)>; 2],
     /// Potential modes of the second and of the third axis, those of the window, at the points of the axis.
     modes: [Strips; 2],
@@ -183,7 +186,8 @@ impl<'f> FluxesAt<'f> {
         }
     }
 
-    /// The component along the second axis of one mode of the first, at the points of the second, for the window of the third.
+    /// The component along the second axis of one mode of the first, at the points of the second, for the
+    /// window of the third.
     fn second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
         let [_, window] = &self.window;
         let across = window.len();
@@ -212,7 +216,8 @@ impl<'f> FluxesAt<'f> {
         }
     }
 
-    /// The component along the third axis of one mode of the first, for the window of the second, at the points of the third.
+    /// The component along the third axis of one mode of the first, for the window of the second, at the
+    /// points of the third.
     fn third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
         let [window, _] = &self.window;
         let across = self.counts[1];

@@ -1,5 +1,5 @@
-//! The preconditioner: an additive Schwarz method on conductor-free boxes, which are inverted exactly. Flux that leaves along rays
-//! is continued at a mean obliqueness.
+//! The preconditioner: an additive Schwarz method on conductor-free boxes, which are inverted exactly. Flux
+//! that leaves along rays is continued at a mean obliqueness.
 
 use super::Basis;
 use crate::boxes::conductor_free::free_boxes;
@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Energy of the continuation in the preconditioner over that of the straight one; the true factor is between 1 and 3, depending
-/// on the obliqueness.
+/// Energy of the continuation in the preconditioner over that of the straight one; the true factor is between
+/// 1 and 3, depending on the obliqueness.
 const MEAN: f64 = 1.5;
 
 /// The sum of the boxes' inverses, without those on quarters of a scene whose half the domain is.

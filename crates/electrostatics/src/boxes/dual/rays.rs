@@ -1,10 +1,11 @@
 //! Flux that continues to infinity along rays from a pole.
 //!
-//! A flux that leaves the cube of half-width R around the pole with density g continues as g x / s^2 along x -> s x. It has no
-//! divergence, and its energy per area of the face x = R is R (1 + (y^2 + z^2) / R^2) g^2 for unit permittivity. The field of a
-//! point charge at the pole is of this kind, so that only the higher moments of a charged body are approximated. In the potentials'
-//! radial basis the weight is diagonal across the lines; along each line it changes M by a matrix of rank one per open end, and
-//! T = D M^-1 D^T by another.
+//! A flux that leaves the cube of half-width R around the pole with density g continues as g x / s^2 along x
+//! -> s x. It has no divergence, and its energy per area of the face x = R is R (1 + (y^2 + z^2) / R^2) g^2
+//! for unit permittivity. The field of a point charge at the pole is of this kind, so that only the higher
+//! moments of a charged body are approximated. In the potentials' radial basis the weight is diagonal across
+//! the lines; along each line it changes M by a matrix of rank one per open end, and T = D M^-1 D^T by
+//! another.
 
 use super::{Basis, others};
 use elastocap_fem::mixed::MixedSegment;
@@ -45,8 +46,8 @@ impl Leaving {
         })
     }
 
-    /// K t with K = (W^-1 + e M^-1 e)^-1, W the resistance that obliqueness adds on a line whose squared distance across
-    /// is `share` of R^2. M^-1 with the whole continuation is M^-1 - M^-1 e K e M^-1.
+    /// K t with K = (W^-1 + e M^-1 e)^-1, W the resistance that obliqueness adds on a line whose squared
+    /// distance across is `share` of R^2. M^-1 with the whole continuation is M^-1 - M^-1 e K e M^-1.
     pub(super) fn damp(&self, share: f64, t: [f64; 2]) -> [f64; 2] {
         let root = |i: usize| (self.straight[i] * share).sqrt();
         if self.sides.len() == 1 {
@@ -74,7 +75,8 @@ pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Squared distances across axis `a` from the pole over R^2: one factor per mode of the two other axes, to be added.
+/// Squared distances across axis `a` from the pole over R^2: one factor per mode of the two other axes, to be
+/// added.
 pub(super) fn shares(basis: &[Option<Basis>; 3], a: usize) -> [&[f64]; 2] {
     let (p, q) = others(a);
     [p, q].map(|b| basis[b].as_ref().map_or(&[][..], |basis| &basis.shares))

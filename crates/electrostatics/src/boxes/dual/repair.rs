@@ -1,6 +1,7 @@
 //! The repair: a flux that cancels the divergence left by the linear solver.
 //!
-//! The scene's whole box without conductors is separable and can be inverted exactly, by the modes of its axes.
+//! The scene's whole box without conductors is separable and can be inverted exactly, by the modes of its
+//! axes.
 
 use super::lines::mixed;
 use super::precondition::modes_of;
@@ -19,7 +20,8 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
+/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known
+/// to about as many digits.
 const ENOUGH: f64 = 1e-9;
 
 /// Rounding error of one entry of a product with the operator of the repair, as a share of the operator's
@@ -131,7 +133,8 @@ impl Repairs {
 }
 
 impl Repair {
-    /// Assumes the greatest obliqueness and contrast for all flux that leaves: the true energy is never larger.
+    /// Assumes the greatest obliqueness and contrast for all flux that leaves: the true energy is never
+    /// larger.
     pub(super) fn new(
         domain: &Domain,
         basis: &[Option<Basis>; 3],

@@ -197,7 +197,8 @@ impl Fluxes {
         &self.domain.axes
     }
 
-    /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
+    /// The flux of a state, its repair included, at points on the axes of this grid; `None` before
+    /// [`Fluxes::prepare`].
     pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
         fluxes_at((&self.lines, None), &self.domain, points, &[self.prepared.get(state)?]).pop()
     }

@@ -13,9 +13,11 @@ use rayon::prelude::*;
 /// Carries arrays of the first half to the second and back.
 #[derive(Debug, Clone)]
 pub(crate) struct Exchange {
-    /// Places of the first axis above its middle, and their images below it with a sign, as places of the whole axis.
+    /// Places of the first axis above its middle, and their images below it with a sign, as places of the
+    /// whole axis.
     first: Vec<Image>,
-    /// Places of the last axis above its middle, and their images below it with a sign, as places of the whole axis.
+    /// Places of the last axis above its middle, and their images below it with a sign, as places of the
+    /// whole axis.
     last: Vec<Image>,
     /// The number of places of the second axis.
     between: usize,
@@ -34,7 +36,8 @@ impl Exchange {
     /// axes to their mirror images; each place is the image of one other place, up to sign.
     ///
     /// # Errors
-    /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis could make them.
+    /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis
+    /// could make them.
     pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Result<Self, SolveError> {
         let images = |reflection: &Mat<f64>| {
             let above =

@@ -1,4 +1,5 @@
-//! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last axis.
+//! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last
+//! axis.
 //!
 //! The half lies above the middle of the first axis and includes all of the last axis. Consider functions
 //! that are odd under a half turn about the second axis. Their part that is odd across the middle of the last
@@ -20,7 +21,8 @@ const SMALL_TASK: usize = 64;
 #[derive(Debug, Clone)]
 pub(crate) struct Fold {
     dims: Dims,
-    /// For each function above the middle of the last axis: its index, that of its mirror image, and the sign of that.
+    /// For each function above the middle of the last axis: its index, that of its mirror image, and the sign
+    /// of that.
     pairs: Vec<(usize, usize, f64)>,
     /// The function in the middle, if there is one.
     middle: Option<usize>,
@@ -35,7 +37,8 @@ impl Fold {
     /// lack the first `skipped` functions of the first axis.
     ///
     /// # Errors
-    /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their basis could make them.
+    /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their
+    /// basis could make them.
     pub(crate) fn new(
         dims: Dims,
         reflection: MatRef<'_, f64>,
@@ -59,8 +62,9 @@ impl Fold {
         [[odd, n1, half], [even, n1, half + middle]]
     }
 
-    /// The odd and the even part: the products of the array with functions that are extended from half of the axis, over the root of two.
-    /// Without a function in the middle they are orthogonal to each other, and as large together as the array.
+    /// The odd and the even part: the products of the array with functions that are extended from half of the
+    /// axis, over the root of two. Without a function in the middle they are orthogonal to each other, and as
+    /// large together as the array.
     pub(crate) fn parts_of<T: Real>(&self, x: &[T]) -> [Vec<T>; 2] {
         let mut out = [Vec::new(), Vec::new()];
         self.write_parts(x, &mut out);

@@ -1,9 +1,9 @@
 //! Halves and quarters of a scene that a half turn about the second axis takes to itself, for potentials that
 //! are even or odd under the turn.
 //!
-//! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above x1 = 0. There it is a
-//! potential like any other, but for the plane x1 = 0, on which it is even, or odd, across x3 = 0; and so is the flux through that plane,
-//! with the other sign.
+//! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above
+//! x1 = 0. There it is a potential like any other, but for the plane x1 = 0, on which it is even, or odd,
+//! across x3 = 0; and so is the flux through that plane, with the other sign.
 //!
 //! - Potentials are functions on this half whose trace is such. The projection on these
 //!   ([`Fold::project`](super::fold::Fold)) is all that distinguishes the primal problem.
@@ -112,7 +112,8 @@ pub(crate) fn whole_axes<'d>(domain: &'d Domain, turn: &'d OtherParts) -> [&'d A
     [&turn.half.axes[0], &domain.axes[1], &domain.axes[2]]
 }
 
-/// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
+/// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror
+/// image.
 pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
     let (whole, free) = (reflected_functions(&axis.line), axis.functions());
     whole.as_ref().submatrix(free.start, free.start, free.len(), free.len()).to_owned()
@@ -136,7 +137,8 @@ pub(crate) fn not_in_quarters(domain: &Domain, mut boxes: Vec<FreeBox>) -> Vec<F
     boxes
 }
 
-/// Whether a box of a half lies in one of a quarter, or in its mirror image across the middle of the last axis.
+/// Whether a box of a half lies in one of a quarter, or in its mirror image across the middle of the last
+/// axis.
 fn is_in(half_box: &FreeBox, quarter_box: &FreeBox, middle: usize) -> bool {
     let (p, q) = (&half_box.block, &quarter_box.block);
     let within = |lo: usize, hi: usize, a: usize| q.lo[a] <= lo && hi <= q.hi[a];
@@ -185,8 +187,8 @@ mod tests {
         out
     }
 
-    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in an insulating box; the first has a
-    /// finger beside the middle.
+    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in an insulating box;
+    /// the first has a finger beside the middle.
     fn combs(wall: Wall) -> Scene {
         let left = [
             ([-0.7, 0.1, -0.6], [0.7, 0.2, -0.5]),
@@ -227,8 +229,8 @@ mod tests {
         Arc::new(SceneMap::new(axes, bend))
     }
 
-    /// Upper and lower energies of the two conductors at equal or at opposite potentials, on the whole scene and on the half of it, on the
-    /// same grid.
+    /// Upper and lower energies of the two conductors at equal or at opposite potentials, on the whole scene
+    /// and on the half of it, on the same grid.
     fn energies(scene: &Scene, map: Option<&Arc<SceneMap>>, order: usize, odd: bool) -> [[f64; 2]; 2] {
         const SHARE: f64 = 1e-11;
         let layout = Layout::in_frame(scene, map, None, u64::MAX).unwrap();

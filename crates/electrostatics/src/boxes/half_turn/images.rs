@@ -40,7 +40,8 @@ impl Image {
     }
 }
 
-/// For each right-hand side, given by the potentials of the domain's blocks, the earlier one whose image it is.
+/// For each right-hand side, given by the potentials of the domain's blocks, the earlier one whose image it
+/// is.
 pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Image>> {
     // On half of a scene, the potential already is symmetric.
     let turns = if potentials.len() > 1 && domain.turn.is_none() { half_turns(domain) } else { Vec::new() };

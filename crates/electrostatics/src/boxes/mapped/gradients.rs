@@ -303,8 +303,8 @@ pub(crate) fn gradients_at(
     at_points(points, &Potentials { functions: &functions, coefficients, dims: domain.primal_dims() })
 }
 
-/// The energies that the map of a domain adds to those of potentials, by a rule of `extra` more points on each element than its degree;
-/// `None` where the map changes nothing.
+/// The energies that the map of a domain adds to those of potentials, by a rule of `extra` more points on
+/// each element than its degree; `None` where the map changes nothing.
 ///
 /// # Errors
 /// A map that turns space inside out.

@@ -1,5 +1,5 @@
-//! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps becomes the tensor
-//! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
+//! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps
+//! becomes the tensor K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
 
 use super::points::AxisPoints;
 use super::runs::Runs;

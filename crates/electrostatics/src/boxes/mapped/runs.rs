@@ -6,7 +6,8 @@ use crate::boxes::placed_map::PlacedMap;
 use crate::boxes::tensor::{Symmetric, times};
 use std::ops::Range;
 
-/// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one interval each.
+/// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one
+/// interval each.
 #[derive(Debug)]
 pub(crate) struct Runs {
     pub(crate) ranges: Vec<Range<usize>>,

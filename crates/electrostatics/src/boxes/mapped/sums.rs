@@ -30,7 +30,8 @@ pub(crate) trait Fields: Sync {
     /// [`Fields::along`] takes the rows to the points of an element of the first axis.
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]);
 
-    /// For each component the matrix from these rows to the points of the element; `None` where the rows are those of the points.
+    /// For each component the matrix from these rows to the points of the element; `None` where the rows are
+    /// those of the points.
     fn along(&self, element: usize) -> [Option<&Dense<f64>>; 3];
 }
 
@@ -65,7 +66,8 @@ struct Work {
     tensors: Vec<Symmetric>,
     /// The components of each field that is held, in the rows of [`Fields::across`].
     across: Vec<[Vec<f64>; 3]>,
-    /// The values of one field after the other, by component, at the points of an element that are looked at together.
+    /// The values of one field after the other, by component, at the points of an element that are looked at
+    /// together.
     values: Vec<f64>,
     /// The weighted tensors times the values of one field at these points.
     images: Vec<f64>,
@@ -106,7 +108,8 @@ pub(crate) fn by_element(
     lengths.map(|[a, b, c]| [cut(0, a), cut(1, b), cut(2, c)]).collect()
 }
 
-/// Rows of [`Fields::across`] at the points of an element, for some of the `plane` points of the second and the third axis.
+/// Rows of [`Fields::across`] at the points of an element, for some of the `plane` points of the second and
+/// the third axis.
 fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, some: Range<usize>, to: &mut [f64]) {
     let width = some.len();
     match matrix {
@@ -121,8 +124,8 @@ fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, some: Rang
     }
 }
 
-/// The sums of x T y over all points for all pairs of fields, and at least the largest of eps K^-1 at any of them, as [`Metric::largest`] has
-/// it.
+/// The sums of x T y over all points for all pairs of fields, and at least the largest of eps K^-1 at any of
+/// them, as [`Metric::largest`] has it.
 ///
 /// # Errors
 /// A map that turns space inside out.

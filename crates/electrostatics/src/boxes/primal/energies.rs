@@ -1,7 +1,7 @@
 //! Energies as sums of squares of gradients.
 //!
-//! In the product u A u the potentials of neighbouring nodes cancel, and the relative rounding error on an element of size h grows
-//! like 1 / h. Here differences of potentials are taken first, and nothing cancels.
+//! In the product u A u the potentials of neighbouring nodes cancel, and the relative rounding error on an
+//! element of size h grows like 1 / h. Here differences of potentials are taken first, and nothing cancels.
 
 use super::{Primal, Term};
 use crate::boxes::domain::{Axis, per_element};
@@ -16,7 +16,8 @@ use std::ops::Range;
 /// Least number of entries of slabs for a parallel task.
 const SMALL_TASK: usize = 8192;
 
-/// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T diag(coefficient) D.
+/// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T
+/// diag(coefficient) D.
 #[derive(Debug)]
 pub(super) struct Gradient {
     matrix: SparseRows<f64>,
@@ -24,7 +25,8 @@ pub(super) struct Gradient {
 }
 
 impl Gradient {
-    /// Makes the gradient of an axis with one coefficient per interval, for the functions of `window`; held ends are trimmed off.
+    /// Makes the gradient of an axis with one coefficient per interval, for the functions of `window`; held
+    /// ends are trimmed off.
     pub(super) fn new(axis: &Axis, coefficient: &[f64], window: &Range<usize>) -> Result<Self, SolveError> {
         let (whole, first) = (divergence_matrix(&axis.line)?, axis.functions().start + window.start);
         let offsets = potential_offsets(&axis.line);
@@ -78,7 +80,8 @@ impl Primal {
         matrix
     }
 
-    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not under a map.
+    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not
+    /// under a map.
     pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
         let terms = self.terms.terms.iter();
         let total: f64 = terms.map(|term| term.products(&[u], &[v], |_, _| true, self.dims)[(0, 0)]).sum();
@@ -88,7 +91,8 @@ impl Primal {
     }
 }
 
-/// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one slab along the other two.
+/// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one
+/// slab along the other two.
 struct Pieces<'t> {
     term: &'t Term,
     /// The mass matrices of the second and the third axis.
@@ -200,8 +204,8 @@ struct Work {
 }
 
 impl Term {
-    /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of all of a potential, which take as
-    /// much memory as itself, are never held.
+    /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of
+    /// all of a potential, which take as much memory as itself, are never held.
     fn products(
         &self,
         x: &[&[f64]],

@@ -1,12 +1,13 @@
 //! Potentials that decay along rays beyond the last nodes of open space.
 //!
-//! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field of a point
-//! charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is, for unit permittivity,
+//! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field
+//! of a point charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is,
+//! for unit permittivity,
 //!
 //! integral of (g + y g_y + z g_z)^2 / R + R (g_y^2 + g_z^2) over the face,
 //!
-//! a sum of products of 1D matrices. Where rays cross different permittivities the greatest one is used: the energy of a trial
-//! potential may be too large, never too small.
+//! a sum of products of 1D matrices. Where rays cross different permittivities the greatest one is used: the
+//! energy of a trial potential may be too large, never too small.
 
 use crate::boxes::domain::{Axis, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
@@ -30,8 +31,9 @@ struct Piece {
     /// The function of the outermost node.
     index: usize,
     across: [Range<usize>; 2],
-    /// Matrices of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the permittivity. M and K are mass
-    /// and stiffness, N and E the first and the second radial matrix ([`radial_matrices`]).
+    /// Matrices of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the
+    /// permittivity. M and K are mass and stiffness, N and E the first and the second radial matrix
+    /// ([`radial_matrices`]).
     rows: [SparseRows<f64>; 4],
     /// Matrices of the second transverse axis, side by side: `[M | (E + N + N^T) / R + R K | N | N^T]`.
     columns: Dense<f64>,
@@ -74,7 +76,8 @@ impl Faces {
         Self { pieces }
     }
 
-    /// The products of potentials on the faces, given by their coefficients on the whole face of an axis and a side, `[p][q]`.
+    /// The products of potentials on the faces, given by their coefficients on the whole face of an axis and
+    /// a side, `[p][q]`.
     pub(crate) fn products(&self, on_face: &[impl Fn(usize, usize) -> Vec<f64>], cells: Dims) -> Mat<f64> {
         let n = on_face.len();
         let mut out = Mat::zeros(n, n);
@@ -185,7 +188,8 @@ impl Piece {
         self.product_of(&gathered)
     }
 
-    /// The product of the rectangle's part of A with a potential whose coefficients on the rectangle are given, row by row.
+    /// The product of the rectangle's part of A with a potential whose coefficients on the rectangle are
+    /// given, row by row.
     fn product_of(&self, gathered: &[f64]) -> Vec<f64> {
         let [rows, columns] = [0, 1].map(|b| self.across[b].len());
         let mut by_columns = vec![0.0; rows * 4 * columns];

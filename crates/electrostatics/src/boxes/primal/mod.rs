@@ -1,8 +1,8 @@
 //! Dirichlet's principle: continuous potentials of order p, whose energy bounds the capacitance from above.
 //!
-//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a conductor's closed block are
-//! prescribed. In this basis both 1D matrices have a handful of entries per row, so that the operator is cheap compared with the
-//! preconditioner.
+//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a
+//! conductor's closed block are prescribed. In this basis both 1D matrices have a handful of entries per row,
+//! so that the operator is cheap compared with the preconditioner.
 
 mod energies;
 pub(crate) mod faces;
@@ -60,7 +60,8 @@ struct Terms {
 }
 
 impl Term {
-    /// Makes the part of the operator that belongs to a product of one factor per axis and interval, which is zero outside a block.
+    /// Makes the part of the operator that belongs to a product of one factor per axis and interval, which is
+    /// zero outside a block.
     fn new(domain: &Domain, (block, factors): &Product) -> Result<Self, SolveError> {
         let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
         let matrices = [0, 1, 2].map(|a| {
@@ -337,8 +338,8 @@ fn boxes(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     Ok(Schwarz::new(boxes, dims))
 }
 
-/// Axis, interval range, held outer planes, and the bits of the permittivity factor of every interval (1 outside the
-/// range).
+/// Axis, interval range, held outer planes, and the bits of the permittivity factor of every interval (1
+/// outside the range).
 pub(crate) type AxisKey = (usize, usize, usize, [bool; 2], Vec<u64>);
 
 /// The data that the modes of each axis of a box depend on.

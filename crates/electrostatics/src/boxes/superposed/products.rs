@@ -175,7 +175,8 @@ impl Joint {
         self.faces.products(&sums, dims)
     }
 
-    /// The coefficients of a potential of one of the grids on a face, in the functions of the common refinement.
+    /// The coefficients of a potential of one of the grids on a face, in the functions of the common
+    /// refinement.
     fn face(&self, grid: usize, a: usize, side: usize, u: &[f64]) -> Vec<f64> {
         let dims = self.dims[grid];
         let index = if side == 0 { 0 } else { dims[a] - 1 };

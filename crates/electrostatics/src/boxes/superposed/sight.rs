@@ -199,7 +199,8 @@ mod tests {
     use elastocap_geometry::scene::Body;
     use elastocap_geometry::shapes::Shape;
 
-    /// A box of half a width of 0.5 at a height of 10 that a map makes a ball of a radius of 0.5 and lowers by 0.25, over a slab and a box.
+    /// A box of half a width of 0.5 at a height of 10 that a map makes a ball of a radius of 0.5 and lowers
+    /// by 0.25, over a slab and a box.
     fn scene() -> (Scene, SceneMap) {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         let bodies = vec![
@@ -285,7 +286,8 @@ mod tests {
         assert!(has_sight(&|scene| scene.bodies.insert(1, cover(9.0, 2.0))));
     }
 
-    /// A harmonic of degree 1 in a ball of radius b, and what a body of radius a sees of it: by quadrature along the radius.
+    /// A harmonic of degree 1 in a ball of radius b, and what a body of radius a sees of it: by quadrature
+    /// along the radius.
     #[test]
     fn the_share_of_a_linear_error_is_that_of_the_solution_between_two_spheres() {
         let sight = Sight { middle: [0.0; 3], clear: 1.0, near: 0.4, contrast: 1.0 };

@@ -5,8 +5,8 @@ use super::reference::{EDGES, PAIRS, Reference};
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_linalg::vector::{cross, dot};
 
-/// The energy matrices of one tetrahedron. The loops (see [`super::reference`]) are condensed out: they follow from the other
-/// functions by minimal energy.
+/// The energy matrices of one tetrahedron. The loops (see [`super::reference`]) are condensed out: they
+/// follow from the other functions by minimal energy.
 #[derive(Debug, Default)]
 pub(super) struct Element {
     /// Jacobian by columns: edges from the first corner.
@@ -81,7 +81,8 @@ impl Element {
         }
     }
 
-    /// -eps grad u, carried to the unit tetrahedron: `3 nodes` values, from the gradients in the mesh's order of nodes.
+    /// -eps grad u, carried to the unit tetrahedron: `3 nodes` values, from the gradients in the mesh's order
+    /// of nodes.
     pub(super) fn carry(&self, eps: f64, original: [u8; 4], gradients: &[[f64; 3]], carried: &mut Vec<f64>) {
         let [u, v, w] = self.jacobian;
         let factor = -eps * self.determinant.signum();
@@ -112,8 +113,9 @@ pub(super) fn times(table: &[f64], x: &[f64], y: &mut Vec<f64>) {
 impl Beyond {
     /// Energy beyond a face to open space as a form of its moments, `on_face x on_face`.
     ///
-    /// A flux that continues along rays decays with the square of the distance: through a face with normal flux q at X from
-    /// the centre, in a plane at distance d, its energy is that of q^2 |X|^2 / (d eps) over the face.
+    /// A flux that continues along rays decays with the square of the distance: through a face with normal
+    /// flux q at X from the centre, in a plane at distance d, its energy is that of q^2 |X|^2 / (d eps) over
+    /// the face.
     pub(super) fn energy(&self, reference: &Reference) -> Vec<f64> {
         let mut energy = vec![0.0; reference.on_face * reference.on_face];
         for ([a, b], table) in PAIRS.iter().zip(&reference.face_mass) {

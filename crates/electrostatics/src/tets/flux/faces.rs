@@ -1,4 +1,5 @@
-//! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to where flux can leave.
+//! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to
+//! where flux can leave.
 
 use super::reference::corners_of_face;
 use crate::error::FluxError;
@@ -21,7 +22,8 @@ pub(super) struct Beyond {
     pub(super) weight: f64,
 }
 
-/// The passages of a mesh: faces through which flux can pass. A face of a conductor is a separate passage for each of its sides.
+/// The passages of a mesh: faces through which flux can pass. A face of a conductor is a separate passage for
+/// each of its sides.
 #[derive(Debug)]
 pub(super) struct Passages {
     /// Corners of each tetrahedron, ascending: the two sides of a face then agree on its coordinates.
@@ -30,8 +32,8 @@ pub(super) struct Passages {
     pub(super) original: Vec<[u8; 4]>,
     /// Passage of the face opposite each corner, or [`NONE`].
     pub(super) of_tet: Vec<[u32; 4]>,
-    /// Tetrahedra that share a passage; the flux counts as going out of the first. The second is [`NONE`] where flux can
-    /// leave the mesh.
+    /// Tetrahedra that share a passage; the flux counts as going out of the first. The second is [`NONE`]
+    /// where flux can leave the mesh.
     pub(super) tets: Vec<[u32; 2]>,
     /// Conductor on which each passage ends, or [`NONE`].
     pub(super) conductor: Vec<u32>,
@@ -51,7 +53,8 @@ impl Passages {
     ///
     /// # Errors
     ///
-    /// [`FluxError::OpenFace`] if a face to open space has tetrahedra on both sides, or does not see the centre from inside.
+    /// [`FluxError::OpenFace`] if a face to open space has tetrahedra on both sides, or does not see the
+    /// centre from inside.
     pub(super) fn new(mesh: &TetMesh, permittivity: &[f64]) -> Result<Passages, FluxError> {
         let sorted: Vec<([u32; 4], [u8; 4])> = mesh
             .tets
@@ -158,7 +161,8 @@ impl Passages {
         let corners = face.map(place);
         let inner = place(self.corners[tet as usize][opposite as usize]);
         let inside = determinant(inner, corners[0], corners[1], corners[2]);
-        // 2 area x distance of the face's plane from the centre, positive where the centre is on the inner side.
+        // 2 area x distance of the face's plane from the centre, positive where the centre is on the inner
+        // side.
         let cone = determinant([0.0; 3], corners[0], corners[1], corners[2]) * inside.signum();
         if !(cone > 0.0 && permittivity > 0.0) {
             return Err(FluxError::OpenFace { face });
@@ -192,8 +196,8 @@ pub(super) struct Forest {
 /// The rule by which trees grow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Growth {
-    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path around it within them.
-    /// Elimination along such trees is stable however flat the tetrahedra are.
+    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path
+    /// around it within them. Elimination along such trees is stable however flat the tetrahedra are.
     Cheapest,
     /// To the tetrahedron with the cheapest path out (Dijkstra).
     Nearest,
@@ -223,7 +227,8 @@ impl PartialOrd for Step {
 }
 
 impl Forest {
-    /// Grows trees over tetrahedra with passages `of_tet` that are shared as in `tets`, with `cost` per passage.
+    /// Grows trees over tetrahedra with passages `of_tet` that are shared as in `tets`, with `cost` per
+    /// passage.
     pub(super) fn grow(
         &mut self,
         of_tet: &[[u32; 4]],

@@ -1,29 +1,30 @@
 //! Lower bounds on capacitance on tetrahedra: a flux without divergence near that of the discrete potential.
 //!
-//! Thomson's principle: for potentials V on the conductors, and any square-integrable flux `sigma` without divergence and
-//! with none through insulated faces,
+//! Thomson's principle: for potentials V on the conductors, and any square-integrable flux `sigma` without
+//! divergence and with none through insulated faces,
 //!
 //! `V^T C V >= 2 sum_i V_i Q_i(sigma) - int |sigma|^2 / eps`
 //!
-//! with `Q_i` the flux that comes out of conductor i. Equality holds for `sigma = -eps grad u`, so that a good flux is near
-//! the one of the discrete potential. It is made vertex by vertex (Destuynder and Métivet, Math. Comp. 68, 1999; Braess and
-//! Schöberl, Math. Comp. 77, 2008; Ern and Vohralík, SIAM J. Numer. Anal. 53, 2015): in the patch of vertex a, with hat
-//! function `psi_a`, a Raviart-Thomas flux with divergence `grad psi_a . (-eps grad u)` that is nearest, in energy, to the
-//! interpolated `-psi_a eps grad u`. The hats sum to one: the divergences cancel, and a discrete flux that needs no repair
-//! comes back as it was.
+//! with `Q_i` the flux that comes out of conductor i. Equality holds for `sigma = -eps grad u`, so that a
+//! good flux is near the one of the discrete potential. It is made vertex by vertex (Destuynder and Métivet,
+//! Math. Comp. 68, 1999; Braess and Schöberl, Math. Comp. 77, 2008; Ern and Vohralík, SIAM J. Numer. Anal.
+//! 53, 2015): in the patch of vertex a, with hat function `psi_a`, a Raviart-Thomas flux with divergence
+//! `grad psi_a . (-eps grad u)` that is nearest, in energy, to the interpolated `-psi_a eps grad u`. The hats
+//! sum to one: the divergences cancel, and a discrete flux that needs no repair comes back as it was.
 //!
-//! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal component cannot
-//! jump. Its basis has functions of constant divergence and functions without; only those are used, so that the divergence in
-//! a tetrahedron is the sum of four face moments. A potential solved to a finite residual leaves some divergence there. It is
-//! carried from tetrahedron to tetrahedron along the cheapest path to a face where flux may leave, and is then zero up to rounding,
-//! see [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on
-//! them. The flux is zero in a part of the mesh that no flux can leave.
+//! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal
+//! component cannot jump. Its basis has functions of constant divergence and functions without; only those
+//! are used, so that the divergence in a tetrahedron is the sum of four face moments. A potential solved to a
+//! finite residual leaves some divergence there. It is carried from tetrahedron to tetrahedron along the
+//! cheapest path to a face where flux may leave, and is then zero up to rounding, see [`Flux::divergence`].
+//! Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on them.
+//! The flux is zero in a part of the mesh that no flux can leave.
 //!
-//! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy is taken with the
-//! smallest permittivity that the rays cross.
+//! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy
+//! is taken with the smallest permittivity that the rays cross.
 //!
-//! Permittivities are relative, lengths in metres, so that charges per volt and energies are in metres: times eps_0 they are
-//! farads.
+//! Permittivities are relative, lengths in metres, so that charges per volt and energies are in metres: times
+//! eps_0 they are farads.
 
 mod element;
 mod faces;
@@ -45,14 +46,14 @@ use reference::Reference;
 /// Charges, energies and error indicators of the fluxes of several states.
 #[derive(Debug, Clone)]
 pub(crate) struct Flux {
-    /// Flux that comes out of each conductor (rows) in each state (columns): its charge over eps_0 per volt, m. Conductors up
-    /// to the last one with a face in the mesh.
+    /// Flux that comes out of each conductor (rows) in each state (columns): its charge over eps_0 per volt,
+    /// m. Conductors up to the last one with a face in the mesh.
     pub charges: Mat<f64>,
     /// (sigma_i, sigma_j) / eps over all space, open space included, m.
     pub energy: Mat<f64>,
-    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces this is the upper minus
-    /// the lower bound (Prager and Synge, Quart. Appl. Math. 5, 1947); with them the difference also contains that of the two
-    /// continuations.
+    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces
+    /// this is the upper minus the lower bound (Prager and Synge, Quart. Appl. Math. 5, 1947); with them the
+    /// difference also contains that of the two continuations.
     pub gap: Mat<f64>,
     /// Per state and tetrahedron, its contribution to the diagonal of `gap`, m.
     pub gaps: Vec<Vec<f64>>,
@@ -62,11 +63,11 @@ pub(crate) struct Flux {
 }
 
 impl Flux {
-    /// Lower bound on P^T C P for the Maxwell matrix C of the mesh, over eps_0, m: the true one less this is positive
-    /// semidefinite.
+    /// Lower bound on P^T C P for the Maxwell matrix C of the mesh, over eps_0, m: the true one less this is
+    /// positive semidefinite.
     ///
-    /// `potentials` has the conductors' potentials (rows, V) in each state (columns); for unit potentials it is the identity
-    /// and the bound is one on C.
+    /// `potentials` has the conductors' potentials (rows, V) in each state (columns); for unit potentials it
+    /// is the identity and the bound is one on C.
     ///
     /// # Panics
     ///
@@ -91,11 +92,13 @@ const CHUNK: usize = 1024;
 /// V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order - 1`: one value, or those at
 /// the four corners, or those followed by the middles of the edges 01, 02, 03, 12, 13, 23, tetrahedron after tetrahedron.
 ///
-/// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state follows from the others.
+/// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state
+/// follows from the others.
 ///
 /// # Errors
 ///
-/// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of the mesh.
+/// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of
+/// the mesh.
 pub(crate) fn equilibrate(
     mesh: &TetMesh,
     permittivity: &[f64],
@@ -272,7 +275,8 @@ fn measure(problem: &FluxProblem, moments: &[Vec<f64>]) -> Flux {
     let mut charges = Mat::zeros(passages.conductors, states);
     for (p, &conductor) in passages.conductor.iter().enumerate().filter(|p| *p.1 != NONE) {
         for (s, x) in moments.iter().enumerate() {
-            // The first moment is sqrt(2) times the flux, which counts as going out of the mesh into the conductor.
+            // The first moment is sqrt(2) times the flux, which counts as going out of the mesh into the
+            // conductor.
             charges[(conductor as usize, s)] -= x[p * per] / 2.0_f64.sqrt();
         }
     }
@@ -306,8 +310,8 @@ fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
         for s in 0..states {
             let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut fluxes[s], &mut difference[s]);
             element.carry(eps, passages.original[t], problem.gradient(s, t), &mut carried);
-            // First the flux of the discrete potential; then the difference from it in face moments and sources, and the loops of
-            // minimal energy that follow from these.
+            // First the flux of the discrete potential; then the difference from it in face moments and
+            // sources, and the loops of minimal energy that follow from these.
             times(&reference.interpolation, &carried, difference);
             flux.clear();
             flux.resize(size, 0.0);

@@ -206,8 +206,8 @@ impl Workspace {
                 let supply = &reference.hat_supply[corner];
                 self.supply[s * around.len() + k] =
                     supply.iter().zip(&self.carried).map(|(a, b)| a * b).sum::<f64>();
-                // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds the prescribed one by
-                // hat times the flux's divergence.
+                // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds
+                // the prescribed one by hat times the flux's divergence.
                 times(&reference.hat_moments[corner], &self.carried, &mut self.departure);
                 times(&reference.hat_sources[corner], &self.carried, &mut self.sources);
                 self.departure.extend_from_slice(&self.sources);
@@ -248,10 +248,11 @@ impl Workspace {
         }
     }
 
-    /// Eliminates the moments that `fulfil` sets from the matrix A and the right-hand sides b: T^T A T and T^T b.
+    /// Eliminates the moments that `fulfil` sets from the matrix A and the right-hand sides b: T^T A T and
+    /// T^T b.
     ///
-    /// The matrix is symmetric, hence T^T A T = T^T (T^T A)^T: rows are added to rows twice, with a transposition in between,
-    /// since columns are far apart in memory.
+    /// The matrix is symmetric, hence T^T A T = T^T (T^T A)^T: rows are added to rows twice, with a
+    /// transposition in between, since columns are far apart in memory.
     fn reduce(&mut self, per: usize, unknowns: usize) {
         let mut matrix = std::mem::take(&mut self.matrix);
         self.add_rows(&mut matrix, per, unknowns);

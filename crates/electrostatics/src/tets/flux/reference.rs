@@ -1,10 +1,11 @@
 //! Raviart-Thomas fluxes on the unit tetrahedron, in a basis in which their divergence can be read off.
 //!
-//! Corner 0 is the origin, corner 1 + a lies on axis a, face i is opposite corner i. A flux is carried to a tetrahedron with
-//! Jacobian J by Piola's map, `sigma = J s / |det J|`, which preserves the flux through every face and the total divergence.
-//! Three groups of functions follow one another:
+//! Corner 0 is the origin, corner 1 + a lies on axis a, face i is opposite corner i. A flux is carried to a
+//! tetrahedron with Jacobian J by Piola's map, `sigma = J s / |det J|`, which preserves the flux through
+//! every face and the total divergence. Three groups of functions follow one another:
 //!
-//! * for each face its moments against orthonormal polynomials (the first is constant), of constant divergence;
+//! * for each face its moments against orthonormal polynomials (the first is constant), of constant
+//!   divergence;
 //! * for each polynomial but the constant one a flux with that divergence and none through the faces;
 //! * loops: no divergence, and none through the faces (three for quadratics, none below).
 
@@ -24,19 +25,21 @@ pub(super) struct Reference {
     pub(super) loops: usize,
     /// Nodes of a polynomial of the same degree.
     pub(super) nodes: usize,
-    /// Products of the functions by pairs of components 00, 11, 22, 01, 02, 12 (the mixed ones added both ways), each
-    /// `size() x size()`.
+    /// Products of the functions by pairs of components 00, 11, 22, 01, 02, 12 (the mixed ones added both
+    /// ways), each `size() x size()`.
     pub(super) mass: [Vec<f64>; 6],
-    /// Coefficients of the flux with given nodal values: `size() x 3 nodes`, component by component within a node.
+    /// Coefficients of the flux with given nodal values: `size() x 3 nodes`, component by component within a
+    /// node.
     pub(super) interpolation: Vec<f64>,
     /// Per corner: the face moments of the same flux times the corner's hat function, `4 on_face x 3 nodes`.
     pub(super) hat_moments: [Vec<f64>; 4],
-    /// Per corner: moments of hat times divergence against the second group's polynomials, `sources x 3 nodes`.
+    /// Per corner: moments of hat times divergence against the second group's polynomials, `sources x 3
+    /// nodes`.
     pub(super) hat_sources: [Vec<f64>; 4],
     /// Per corner: sqrt(2) times the integral of grad hat . flux, `3 nodes`.
     pub(super) hat_supply: [Vec<f64>; 4],
-    /// Integrals of q_i q_j times the barycentric products 00, 11, 22, 01, 02, 12 (mixed ones doubled) over the unit
-    /// triangle, each `on_face x on_face`.
+    /// Integrals of q_i q_j times the barycentric products 00, 11, 22, 01, 02, 12 (mixed ones doubled) over
+    /// the unit triangle, each `on_face x on_face`.
     pub(super) face_mass: [Vec<f64>; 6],
 }
 
@@ -373,8 +376,8 @@ mod tests {
             let out = |row: usize| -> f64 {
                 (0..reference.nodes).map(|n| reference.interpolation[row * columns + 3 * n]).sum()
             };
-            // A unit flux along the first axis goes in through the face on it and out through the slanted one; the moments
-            // carry a factor sqrt(2).
+            // A unit flux along the first axis goes in through the face on it and out through the slanted
+            // one; the moments carry a factor sqrt(2).
             let half = 0.5 * 2.0_f64.sqrt();
             let faces = [half, -half, 0.0, 0.0];
             for i in 0..4 {

@@ -1,5 +1,5 @@
-//! Dirichlet's principle on tetrahedra: continuous potentials of order 1 to 3, whose energies bound the capacitance of any
-//! shape from above.
+//! Dirichlet's principle on tetrahedra: continuous potentials of order 1 to 3, whose energies bound the
+//! capacitance of any shape from above.
 
 mod reference;
 mod space;
@@ -20,8 +20,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 use stiffness::Stiffness;
 
-/// Iterations before the solver gives up. Flat tetrahedra around thin metal take many: 800 and more where the metal is a
-/// hundredth as thick as it is wide.
+/// Iterations before the solver gives up. Flat tetrahedra around thin metal take many: 800 and more where the
+/// metal is a hundredth as thick as it is wide.
 const ITERATION_LIMIT: usize = 3000;
 
 /// A mesh with its permittivities and conductors, on which potentials are solved for.
@@ -53,14 +53,15 @@ pub struct Potentials {
     pub(crate) space: Space,
     /// Per conductor the coefficients of its potential, V, held ones included.
     pub values: Vec<Vec<f64>>,
-    /// a(u_i, u_j), m, open space included. Times [`crate::VACUUM_PERMITTIVITY`] it is the Maxwell matrix of this space, F,
-    /// and as a quadratic form an upper bound on the true one.
+    /// a(u_i, u_j), m, open space included. Times [`crate::VACUUM_PERMITTIVITY`] it is the Maxwell matrix of
+    /// this space, F, and as a quadratic form an upper bound on the true one.
     pub energies: Mat<f64>,
     /// Largest number of iterations of a right-hand side.
     pub iterations: usize,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// How far the linear solver ended from its goal, if it did not meet it. The energies are upper bounds all the same.
+    /// How far the linear solver ended from its goal, if it did not meet it. The energies are upper bounds
+    /// all the same.
     pub shortfall: Option<NotReached>,
     stiffness: Stiffness,
 }
@@ -121,7 +122,8 @@ impl Potentials {
         CoarserPotentials { space: self.space, values: self.values }
     }
 
-    /// Solves for the values that `data` prescribes at held functions, starting from those that it has at the others.
+    /// Solves for the values that `data` prescribes at held functions, starting from those that it has at the
+    /// others.
     fn solve_held(
         problem: PotentialProblem<'_>,
         settings: PotentialSettings<'_>,
@@ -182,16 +184,16 @@ impl Potentials {
         Ok(Self { space, values, energies, iterations, unknowns, shortfall, stiffness })
     }
 
-    /// Gradient of the potential of conductor `k`, V/m: for each tetrahedron the values at its lattice points of order p - 1. That is
-    /// one value for p = 1, those at the four corners for p = 2, and for p = 3 those at the corners and at the middles of the edges
-    /// 01, 02, 03, 12, 13, 23.
+    /// Gradient of the potential of conductor `k`, V/m: for each tetrahedron the values at its lattice points
+    /// of order p - 1. That is one value for p = 1, those at the four corners for p = 2, and for p = 3 those
+    /// at the corners and at the middles of the edges 01, 02, 03, 12, 13, 23.
     pub fn gradients(&self, mesh: &TetMesh, k: usize) -> Vec<[f64; 3]> {
         self.stiffness.gradients(mesh, &self.space, &self.values[k])
     }
 }
 
-/// Whether the potentials of all conductors add up to one everywhere: no grounded wall and no open space holds them at zero. The
-/// last of them follows from the others then.
+/// Whether the potentials of all conductors add up to one everywhere: no grounded wall and no open space
+/// holds them at zero. The last of them follows from the others then.
 pub(crate) fn add_up_to_one(mesh: &TetMesh, conductors: usize) -> bool {
     let on_conductor = |role: FaceRole| matches!(role, FaceRole::Conductor(_));
     conductors > 1 && mesh.boundary.iter().all(|f| on_conductor(f.role))

@@ -1,4 +1,5 @@
-//! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and which are prescribed.
+//! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and
+//! which are prescribed.
 
 use super::reference::{EDGES, FACES, lattice};
 use crate::error::PotentialError;
@@ -41,8 +42,9 @@ impl Space {
     /// The space of order `order`, 1 to 3, on a mesh.
     ///
     /// # Errors
-    /// If the order is not 1 to 3, if a corner of a face with a role is in no tetrahedron of the mesh, if a function is held by two
-    /// conductors or by a conductor and the ground, or if the mesh is too large for 32-bit numbers.
+    /// If the order is not 1 to 3, if a corner of a face with a role is in no tetrahedron of the mesh, if a
+    /// function is held by two conductors or by a conductor and the ground, or if the mesh is too large for
+    /// 32-bit numbers.
     pub(crate) fn new(mesh: &TetMesh, order: usize) -> Result<Self, PotentialError> {
         if !(1..=3).contains(&order) {
             return Err(PotentialError::Order(order));
@@ -125,14 +127,14 @@ impl Space {
         &self.unknown
     }
 
-    /// Functions of all tetrahedra, 4, 10 or 20 each for order 1, 2 or 3: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
-    /// corner to the second), with p = 3 faces (012, 013, 023, 123).
+    /// Functions of all tetrahedra, 4, 10 or 20 each for order 1, 2 or 3: corners, edges (01, 02, 03, 12, 13,
+    /// 23; p - 1 each, from the first corner to the second), with p = 3 faces (012, 013, 023, 123).
     pub(crate) fn dofs(&self) -> &[u32] {
         &self.dofs
     }
 
-    /// The points of the mesh and the weights whose mean is the place of function `dof`: also the value there of a potential
-    /// of order 1.
+    /// The points of the mesh and the weights whose mean is the place of function `dof`: also the value there
+    /// of a potential of order 1.
     pub(crate) fn linear(&self, dof: usize) -> Vec<(u32, f64)> {
         let inner = self.order - 1;
         if dof < self.points {
@@ -147,8 +149,8 @@ impl Space {
         self.faces[on_edges - inner * self.edges.len()].map(|p| (p, 1.0 / 3.0)).to_vec()
     }
 
-    /// From the unknowns of the potentials of order 1 on the same mesh, in the space `linear`, to the unknowns of this one:
-    /// the values at their places.
+    /// From the unknowns of the potentials of order 1 on the same mesh, in the space `linear`, to the
+    /// unknowns of this one: the values at their places.
     pub(super) fn prolongation(&self, linear: &Self) -> SparseMatrix {
         let free: Vec<usize> = (0..self.functions()).filter(|&d| self.unknown[d] != NONE).collect();
         SparseMatrix::build(free.len(), linear.unknowns, |i, terms| {

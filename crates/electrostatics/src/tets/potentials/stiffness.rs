@@ -1,12 +1,12 @@
 //! The energy form on a mesh: tetrahedra, and faces to open space.
 //!
 //! # Open space
-//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential continues as u(y) = g(x) / t. The
-//! face has the unit normal n and the distance d = n x from the centre, so that dy = d t^2 dt dS. Along the face
-//! t grad_tau u = grad_tau g / t; along the ray x grad u = -g / t^2, hence
-//! d n grad u = -(g + x grad_tau g) / t^2. With the integral of t^2 t^-4 over t being 1, the energy beyond is
-//! d times the integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the rays
-//! keeps it an upper bound.
+//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential continues as u(y)
+//! = g(x) / t. The face has the unit normal n and the distance d = n x from the centre, so that dy = d t^2 dt
+//! dS. Along the face t grad_tau u = grad_tau g / t; along the ray x grad u = -g / t^2, hence d n grad u =
+//! -(g + x grad_tau g) / t^2. With the integral of t^2 t^-4 over t being 1, the energy beyond is d times the
+//! integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the
+//! rays keeps it an upper bound.
 
 use super::reference::{MAX_FUNCTIONS, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
@@ -76,7 +76,8 @@ impl Stiffness {
         Ok(Self { reference: Reference::new(space.order()), metrics, open })
     }
 
-    /// Assembles the equations row by row: no two threads write to one row, and sums do not depend on the number of threads.
+    /// Assembles the equations row by row: no two threads write to one row, and sums do not depend on the
+    /// number of threads.
     pub(super) fn assemble(&self, space: &Space) -> System {
         let n = self.reference.functions;
         let of_tets = incidence(space.dofs(), space.functions());
@@ -119,7 +120,8 @@ impl Stiffness {
         }
     }
 
-    /// a(u_i, u_j), m. Differences to the first corner are taken first, so that a common constant does not cost accuracy.
+    /// a(u_i, u_j), m. Differences to the first corner are taken first, so that a common constant does not
+    /// cost accuracy.
     pub(super) fn energies(&self, space: &Space, potentials: &[Vec<f64>]) -> Mat<f64> {
         let (n, k) = (self.reference.functions, potentials.len());
         let of_tets = |first: usize, metrics: &[[f64; 6]]| {
@@ -195,7 +197,8 @@ fn lattice_size(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// The form beyond a face with these corners, seen from the centre; `None` if the centre is in the plane of the face.
+/// The form beyond a face with these corners, seen from the centre; `None` if the centre is in the plane of
+/// the face.
 fn open_matrix(corners: [[f64; 3]; 3], eps: f64, order: usize) -> Option<Vec<f64>> {
     let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let normal = cross(u, v);
@@ -274,7 +277,8 @@ mod tests {
 
     #[test]
     fn the_form_of_a_face_to_open_space_is_the_energy_beyond_it() {
-        // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over s = 1 / t.
+        // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over
+        // s = 1 / t.
         let corners = [[1.0, 0.2, -0.1], [0.3, 1.1, 0.2], [0.4, 0.3, 1.3]];
         let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
         let normal = cross(u, v);

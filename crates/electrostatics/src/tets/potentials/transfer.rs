@@ -25,8 +25,9 @@ pub(crate) struct Start<'a> {
 }
 
 impl Start<'_> {
-    /// The first `count` of the potentials at the lattice points of a finer mesh with the functions `space`, V. A point that rounding
-    /// puts outside its tetrahedron does no harm: iterations may start from any potential.
+    /// The first `count` of the potentials at the lattice points of a finer mesh with the functions `space`,
+    /// V. A point that rounding puts outside its tetrahedron does no harm: iterations may start from any
+    /// potential.
     pub(super) fn values(&self, mesh: &TetMesh, space: &Space, count: usize) -> Vec<Vec<f64>> {
         let order = space.order();
         let points = lattice(order, 4);

@@ -57,7 +57,8 @@ fn nanometre_plates() -> Entry {
     one(SHAPE, "plates 1 nm thick, 1 mm wide".to_owned(), case, Truth::between(sheets, sheets * (1.0 + 1e-4)))
 }
 
-/// A tiny cube in a box so large that it might be open: with walls at a distance R, C (1 + C / (4 pi eps0 R) ...).
+/// A tiny cube in a box so large that it might be open: with walls at a distance R, C (1 + C / (4 pi eps0 R)
+/// ...).
 fn tiny_in_large(side: f64) -> Entry {
     let case = Scene::new().cube("cube", [0.0; 3], side).grounded([-1.0; 3], [1.0; 3], to(1e-3));
     let open = side * super::super::truths::CUBE * FOUR_PI_EPS0;

@@ -10,7 +10,8 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "many conductors";
 
-/// The laws that hold for every Maxwell matrix: reciprocity, no positive entry off the diagonal, no negative sum of a row.
+/// The laws that hold for every Maxwell matrix: reciprocity, no positive entry off the diagonal, no negative
+/// sum of a row.
 fn laws(out: &[Outcome], count: usize) -> Claims {
     let at = |i: usize, j: usize| maxwell(out, 0, i, j);
     let mut claims = vec![Claim::capacitance("C11", at(0, 0)?, Truth::at_least(0.0))];

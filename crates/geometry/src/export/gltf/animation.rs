@@ -38,7 +38,8 @@ impl File {
         self.root.push(input)
     }
 
-    /// Shows a node at one of the steps and scales it to nothing at the others; `times` are those of all steps.
+    /// Shows a node at one of the steps and scales it to nothing at the others; `times` are those of all
+    /// steps.
     pub(in crate::export) fn show_at(
         &mut self,
         node: Index<json::Node>,

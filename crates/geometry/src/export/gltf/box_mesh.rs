@@ -38,7 +38,8 @@ impl BoxSurface {
         }
     }
 
-    /// The corners of all faces with their normals, four for each face, counter-clockwise as seen from outside.
+    /// The corners of all faces with their normals, four for each face, counter-clockwise as seen from
+    /// outside.
     fn corners(self) -> Vec<(Corner, [f32; 3])> {
         let mut out = Vec::with_capacity(24);
         for (axis, upper) in self.faces() {

@@ -12,8 +12,8 @@ use json::validation::USize64;
 use super::GltfError;
 use super::document::File;
 
-/// Sections of the binary part: until [`File::into_bytes`] makes a buffer view of each that is not empty, accessors name
-/// their section by one of these numbers.
+/// Sections of the binary part: until [`File::into_bytes`] makes a buffer view of each that is not empty,
+/// accessors name their section by one of these numbers.
 pub(super) const VERTICES: u32 = 0;
 pub(super) const INDICES: u32 = 1;
 pub(super) const KEYFRAMES: u32 = 2;

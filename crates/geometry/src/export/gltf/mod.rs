@@ -8,8 +8,8 @@
 //! Positions are 32-bit, too coarse for a 1 nm electrode in a 1 mm layer. Every mesh is therefore written
 //! about the centre of its body, and the node moves the body to its place.
 //!
-//! A load step is a morph target: the displacement of every corner from step 0, m. Between two steps the corners move
-//! on straight lines. A body that never moves has no targets.
+//! A load step is a morph target: the displacement of every corner from step 0, m. Between two steps the
+//! corners move on straight lines. A body that never moves has no targets.
 
 mod animation;
 mod box_mesh;
@@ -113,7 +113,8 @@ pub struct SceneBody {
     pub name: String,
     /// The kind of body.
     pub role: BodyRole,
-    /// Its box or sheet at each load step, m, all finite: bodies that extend to infinity must be cut off first.
+    /// Its box or sheet at each load step, m, all finite: bodies that extend to infinity must be cut off
+    /// first.
     pub poses: Vec<Box3>,
 }
 
@@ -125,8 +126,8 @@ impl SceneBody {
 
 /// The scene as a binary glTF file; `step_labels` name the load steps, for instance `U/H = 0.05`.
 ///
-/// The first step is the base shape. The others are morph targets, which the animation "load steps" plays at one second
-/// per step.
+/// The first step is the base shape. The others are morph targets, which the animation "load steps" plays at
+/// one second per step.
 ///
 /// # Errors
 /// When a body is not a finite box or sheet at every step: see [`GltfError`].

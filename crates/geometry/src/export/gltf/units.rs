@@ -12,8 +12,8 @@ pub(in crate::export) struct SceneUnit {
     pub(super) label: String,
 }
 
-/// The largest of 1, 2 and 5 times a power of ten metres that is not larger than `at_most`, m, and the same in words, such as
-/// `200 um`: for a scale bar.
+/// The largest of 1, 2 and 5 times a power of ten metres that is not larger than `at_most`, m, and the same
+/// in words, such as `200 um`: for a scale bar.
 ///
 /// # Errors
 /// [`GltfError::OutOfRange`] where a scene file could not show it.

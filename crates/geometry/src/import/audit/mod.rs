@@ -1,5 +1,5 @@
-//! Checks that triangles form the closed surface of a body. Faults that can be repaired without changing the shape are
-//! repaired, all others are refused.
+//! Checks that triangles form the closed surface of a body. Faults that can be repaired without changing the
+//! shape are repaired, all others are refused.
 
 mod topology;
 mod weld;
@@ -12,7 +12,8 @@ use crate::winding::contains;
 
 /// Smallest and largest size of a body, m.
 const SIZES: [f64; 2] = [1e-12, 1e6];
-/// Largest distance of a body from the origin, in sizes of the body: double precision resolves 1e-16 of the distance.
+/// Largest distance of a body from the origin, in sizes of the body: double precision resolves 1e-16 of the
+/// distance.
 const MAX_DISTANCE: f64 = 1e9;
 
 /// Repairs that leave the shape as it is.
@@ -28,9 +29,11 @@ pub struct Repairs {
     pub turned_faces: usize,
 }
 
-/// Audits triangles with coordinates in m; messages name the `file` and the `unit`, m, by which they were scaled.
+/// Audits triangles with coordinates in m; messages name the `file` and the `unit`, m, by which they were
+/// scaled.
 ///
-/// The surface returned is closed, turned outward and free of self-intersections, without unused points and faces.
+/// The surface returned is closed, turned outward and free of self-intersections, without unused points and
+/// faces.
 ///
 /// # Errors
 /// The first fault that cannot be repaired without guessing at the shape.
@@ -80,7 +83,8 @@ pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSur
 /// All must have passed [`audit`].
 ///
 /// # Errors
-/// [`ImportProblem::Overlap`] or [`ImportProblem::Inside`], with the name of a surface in place of the file's.
+/// [`ImportProblem::Overlap`] or [`ImportProblem::Inside`], with the name of a surface in place of the
+/// file's.
 pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
     let place = |s: &TriangleSurface, f: usize| Place {
         at: middle(s.faces[f].map(|p| s.points[p as usize])),
@@ -94,7 +98,8 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
                 let problem = ImportProblem::Overlap { other: (*other).to_owned(), place: place(surface, f) };
                 return Err(ImportError::new(name, problem));
             }
-            // Without a common point each closed part is inside or outside as a whole, and any part may be inside.
+            // Without a common point each closed part is inside or outside as a whole, and any part may be
+            // inside.
             let inside = |inner: &TriangleSurface, outer: &TriangleSurface| {
                 topology::representatives(inner).into_iter().find(|&p| contains(outer, p))
             };
@@ -114,7 +119,8 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
 /// The largest extent of points, m.
 ///
 /// # Errors
-/// A size out of bounds or too small for the distance from the origin; coordinates that are not finite count as huge.
+/// A size out of bounds or too small for the distance from the origin; coordinates that are not finite count
+/// as huge.
 pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> Result<f64, ImportProblem> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points {

@@ -13,7 +13,8 @@ pub(super) struct Components {
     turned: Vec<bool>,
 }
 
-/// Finds the closed parts and turns the faces of each the same way. `lines` has the line of each face in the file.
+/// Finds the closed parts and turns the faces of each the same way. `lines` has the line of each face in the
+/// file.
 ///
 /// # Errors
 /// Edges with one face or more than two, parts that meet in a point, parts with one side only.
@@ -111,10 +112,12 @@ fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
     Ok(())
 }
 
-/// Turns the faces of bodies outward and those of hollows inward; returns how many end up turned against the file.
+/// Turns the faces of bodies outward and those of hollows inward; returns how many end up turned against the
+/// file.
 ///
 /// # Errors
-/// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would a hollow.
+/// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would
+/// a hollow.
 pub(super) fn outward(
     surface: &mut TriangleSurface,
     parts: &Components,

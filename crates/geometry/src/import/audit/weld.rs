@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-/// The largest distance, along each axis and relative to the size of the body, at which two points count as one.
+/// The largest distance, along each axis and relative to the size of the body, at which two points count as
+/// one.
 const TOLERANCE: f64 = 1e-12;
 
 /// For every point the index of the first point at the same place. `size` is the largest extent of the body,
@@ -30,8 +31,8 @@ pub(super) fn weld(points: &[[f64; 3]], size: f64) -> Vec<u32> {
                 }
             }
         }
-        // One point per cell is enough. A second one in it that is not merged lies within four tolerances of the first, and no
-        // body has details as small as that.
+        // One point per cell is enough. A second one in it that is not merged lies within four tolerances of
+        // the first, and no body has details as small as that.
         let point = found.unwrap_or(k as u32);
         if found.is_none() {
             first.entry(key(p, [0.0; 3])).or_insert(point);

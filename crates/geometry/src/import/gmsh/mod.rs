@@ -1,7 +1,7 @@
 //! Volume meshes from Gmsh: .msh files of the versions 2.2 and 4.1, ASCII and binary.
 //!
-//! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other volume
-//! elements, or curved ones, are refused.
+//! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other
+//! volume elements, or curved ones, are refused.
 //!
 //! No existing crate would do. The crate for this format, `mshio` 0.4.2 of 2020, reads version 4.1 only,
 //! while many programs still write 2.2. It skips the names of physical groups, by which a case says what is a
@@ -93,8 +93,8 @@ pub fn mesh(
     Ok((mesh, repairs))
 }
 
-/// A face of a tetrahedron: its corners in ascending order, 4 t + k for face k of tetrahedron t, and whether the sorted
-/// corners run anticlockwise as seen from outside.
+/// A face of a tetrahedron: its corners in ascending order, 4 t + k for face k of tetrahedron t, and whether
+/// the sorted corners run anticlockwise as seen from outside.
 type Side = ([u32; 3], u32, bool);
 
 /// Faces of the tetrahedra for which `keep` holds, sorted by their corners.

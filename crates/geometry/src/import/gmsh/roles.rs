@@ -12,17 +12,17 @@ use crate::shapes::Shape;
 impl VolumeMesh {
     /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].
     ///
-    /// A conductor is a group of volumes, whose tetrahedra are left out, or a group of surfaces, which is a sheet. A
-    /// dielectric is a group of volumes; where several have the same group, the last one counts. The background fills the
-    /// rest. An outer face in a side of the mesh's bounding box belongs to that side's wall; any other outer face needs six
-    /// equal walls. A ray from an open face to infinity is assumed to meet only the background and those dielectrics that
-    /// end at open faces. Parts of the mesh that border no conductor and no grounded or open wall have no field, and are
-    /// left out.
+    /// A conductor is a group of volumes, whose tetrahedra are left out, or a group of surfaces, which is a
+    /// sheet. A dielectric is a group of volumes; where several have the same group, the last one counts. The
+    /// background fills the rest. An outer face in a side of the mesh's bounding box belongs to that side's
+    /// wall; any other outer face needs six equal walls. A ray from an open face to infinity is assumed to
+    /// meet only the background and those dielectrics that end at open faces. Parts of the mesh that border
+    /// no conductor and no grounded or open wall have no field, and are left out.
     ///
     /// # Errors
-    /// Names that the file does not have; shapes that are not physical groups; conductors that touch one another or a
-    /// grounded wall, or that end the mesh next to open faces; outer faces without a wall; open faces that do not face away
-    /// from the middle of the conductors.
+    /// Names that the file does not have; shapes that are not physical groups; conductors that touch one
+    /// another or a grounded wall, or that end the mesh next to open faces; outer faces without a wall; open
+    /// faces that do not face away from the middle of the conductors.
     pub fn tet_mesh(&self, scene: &Scene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
@@ -71,7 +71,8 @@ impl VolumeMesh {
         Ok(conductor_of)
     }
 
-    /// For each number of a group, the region of its tetrahedra: 0 for the background, else 1 + the index of the dielectric.
+    /// For each number of a group, the region of its tetrahedra: 0 for the background, else 1 + the index of
+    /// the dielectric.
     fn region_of(&self, scene: &Scene) -> Result<Vec<u32>, ImportProblem> {
         let mut region_of = vec![0_u32; self.groups.len() + 1];
         for dielectric in scene.dielectrics() {
@@ -84,8 +85,8 @@ impl VolumeMesh {
         Ok(region_of)
     }
 
-    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field. `touched` is the
-    /// conductor that each point belongs to.
+    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field.
+    /// `touched` is the conductor that each point belongs to.
     fn sorted_faces(
         &self,
         scene: &Scene,
@@ -173,7 +174,8 @@ impl VolumeMesh {
         Ok(())
     }
 
-    /// Numbers, from 1, of the groups that a shape names, of dimension `least` or more: 3 for volumes, 2 for surfaces too.
+    /// Numbers, from 1, of the groups that a shape names, of dimension `least` or more: 3 for volumes, 2 for
+    /// surfaces too.
     fn find(&self, body: &str, shape: &Shape, least: u8) -> Result<Vec<usize>, ImportProblem> {
         let Shape::Physical(name) = shape else {
             return Err(ImportProblem::NotPhysical(format!("\"{body}\" is not a physical group")));
@@ -251,9 +253,9 @@ impl VolumeMesh {
         })
     }
 
-    /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor would be neither in
-    /// a cell nor behind an open face, so its field would be missing. Skins of hollows, and a shell around everything, are
-    /// outer surfaces without open faces.
+    /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor
+    /// would be neither in a cell nor behind an open face, so its field would be missing. Skins of hollows,
+    /// and a shell around everything, are outer surfaces without open faces.
     fn check_open_ends(
         &self,
         conductors: &[Conductor<'_>],
@@ -338,7 +340,8 @@ struct OpenFace {
     tet: usize,
 }
 
-/// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an open wall.
+/// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an
+/// open wall.
 struct Field {
     /// The neighbour through each face of each tetrahedron; the tetrahedron itself where it has none.
     neighbours: Vec<[u32; 4]>,

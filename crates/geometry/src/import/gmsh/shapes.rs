@@ -11,11 +11,13 @@ use std::collections::{BTreeMap, BTreeSet};
 const NEAR: f64 = 1e-12;
 
 impl VolumeMesh {
-    /// The bodies of a scene of physical groups by their surfaces, and the box in which the scene ends: everything where it is open.
+    /// The bodies of a scene of physical groups by their surfaces, and the box in which the scene ends:
+    /// everything where it is open.
     ///
-    /// Coordinates that differ by rounding are made equal. A group of volumes, and a group of surfaces around a hollow of the mesh, become
-    /// closed surfaces; a group of surfaces in a plane normal to an axis becomes a sheet. `None` where there are other groups, where the
-    /// outer faces are no box, or where a dielectric ends at open faces, behind which it may go on.
+    /// Coordinates that differ by rounding are made equal. A group of volumes, and a group of surfaces around
+    /// a hollow of the mesh, become closed surfaces; a group of surfaces in a plane normal to an axis becomes
+    /// a sheet. `None` where there are other groups, where the outer faces are no box, or where a dielectric
+    /// ends at open faces, behind which it may go on.
     pub fn bodies(&self, scene: &Scene) -> Option<(Vec<Body>, Box3)> {
         let wall = scene.walls[0][0];
         if scene.walls.iter().flatten().any(|other| *other != wall) {

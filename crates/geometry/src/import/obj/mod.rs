@@ -1,7 +1,8 @@
 //! Surfaces of triangles from Wavefront OBJ files.
 //!
-//! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines and single
-//! points are skipped; free-form curves and surfaces, weighted points and unknown keywords are refused.
+//! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines
+//! and single points are skipped; free-form curves and surfaces, weighted points and unknown keywords are
+//! refused.
 //!
 //! `tobj` parses the numbers of points and faces (`parse.rs`). The rest is done around it: the selection of
 //! the lines that it gets, and the number of the line in every message (`statements.rs`); the triangulation
@@ -75,10 +76,12 @@ pub fn surface(
     audit(triangles, file, placement.unit)
 }
 
-/// Reads the bytes of an OBJ file; `file` names it in messages. Takes less memory than ten times the bytes and half a megabyte.
+/// Reads the bytes of an OBJ file; `file` names it in messages. Takes less memory than ten times the bytes
+/// and half a megabyte.
 ///
 /// # Errors
-/// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces, no faces.
+/// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces,
+/// no faces.
 pub fn read(bytes: &[u8], file: &str) -> Result<Triangles, ImportError> {
     parse::triangles(bytes).map_err(|problem| ImportError::new(file, problem))
 }

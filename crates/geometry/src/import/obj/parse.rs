@@ -6,9 +6,10 @@
 //! place of coordinates, so that a corner comes back as the number of its point. In the second, it parses the
 //! coordinates, block by block, each block closed by a face that uses all its points in order.
 //!
-//! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would split the
-//! mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes 104 bytes for each face
-//! and 24 for each corner of a long one, so a mesh ends here after a fixed number of corners.
+//! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would
+//! split the mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes
+//! 104 bytes for each face and 24 for each corner of a long one, so a mesh ends here after a fixed number of
+//! corners.
 
 use std::io::{BufRead, Read, Write as _};
 
@@ -52,8 +53,8 @@ pub(super) fn triangles(bytes: &[u8]) -> Result<Triangles, ImportProblem> {
 /// Reserves memory for exactly the points and triangles that the lines can hold, and counts the faces.
 ///
 /// # Errors
-/// Lines that are neither read nor skipped, weighted points, faces with too many corners, more points or faces than 32 bits
-/// can count.
+/// Lines that are neither read nor skipped, weighted points, faces with too many corners, more points or
+/// faces than 32 bits can count.
 fn reserved(bytes: &[u8]) -> Result<(Triangles, usize), ImportProblem> {
     let (mut points, mut faces, mut triangles) = (0_usize, 0_usize, 0_usize);
     for statement in statements(bytes) {
@@ -89,7 +90,8 @@ fn reserved(bytes: &[u8]) -> Result<(Triangles, usize), ImportProblem> {
     Ok((out, faces))
 }
 
-/// Parses a text that names no material library. Without triangulation and without a single index: see the head.
+/// Parses a text that names no material library. Without triangulation and without a single index: see the
+/// head.
 fn load(text: &mut impl BufRead) -> Result<Vec<tobj::Model>, tobj::LoadError> {
     let options = tobj::LoadOptions::default();
     tobj::load_obj_buf(text, &options, |_| Err(tobj::LoadError::OpenFileFailed)).map(|(models, _)| models)
@@ -130,7 +132,8 @@ fn coordinates(bytes: &[u8], out: &mut Vec<[f64; 3]>) -> Result<(), tobj::LoadEr
     if count > 0 { parse(&mut block, count) } else { Ok(()) }
 }
 
-/// The faces of a file as `tobj` has them: in each model's positions, x is the number of a point, counted from 0.
+/// The faces of a file as `tobj` has them: in each model's positions, x is the number of a point, counted
+/// from 0.
 struct Faces {
     models: Vec<tobj::Model>,
     /// Line of each face, counted from 1.

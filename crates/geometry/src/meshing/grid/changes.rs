@@ -30,7 +30,8 @@ impl GradedAxis {
         Some(self.line.nodes.get(i + 1)? - self.line.nodes[i])
     }
 
-    /// Carries out changes, each given with its element, in ascending order. Splits of infinite elements are ignored.
+    /// Carries out changes, each given with its element, in ascending order. Splits of infinite elements are
+    /// ignored.
     pub fn change(&mut self, changes: &[(usize, Change)]) {
         let first = self.line.first_finite();
         for (e, change) in changes.iter().rev() {
@@ -91,8 +92,8 @@ impl GradedAxis {
         out
     }
 
-    /// Moves the last node of an open side, 0 below or 1 above, to the distance `radius` from the pole. Adds an element where the
-    /// outermost one would become much longer than those inside.
+    /// Moves the last node of an open side, 0 below or 1 above, to the distance `radius` from the pole. Adds
+    /// an element where the outermost one would become much longer than those inside.
     pub fn reach_to(&mut self, side: usize, pole: f64, radius: f64) {
         // Largest distance of the outer end of an element from the pole, relative to that of its inner end.
         const LONGEST: f64 = 12.0;

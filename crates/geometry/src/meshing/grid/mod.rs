@@ -1,7 +1,8 @@
 //! Graded tensor-product grids for scenes of boxes.
 //!
-//! The field is singular at the edges of conductors. The error falls exponentially only if elements shrink geometrically
-//! towards every edge while their degrees grow away from it (the hp method of Babuska and Guo, Comput. Mech. 1, 1986).
+//! The field is singular at the edges of conductors. The error falls exponentially only if elements shrink
+//! geometrically towards every edge while their degrees grow away from it (the hp method of Babuska and Guo,
+//! Comput. Mech. 1, 1986).
 
 mod changes;
 
@@ -49,15 +50,16 @@ pub enum End {
     },
 }
 
-/// A graded axis: its elements, and which of them lie in which interval between planes. An open side adds one interval, from
-/// the outermost plane to infinity.
+/// A graded axis: its elements, and which of them lie in which interval between planes. An open side adds one
+/// interval, from the outermost plane to infinity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GradedAxis {
     /// The elements.
     pub line: Line,
     /// The first element of each interval, and then the number of elements.
     pub cuts: Vec<usize>,
-    /// Whether a conductor begins or ends at the lower end of each interval, and then at the upper end of the last one.
+    /// Whether a conductor begins or ends at the lower end of each interval, and then at the upper end of the
+    /// last one.
     pub edges: Vec<bool>,
 }
 
@@ -116,8 +118,8 @@ fn degree(layer: usize, r: &Resolution) -> usize {
 
 /// Numbers of layers on the two sides of every plane, `[below, above]`; zero at planes that are not edges.
 ///
-/// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size: the thinner an
-/// electrode, the less its corners matter.
+/// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size:
+/// the thinner an electrode, the less its corners matter.
 fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
     // The length that is graded towards a plane is half the interval if there are edges at both of its ends.
     let run = |i: usize, above: bool| -> f64 {
@@ -152,7 +154,8 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
 /// immediately.
 const SHIFT: f64 = 0.5;
 
-/// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at either plane.
+/// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at
+/// either plane.
 fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64, usize)> {
     let length = b.at - a.at;
     let mut out = Vec::new();
@@ -180,8 +183,8 @@ fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64,
     out
 }
 
-/// The nodes outside the outermost plane, by their distances from it, each with the degree of the element on its inner side;
-/// and the degree of the infinite element beyond.
+/// The nodes outside the outermost plane, by their distances from it, each with the degree of the element on
+/// its inner side; and the degree of the infinite element beyond.
 ///
 /// The last node lies exactly at the distance `radius` from the pole.
 fn outward(

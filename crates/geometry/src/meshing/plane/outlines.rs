@@ -124,8 +124,8 @@ pub(crate) fn cleaned(outline: &[[f64; 2]], scale: f64) -> Result<Vec<[f64; 2]>,
     Ok(corners)
 }
 
-/// Moves corners that nearly coincide with corners of other outlines onto them, and adds corners to sides that pass that close by
-/// another corner. Refinement of the hair-thin triangles in between would not end.
+/// Moves corners that nearly coincide with corners of other outlines onto them, and adds corners to sides
+/// that pass that close by another corner. Refinement of the hair-thin triangles in between would not end.
 ///
 /// `frame` is the lower and the upper corner of a rectangle, m; corners move onto its sides in the same way.
 pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]; 2]) {

@@ -1,7 +1,7 @@
 //! Triangulations of the plane that contain given outlines.
 //!
-//! The outlines are constraints of a Delaunay triangulation (crate `spade`), which is refined until angles are wide enough
-//! (Ruppert's algorithm).
+//! The outlines are constraints of a Delaunay triangulation (crate `spade`), which is refined until angles
+//! are wide enough (Ruppert's algorithm).
 
 use super::outlines::{Outline, SAME, contains, distance, minus, sides};
 use crate::meshing::indices::Renumbering;
@@ -42,9 +42,9 @@ pub(crate) fn fill_polygon(outline: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     faces.filter(|t| contains(outline, [0, 1].map(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0))).collect()
 }
 
-/// Triangulates the rectangle with the lower and the upper corner `frame`, m, so that all outlines consist of sides of triangles.
-/// Triangles have the size [`Outline::near`] at an outline and at most `near + growth * distance` away from it. `None` if
-/// that takes too many.
+/// Triangulates the rectangle with the lower and the upper corner `frame`, m, so that all outlines consist of
+/// sides of triangles. Triangles have the size [`Outline::near`] at an outline and at most `near + growth *
+/// distance` away from it. `None` if that takes too many.
 pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f64) -> Option<PlaneMesh> {
     let [low, high] = frame;
     let whole = [low, [high[0], low[1]], high, [low[0], high[1]]];
@@ -53,7 +53,8 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
     let pieces = outlines.iter().map(|r| (&r.corners[..], r.near)).chain([(&whole[..], f64::INFINITY)]);
     for (corners, near) in pieces {
         for [a, b] in sides(corners) {
-            // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+            // From the same end whichever outline it is a side of: rounding would tell the points of
+            // neighbours apart.
             let [a, b] = if a <= b { [a, b] } else { [b, a] };
             let along = minus(b, a);
             let count = (along[0].hypot(along[1]) / near).ceil().clamp(1.0, 1e4) as usize;
@@ -110,8 +111,8 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
     Some(planar)
 }
 
-/// Points that fill the frame: the centres of the cells of a quadtree whose sides are as long as triangles may be. `None` if
-/// they are too many.
+/// Points that fill the frame: the centres of the cells of a quadtree whose sides are as long as triangles
+/// may be. `None` if they are too many.
 fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -> Option<Vec<[f64; 2]>> {
     let segments: Vec<_> = outlines.iter().flat_map(|r| sides(&r.corners).map(|s| (s, r.near))).collect();
     let size = (high[0] - low[0]).max(high[1] - low[1]);
@@ -162,11 +163,13 @@ impl HasPosition for Numbered {
     }
 }
 
-/// The constrained Delaunay triangulation of points, with anticlockwise triangles by places in the list, of the cells between
-/// `outlines` whose widest triangle has its centre `inside`. The `further` edges are sides of triangles too.
+/// The constrained Delaunay triangulation of points, with anticlockwise triangles by places in the list, of
+/// the cells between `outlines` whose widest triangle has its centre `inside`. The `further` edges are sides
+/// of triangles too.
 ///
-/// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone makes them do so.
-/// Any part of the plane that no outline separates from the space around all points is outside.
+/// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone
+/// makes them do so. Any part of the plane that no outline separates from the space around all points is
+/// outside.
 pub(crate) fn constrained_triangles(
     points: &[[f64; 2]],
     outlines: &[[usize; 2]],

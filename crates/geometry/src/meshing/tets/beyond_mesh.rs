@@ -2,10 +2,12 @@
 
 use crate::scene::Scene;
 
-/// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond it.
+/// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond
+/// it.
 ///
-/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if the box around it meets the smallest box
-/// around the rays; a box that fills this one hides earlier dielectrics and the background.
+/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if the box
+/// around it meets the smallest box around the rays; a box that fills this one hides earlier dielectrics and
+/// the background.
 pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
     let range = [0, 1, 2].map(|a| {
         let out = corners.map(|p| p[a] - center[a]);

@@ -14,15 +14,16 @@ use crate::meshing::indices::OptionalIndex;
 pub struct Bisected {
     /// The refined mesh; the points of the old one come first, unchanged.
     pub mesh: TetMesh,
-    /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede it.
+    /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede
+    /// it.
     pub parents: Vec<[u32; 2]>,
     /// For each tetrahedron, the old one of which it is a part.
     pub origin: Vec<u32>,
 }
 
 impl TetMesh {
-    /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so that none of their
-    /// parts is larger than 2^-`generations` of the whole.
+    /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so
+    /// that none of their parts is larger than 2^-`generations` of the whole.
     ///
     /// See [`TetMesh::bisected_towards`].
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
@@ -33,12 +34,14 @@ impl TetMesh {
         self.bisected_towards(&of_tets, &mut Grading::none(self))
     }
 
-    /// Bisects each tetrahedron as many times as `generations` has for it, so that none of its parts is larger than 2^-`generations`
-    /// of the whole; not at all where the list has no entry for it. Tetrahedra around them are bisected as far as conformity
-    /// requires. Edges are cut where `grading` places the cut, so that parts may be of unequal size.
+    /// Bisects each tetrahedron as many times as `generations` has for it, so that none of its parts is
+    /// larger than 2^-`generations` of the whole; not at all where the list has no entry for it. Tetrahedra
+    /// around them are bisected as far as conformity requires. Edges are cut where `grading` places the cut,
+    /// so that parts may be of unequal size.
     ///
-    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the refined mesh. Regions and
-    /// roles of faces are inherited. The result depends on nothing but the arguments.
+    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the
+    /// refined mesh. Regions and roles of faces are inherited. The result depends on nothing but the
+    /// arguments.
     pub fn bisected_towards(&self, generations: &[u8], grading: &mut Grading) -> Bisected {
         if grading.places.len() != self.points.len() {
             *grading = Grading::none(self);
@@ -49,7 +52,8 @@ impl TetMesh {
     }
 }
 
-/// The order of edges: by length, and among equally long ones the newer before the older. No two edges have the same rank.
+/// The order of edges: by length, and among equally long ones the newer before the older. No two edges have
+/// the same rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     length: u64,
@@ -66,7 +70,8 @@ struct Work<'a> {
     origin: Vec<u32>,
     depth: Vec<u8>,
     parents: Vec<[u32; 2]>,
-    /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have lost the point since.
+    /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have
+    /// lost the point since.
     first: Vec<OptionalIndex>,
     entries: Vec<Entry>,
     /// Edges on the propagation path to one that can be bisected; empty in between.
@@ -216,7 +221,8 @@ impl<'a> Work<'a> {
         Bisected { mesh, parents: self.parents, origin: self.origin }
     }
 
-    /// The boundary faces, divided as the tetrahedra at them. The first `old_points` points are those of the old mesh.
+    /// The boundary faces, divided as the tetrahedra at them. The first `old_points` points are those of the
+    /// old mesh.
     fn boundary(&self, old: &[BoundaryFace], old_points: usize) -> Vec<BoundaryFace> {
         // New points in lists by the older end of the edge that they lie on.
         let mut first = vec![OptionalIndex::NONE; self.points.len()];
@@ -264,8 +270,8 @@ impl<'a> Work<'a> {
 fn rank(points: &[[f64; 3]], [a, b]: [u32; 2]) -> Rank {
     let (p, q) = (points[a as usize], points[b as usize]);
     let length = (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>();
-    // The bits of positive numbers are ordered as the numbers are. The last ones are dropped, so that edges whose lengths differ
-    // by rounding only are bisected in the order of their age everywhere.
+    // The bits of positive numbers are ordered as the numbers are. The last ones are dropped, so that edges
+    // whose lengths differ by rounding only are bisected in the order of their age everywhere.
     let length = (length.to_bits() + (1 << 23)) >> 24;
     Rank { length, age: [a.max(b), a.min(b)].map(std::cmp::Reverse) }
 }

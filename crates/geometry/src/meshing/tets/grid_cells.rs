@@ -4,12 +4,12 @@ use super::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::meshing::indices::Renumbering;
 use crate::scene::{Box3, Filling, Scene, Wall};
 
-/// Divides every cell of a grid that lies in no conductor into six tetrahedra (Kuhn's triangulation), for a scene of boxes
-/// and sheets.
+/// Divides every cell of a grid that lies in no conductor into six tetrahedra (Kuhn's triangulation), for a
+/// scene of boxes and sheets.
 ///
-/// `nodes` are the coordinates of the grid per axis, ascending, m. They begin and end where the mesh does and include all
-/// bounds of bodies in between. Faces on open sides get the range of all permittivities of the scene, and rays that start amid
-/// the conductors.
+/// `nodes` are the coordinates of the grid per axis, ascending, m. They begin and end where the mesh does and
+/// include all bounds of bodies in between. Faces on open sides get the range of all permittivities of the
+/// scene, and rays that start amid the conductors.
 pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
     let counts = [0, 1, 2].map(|a| nodes[a].len());
     let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];

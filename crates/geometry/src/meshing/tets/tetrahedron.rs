@@ -8,8 +8,8 @@ pub(super) const FACES: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 
 /// The pairs of corners that are the edges.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// 1 for a regular tetrahedron, 0 for a flat one, negative for one turned inside out: sqrt(2) times the determinant over the
-/// third power of the root mean square of the edges.
+/// 1 for a regular tetrahedron, 0 for a flat one, negative for one turned inside out: sqrt(2) times the
+/// determinant over the third power of the root mean square of the edges.
 pub(super) fn roundness(corners: [[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let squares: f64 = EDGES.iter().map(|&[i, j]| length(minus(corners[i], corners[j])).powi(2)).sum();

@@ -11,7 +11,8 @@ use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 /// of that size.
 const PROXIMAL: f64 = 1e5;
 
-/// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were observed.
+/// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were
+/// observed.
 const LAST_DIGITS: f64 = 8.0;
 
 /// The largest unbalanced force from rounding, over the largest force. With more, as for inclusions of 1e9
@@ -213,8 +214,8 @@ impl<S: Dimension> Equations<S> {
         )
     }
 
-    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;
-    /// `folds` leaves out the elements whose rubber has an energy for any `J`.
+    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J`
+    /// before; `folds` leaves out the elements whose rubber has an energy for any `J`.
     pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64], folds: bool) -> (f64, usize, f64) {
         let each = |e: usize| {
             if folds && S::Element::ANY_VOLUME_RATIO && self.rubber(e).knows_inside_out() {

@@ -1,6 +1,7 @@
 //! A body of rubber: its mesh, materials, supports, obstacles, loads and configurations.
 //!
-//! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the number of axes of the
+//! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the
+//! number of axes of the
 //! [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane forces are per metre of width.
 
 use elastocap_linalg::memory::bytes_in_words;

@@ -38,7 +38,8 @@ impl GivenForce {
         self.obstacles.contains(&obstacle)
     }
 
-    /// Adds a contact whose force along `x2` on the body is `now`, and `staying` after a step in which nothing free moves, in N.
+    /// Adds a contact whose force along `x2` on the body is `now`, and `staying` after a step in which
+    /// nothing free moves, in N.
     pub(crate) fn add_contact(&mut self, now: f64, staying: f64, stiffness: f64) {
         self.now -= now;
         self.staying -= staying;

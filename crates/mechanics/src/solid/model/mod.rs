@@ -39,7 +39,8 @@ pub struct Equations<S: Dimension = Plane> {
     systems: Vec<ElementSystem<S>>,
     /// For each element with hanging nodes, the nodes that it is coupled to.
     expansions: Vec<Option<Expansion>>,
-    /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes that they are coupled to.
+    /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes
+    /// that they are coupled to.
     expanded: Vec<Expanded>,
     /// For each element, then for each pair that may touch, the places of the entries of its matrix.
     pub(crate) places: Vec<BlockPlaces>,
@@ -62,10 +63,11 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) shortest_side: f64,
     /// [`Equations::modulus`] times that side.
     pub(crate) modulus_times_size: f64,
-    /// Shear modulus in Pa of the rubber with the largest volume: the one that touches, folds and wrinkles, however
-    /// stiff the inclusions are.
+    /// Shear modulus in Pa of the rubber with the largest volume: the one that touches, folds and wrinkles,
+    /// however stiff the inclusions are.
     pub(crate) modulus: f64,
-    /// [`Equations::modulus`] as the stiffness of a spring at a node: in the plane in Pa, in space times the shortest side of the body.
+    /// [`Equations::modulus`] as the stiffness of a spring at a node: in the plane in Pa, in space times the
+    /// shortest side of the body.
     spring: f64,
     /// The drag in Pa, and the displacements in m that it pulls back to; see
     /// [`folds`](super::folds).
@@ -73,7 +75,8 @@ pub struct Equations<S: Dimension = Plane> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// The equations of `body`. This does the symbolic factorisation and allocates all memory but that of the factors.
+    /// The equations of `body`. This does the symbolic factorisation and allocates all memory but that of the
+    /// factors.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -255,7 +258,8 @@ impl<S: Dimension> Body<S> {
         largest.map_or(0.0, |m| self.rubbers[m].shear_modulus())
     }
 
-    /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size in m.
+    /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size
+    /// in m.
     fn sensitivity(&self, elements: &[S::Element]) -> Vec<(f64, f64)> {
         let of_element = |(element, &m): (&S::Element, &u16)| {
             let product = |a: usize| element.gradient_product(a, a);

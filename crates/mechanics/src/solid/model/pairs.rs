@@ -9,7 +9,8 @@ use crate::solid::obstacle::SIDE_POINTS;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pair<S: Dimension> {
     pub(crate) obstacle: usize,
-    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and factor.
+    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and
+    /// factor.
     pub(crate) slots: Vec<(usize, usize, f64)>,
     /// Reference position of the point relative to the carrier of the obstacle, in m.
     pub(crate) reference: S::Point,

@@ -8,7 +8,8 @@ use crate::solid::dimension::{Dimension, Numbering};
 /// displacement keeps assembly fast.
 const HELD: u32 = u32::MAX;
 
-/// The number of each displacement among the unknowns of the linear system; held ones, and those of nodes that hang, have none.
+/// The number of each displacement among the unknowns of the linear system; held ones, and those of nodes
+/// that hang, have none.
 #[derive(Debug)]
 pub(crate) struct Unknowns {
     numbers: Vec<u32>,

@@ -65,8 +65,8 @@ impl<S: Dimension> Equations<S> {
         self.equilibrate_from(residual, state, load, target, settings, effort)
     }
 
-    /// Takes `state` to the equilibrium under `load` as [`Equations::equilibrate`] does, starting from the `residual` of the last assembly,
-    /// which was one of `state` under `load`.
+    /// Takes `state` to the equilibrium under `load` as [`Equations::equilibrate`] does, starting from the
+    /// `residual` of the last assembly, which was one of `state` under `load`.
     pub(super) fn equilibrate_from(
         &mut self,
         mut residual: Residual,

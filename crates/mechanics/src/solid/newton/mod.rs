@@ -31,11 +31,12 @@ const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
 
 /// The approximate gap over displacement that is small enough.
 const GAP_PART: f64 = 1e-4;
-/// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare it with.
+/// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare
+/// it with.
 const MIN_GAP: f64 = 1e-20;
 
-/// Factor by which a gap is closed at a time: with points at the edge of the contact, which are about to touch or to separate,
-/// Newton's method converges no farther in one or two steps.
+/// Factor by which a gap is closed at a time: with points at the edge of the contact, which are about to
+/// touch or to separate, Newton's method converges no farther in one or two steps.
 const CLOSING: f64 = 0.1;
 
 /// Shares of the reached load that are tried if the gaps cannot be closed at that load.
@@ -90,9 +91,10 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Goes back where the load was followed up to the part `reached` and no further, and the gaps cannot be closed there: close to
-    /// the limit of extension the rubber does not yield to the last touch. Follows the load from `first` to smaller and smaller
-    /// parts until the gaps can be closed; returns that part, or `None`.
+    /// Goes back where the load was followed up to the part `reached` and no further, and the gaps cannot be
+    /// closed there: close to the limit of extension the rubber does not yield to the last touch. Follows the
+    /// load from `first` to smaller and smaller parts until the gaps can be closed; returns that part, or
+    /// `None`.
     fn retreat(
         &mut self,
         state: &mut State<S>,
@@ -160,7 +162,8 @@ impl<S: Dimension> Equations<S> {
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
                     step = 0.4 * (part - reached);
-                    // Close to the limit of extension the rubber is so stiff that short steps converge slowly or not at all.
+                    // Close to the limit of extension the rubber is so stiff that short steps converge slowly
+                    // or not at all.
                     at_limit |= reason == StopReason::ExtensionLimit;
                     let over = matches!(reason, StopReason::TooLong | StopReason::Cancelled);
                     if step < settings.smallest_step || over {
@@ -184,7 +187,8 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Finds the equilibrium under `load` from a configuration near it, with the contact left at [`NewtonSettings::moving_gap`].
+    /// Finds the equilibrium under `load` from a configuration near it, with the contact left at
+    /// [`NewtonSettings::moving_gap`].
     pub(super) fn follow_to(
         &mut self,
         state: &mut State<S>,
@@ -201,8 +205,9 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Closes the gaps, if there are any, from [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load. `fresh`
-    /// says that the last assembly was not one of `state` under `load`.
+    /// Closes the gaps, if there are any, from [`NewtonSettings::moving_gap`] to
+    /// [`NewtonSettings::final_gap`] at one load. `fresh` says that the last assembly was not one of `state`
+    /// under `load`.
     pub(super) fn close_gaps(
         &mut self,
         state: &mut State<S>,
@@ -257,9 +262,9 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Upper limit of [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a smooth punch grows with
-    /// its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by about `s/u`. For that to
-    /// stay small compared with `u`, `s` has to fall with `u^2`.
+    /// Upper limit of [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a
+    /// smooth punch grows with its displacement `u`, so that a product `s` of gap and pressure keeps it away
+    /// from the layer by about `s/u`. For that to stay small compared with `u`, `s` has to fall with `u^2`.
     fn gap_for(&self, state: &State<S>) -> f64 {
         let moved = state.displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
         (GAP_PART * (moved / self.shortest_side).powi(2)).max(MIN_GAP)

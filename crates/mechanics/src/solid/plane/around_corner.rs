@@ -9,8 +9,8 @@ use crate::solid::layer::LayerModel;
 use crate::solid::model::State;
 use crate::solid::obstacle::ObstacleShape;
 
-/// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola, which cannot follow a
-/// larger part of the arc.
+/// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola,
+/// which cannot follow a larger part of the arc.
 const LONGEST_SIDE: f64 = 0.25;
 /// The largest distance from the indenter of a side at its corner, over the radius.
 const NEAR: f64 = 0.5;

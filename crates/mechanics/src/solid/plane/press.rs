@@ -29,7 +29,8 @@ pub struct PlaneLayer {
     pub inclusions: Vec<Inclusion>,
     /// The indenter.
     pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for patches that are held or bonded.
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0
+    /// for patches that are held or bonded.
     pub position: f64,
     /// The condition at the end.
     pub end: End,
@@ -38,12 +39,13 @@ pub struct PlaneLayer {
 /// Radius of the rounded corners that replace sharp ones, over the thickness or half the width of the punch,
 /// whichever is less.
 const SHARP: f64 = FIRST_RADIUS / 64.0;
-/// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the force of the smallest
-/// loads, under which the surface does not reach their arcs, 0.44 % at a compression of 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer
-/// differ by up to 3e-4.
+/// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the
+/// force of the smallest loads, under which the surface does not reach their arcs, 0.44 % at a compression of
+/// 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer differ by up to 3e-4.
 const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8e-3, numbers: 5e-4 };
-/// The least error that is stated where a surface slides around corners. The side of an element may pass a corner earlier or later,
-/// depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
+/// The least error that is stated where a surface slides around corners. The side of an element may pass a
+/// corner earlier or later, depending on how Newton's method comes to the equilibrium, and forces differ by
+/// up to this.
 const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
 /// The least error that is stated where a surface rolls up: the force oscillates by this much, on every mesh,
 /// as the roll passes from element to element.
@@ -61,7 +63,8 @@ const LEAST_ROOM: f64 = 0.01;
 /// Rings around the edge of a patch, and the ratio of the sizes of successive ones: stress is singular there.
 const PATCH_RINGS: usize = 8;
 const PATCH_SHRINK: f64 = 0.6;
-/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and the growth of their sizes from there.
+/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and
+/// the growth of their sizes from there.
 const ROLL: f64 = 0.1;
 const ROLL_GROWTH: f64 = 1.5;
 /// Size of the elements of that mesh at the edges of inclusions, over the thickness.
@@ -194,7 +197,8 @@ impl PlaneLayer {
         mesh
     }
 
-    /// How far from the middle inclusions may reach along `x1`, in m: the elements beyond are made for the end of the layer.
+    /// How far from the middle inclusions may reach along `x1`, in m: the elements beyond are made for the
+    /// end of the layer.
     pub fn room(&self) -> f64 {
         self.half_length - end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
     }
@@ -208,8 +212,8 @@ impl PlaneLayer {
         if room > LEAST_ROOM * self.thickness { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 
-    /// The sizes of the meshes that may be solved on, coarse to fine: of those that are refined the first as it is, the finer ones
-    /// about.
+    /// The sizes of the meshes that may be solved on, coarse to fine: of those that are refined the first as
+    /// it is, the finer ones about.
     ///
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
@@ -238,8 +242,9 @@ impl PlaneLayer {
         Rubber { volume_barrier, ..self.rubber.clone() }
     }
 
-    /// Whether the end folds through itself at the bonded corner, as a free end without a substrate does. A rubber whose energy is
-    /// defined for `J > 0` only cannot follow: its mesh gets a fan there, and is too stiff.
+    /// Whether the end folds through itself at the bonded corner, as a free end without a substrate does. A
+    /// rubber whose energy is defined for `J > 0` only cannot follow: its mesh gets a fan there, and is too
+    /// stiff.
     pub(super) fn folds(&self) -> bool {
         let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
         self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()

@@ -1,8 +1,9 @@
 //! The hexahedron with triquadratic displacement and a discontinuous, linear pressure (Q2/P1disc).
 //!
-//! The three-dimensional sibling of [`crate::solid::element`], where the condensation of the pressure is explained.
-//! The tangent is three products of dense matrices: with the gradients as a matrix of 27 nodes by 81 pairs of
-//! quadrature point and axis, the block of the axes `i` and `k` is that matrix times the tangent's response to it.
+//! The three-dimensional sibling of [`crate::solid::element`], where the condensation of the pressure is
+//! explained. The tangent is three products of dense matrices: with the gradients as a matrix of 27 nodes by
+//! 81 pairs of quadrature point and axis, the block of the axes `i` and `k` is that matrix times the
+//! tangent's response to it.
 
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_linalg::gemm::{Left, Right, Target, multiply};
@@ -76,7 +77,8 @@ impl ReferenceElement {
             .sum()
     }
 
-    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents: the upper triangle.
+    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents: the
+    /// upper triangle.
     fn assemble_stiffness(&self, tangents: &[[Tensor; 9]; POINTS], stiffness: &mut [f64]) {
         let mut response = [0.0; 3 * POINTS * DISPLACEMENTS];
         let mut block = [0.0; NODES * DISPLACEMENTS];
@@ -101,7 +103,8 @@ impl ReferenceElement {
             );
             for a in 0..NODES {
                 for k in i..3 {
-                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the last bit.
+                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the
+                    // last bit.
                     for b in if k == i { a..NODES } else { 0..NODES } {
                         let (r, c) = (3 * a + i, 3 * b + k);
                         stiffness[r.min(c) * DISPLACEMENTS + r.max(c)] =
@@ -328,7 +331,8 @@ mod tests {
         for volume in volumes {
             let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 };
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
-            // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
+            // Differences see the tangent without the pressure eliminated: with p held there is nothing to
+            // eliminate.
             let assemble = |u: &[f64]| {
                 let mut s = ElementSystem::new(DISPLACEMENTS);
                 element.assemble(&rubber, u, &PRESSURE, 1e-300, &mut s);

@@ -18,15 +18,15 @@ pub struct SpaceLayerMesh {
     pub section: LayerMesh,
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
-    /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
-    /// in a mitre. `None` for hexahedra straight up to the side, as they have to be where the section has no fan at its
-    /// end, or one around a punch.
+    /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the
+    /// two meet in a mitre. `None` for hexahedra straight up to the side, as they have to be where the
+    /// section has no fan at its end, or one around a punch.
     pub side_fan: Option<f64>,
 }
 
 impl SpaceLayerMesh {
-    /// About `n` equal steps over the half width (m), and a fan at the side where the section lets it be: over half
-    /// the half width, and at most as far as the end's.
+    /// About `n` equal steps over the half width (m), and a fan at the side where the section lets it be:
+    /// over half the half width, and at most as far as the end's.
     pub fn new(section: LayerMesh, half_width: f64, n: usize) -> Self {
         let along = section.along[section.along.len() - 1];
         let possible = section.punch.is_none() && !section.radii.is_empty();
@@ -91,7 +91,8 @@ impl SpaceLayerMesh {
 /// The condition at the side of the layer, at `x3 = half_width`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SideCondition {
-    /// Free of traction, and where the end is [`End::FreeOnSubstrate`], on a substrate that continues beyond the side as well.
+    /// Free of traction, and where the end is [`End::FreeOnSubstrate`], on a substrate that continues beyond
+    /// the side as well.
     Free,
     /// A plane of symmetry: with it on both sides, the layer is in plane strain.
     Symmetric,
@@ -112,8 +113,9 @@ impl LayerModel<Space> {
         Self::of_finite_width_with_inclusions(mesh, rubber, &[], indenter, end, side)
     }
 
-    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it. Each element belongs to the body that contains its
-    /// centre, so that the breakpoints of the mesh should include the faces of the bodies.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it. Each element belongs
+    /// to the body that contains its centre, so that the breakpoints of the mesh should include the faces of
+    /// the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -129,7 +131,8 @@ impl LayerModel<Space> {
         Self::of_quarter(mesh.mesh(), rubber, inclusions, indenter, end, side)
     }
 
-    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it, on a mesh of the quarter that is given.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it, on a mesh of the
+    /// quarter that is given.
     ///
     /// # Errors
     /// See [`ModelError`].

@@ -1,8 +1,8 @@
 //! Meshes of 27-node hexahedra, made by sweeping plane meshes along the third direction.
 //!
-//! A [`Sweep`] carries a plane mesh, the *section*, along breakpoints, and puts the result into its place by a map.
-//! A fan of the section becomes a fan around an edge; its hexahedra are collapsed into wedges there. Sweeps that share
-//! points share nodes.
+//! A [`Sweep`] carries a plane mesh, the *section*, along breakpoints, and puts the result into its place by
+//! a map. A fan of the section becomes a fan around an edge; its hexahedra are collapsed into wedges there.
+//! Sweeps that share points share nodes.
 
 use crate::solid::dimension::Space;
 use crate::solid::mesh::{Mesh, Patch};
@@ -57,7 +57,8 @@ impl Mesh<Space> {
         Self::from_sweeps(&[Sweep { section: &section, along: x3, map: &|x| x }])
     }
 
-    /// Determinant of the map's slopes at the centre, by the mean edges of each direction: only its sign counts.
+    /// Determinant of the map's slopes at the centre, by the mean edges of each direction: only its sign
+    /// counts.
     fn signed_volume(&self, element: &[u32; 27]) -> f64 {
         let mean = |axis: usize| -> [f64; 3] {
             let stride = [1, 3, 9][axis];

@@ -46,7 +46,8 @@ impl Refinement {
 }
 
 impl SpaceLayer {
-    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness, for compressions up to `deepest`.
+    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness, for compressions up
+    /// to `deepest`.
     pub fn mesh(&self, n: usize, deepest: f64) -> SpaceLayerMesh {
         let first = self.first_mesh(deepest);
         let section = first.section(n);
@@ -76,7 +77,8 @@ impl SpaceLayer {
         }
     }
 
-    /// The elements of the meshes that may be solved on, coarse to fine: those of the first, and about those of the finer ones.
+    /// The elements of the meshes that may be solved on, coarse to fine: those of the first, and about those
+    /// of the finer ones.
     ///
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
@@ -94,14 +96,16 @@ impl SpaceLayer {
         Ok(mesh)
     }
 
-    /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
+    /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of
+    /// the fan at the end.
     fn side_fan(&self) -> Option<f64> {
         let straight =
             self.indenter.patch().is_some() || self.end == End::Far || self.side == SideCondition::Symmetric;
         (!straight).then(|| self.thickness.min(0.5 * self.half_width))
     }
 
-    /// How far inclusions may reach from the middle along `x1` and `x3`, in m; the hexahedra beyond belong to fans.
+    /// How far inclusions may reach from the middle along `x1` and `x3`, in m; the hexahedra beyond belong to
+    /// fans.
     pub fn room(&self) -> [f64; 2] {
         let end = end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0));
         [self.half_length - end, self.half_width - self.side_fan().unwrap_or(0.0)]

@@ -1,11 +1,13 @@
-//! Pairs of triangles between two marked edges that face each other, as there are in traces and in the gaps between them. They are
-//! divided as one quadrilateral, into less than half as many parts as two triangles that are each graded towards one edge alone.
+//! Pairs of triangles between two marked edges that face each other, as there are in traces and in the gaps
+//! between them. They are divided as one quadrilateral, into less than half as many parts as two triangles
+//! that are each graded towards one edge alone.
 
 use super::coarse::Coarse;
 use super::key;
 use std::collections::{HashMap, HashSet};
 
-/// Quadrilaterals whose angles have a larger cosine are left as triangles: strips in them would have parts that are too flat.
+/// Quadrilaterals whose angles have a larger cosine are left as triangles: strips in them would have parts
+/// that are too flat.
 const MAX_COSINE: f64 = 0.8;
 
 /// Two triangles of a coarse mesh that are divided together.
@@ -13,14 +15,15 @@ const MAX_COSINE: f64 = 0.8;
 pub struct Band {
     /// The two triangles.
     pub triangles: [u32; 2],
-    /// Corners of the quadrilateral that they fill, in their order around it. The sides between the first two and between the last two
-    /// are marked edges, the other two are not.
+    /// Corners of the quadrilateral that they fill, in their order around it. The sides between the first two
+    /// and between the last two are marked edges, the other two are not.
     pub corners: [u32; 4],
 }
 
-/// Pairs of triangles without a corner that is graded towards and without a curve, each between two of the marked `edges`, where
-/// `alike` holds for both, by their numbers, and no chain runs between or across them: no outline has to lie between them. No triangle is in two pairs; of several choices the one with
-/// the best angles is taken.
+/// Pairs of triangles without a corner that is graded towards and without a curve, each between two of the
+/// marked `edges`, where `alike` holds for both, by their numbers, and no chain runs between or across them:
+/// no outline has to lie between them. No triangle is in two pairs; of several choices the one with the best
+/// angles is taken.
 pub fn bands(
     coarse: &Coarse,
     edges: &HashSet<[u32; 2]>,
@@ -77,7 +80,8 @@ fn sides([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
     [key(*a, *b), key(*b, *c), key(*c, *a)]
 }
 
-/// The largest cosine, without its sign, of the angles of a convex quadrilateral; infinite if it is not convex.
+/// The largest cosine, without its sign, of the angles of a convex quadrilateral; infinite if it is not
+/// convex.
 fn largest_cosine(corners: [[f64; 2]; 4]) -> f64 {
     let angles = [0, 1, 2, 3].map(|k| {
         let [before, at, after] = [3, 0, 1].map(|step| corners[(k + step) % 4]);

@@ -28,7 +28,8 @@ impl Circle {
         (p[1] - self.center[1]).atan2(p[0] - self.center[0])
     }
 
-    /// The angle, less than half a turn, by which the circle turns from a point to another; positive anticlockwise.
+    /// The angle, less than half a turn, by which the circle turns from a point to another; positive
+    /// anticlockwise.
     pub fn turn(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let turn = (self.angle(to) - self.angle(from)).rem_euclid(TAU);
         if turn > PI { turn - TAU } else { turn }

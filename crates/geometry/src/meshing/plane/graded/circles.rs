@@ -40,7 +40,8 @@ impl Span {
     }
 }
 
-/// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn, ascending.
+/// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn,
+/// ascending.
 #[derive(Debug)]
 pub(super) struct DividedCircle {
     pub circle: Circle,
@@ -52,7 +53,8 @@ pub(super) struct DividedCircle {
 }
 
 impl DividedCircle {
-    /// Where the circle is met at about this angle: a point that it is already known to be met at, if there is one so near.
+    /// Where the circle is met at about this angle: a point that it is already known to be met at, if there
+    /// is one so near.
     pub(super) fn meet(&mut self, angle: f64) -> [f64; 2] {
         match self.points.iter().find(|(other, _)| apart(angle, *other) < SAME) {
             Some((_, place)) => *place,
@@ -75,7 +77,8 @@ impl DividedCircle {
         self.spans.push(span);
     }
 
-    /// Adds the usual points, so many on a whole circle, but for those next to a known one, and sorts all of them.
+    /// Adds the usual points, so many on a whole circle, but for those next to a known one, and sorts all of
+    /// them.
     pub(super) fn add_usual(&mut self, arcs: usize) {
         let step = TAU / arcs as f64;
         let usual = (0..arcs).map(|k| k as f64 * step);
@@ -139,11 +142,12 @@ fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
     (vec![place(1.0), place(-1.0)], false)
 }
 
-/// Distance from the end of an arc, over its radius, within which a straight side that goes on from there does not cross it again.
+/// Distance from the end of an arc, over its radius, within which a straight side that goes on from there
+/// does not cross it again.
 pub(super) const NEARBY: f64 = 1e-4;
 
-/// The circles of which some parts are followed, with the points where these cross. `None` if they touch, other than where one goes over
-/// into the other.
+/// The circles of which some parts are followed, with the points where these cross. `None` if they touch,
+/// other than where one goes over into the other.
 pub(super) fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCircle>> {
     let mut circles: Vec<DividedCircle> = Vec::new();
     for (circle, span) in followed {

@@ -11,13 +11,14 @@ use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementPara
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay. With 20
-/// degrees the error of one scene was at times five times that of another which differed by a few per cent; with 30 meshes are
-/// larger by a quarter and the errors are the same.
+/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the
+/// outlines stay. With 20 degrees the error of one scene was at times five times that of another which
+/// differed by a few per cent; with 30 meshes are larger by a quarter and the errors are the same.
 const MIN_ANGLE: f64 = 26.0;
 
-/// The angle, in degrees, below which triangles are refined where the outlines have more than [`MANY_SIDES`] sides: these divide the
-/// plane finely enough, and 26 degrees would take half as many triangles again for the same error.
+/// The angle, in degrees, below which triangles are refined where the outlines have more than [`MANY_SIDES`]
+/// sides: these divide the plane finely enough, and 26 degrees would take half as many triangles again for
+/// the same error.
 const MIN_ANGLE_OF_MANY: f64 = 20.0;
 const MANY_SIDES: usize = 25;
 
@@ -27,11 +28,13 @@ const LEAST_AREA: f64 = 1e-7;
 /// Limit on the number of points that refinement adds.
 const MAX_POINTS: usize = 100_000;
 
-/// Triangles at curves are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
+/// Triangles at curves are at least this even: more than those that have exact integrals, since parts of them
+/// are looked at elsewhere.
 const EVENNESS: f64 = 1.5 * LEAST_EVENNESS;
 
-/// Arcs that a whole circle is divided into, if nothing crosses it, and as fine parts of other curves: the first number with which no
-/// triangle at a chord turns over, or is stretched too unevenly, when that becomes an arc.
+/// Arcs that a whole circle is divided into, if nothing crosses it, and as fine parts of other curves: the
+/// first number with which no triangle at a chord turns over, or is stretched too unevenly, when that becomes
+/// an arc.
 const ARCS: [usize; 4] = [16, 32, 64, 128];
 
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
@@ -72,7 +75,8 @@ impl RoundSide {
         }
     }
 
-    /// Its directions, of length one, at both ends, the one with the lower number first, each towards the other end.
+    /// Its directions, of length one, at both ends, the one with the lower number first, each towards the
+    /// other end.
     pub fn directions(&self, [p, q]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         match self {
             Self::Circle(circle) => {
@@ -83,7 +87,8 @@ impl RoundSide {
         }
     }
 
-    /// A point about in the middle, and the two parts, each from its end, the one with the lower number first, to there.
+    /// A point about in the middle, and the two parts, each from its end, the one with the lower number
+    /// first, to there.
     pub(super) fn halved(&self, [p, q]: [[f64; 2]; 2]) -> ([f64; 2], [Self; 2]) {
         match self {
             Self::Circle(circle) => (circle.between(p, q), [*self; 2]),
@@ -94,9 +99,10 @@ impl RoundSide {
     }
 }
 
-/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 26 degrees
-/// allows (20 where there are many sides), so that every outline inside consists of sides of triangles. `None` if that takes too
-/// many, if a number is not finite, if curves touch, if circles cross the frame off their axes, or if cubics cross other curves.
+/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least
+/// angle of 26 degrees allows (20 where there are many sides), so that every outline inside consists of sides
+/// of triangles. `None` if that takes too many, if a number is not finite, if curves touch, if circles cross
+/// the frame off their axes, or if cubics cross other curves.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
     ARCS.into_iter().find_map(|arcs| coarse_with(outlines, frame, arcs))
 }
@@ -173,8 +179,9 @@ impl Coarse {
         }
     }
 
-    /// Moves points on chords onto their curves, and notes which sides stand for these. `None` if a triangle turns over or is stretched
-    /// too unevenly, or if chords of different curves cross where the curves do not.
+    /// Moves points on chords onto their curves, and notes which sides stand for these. `None` if a triangle
+    /// turns over or is stretched too unevenly, or if chords of different curves cross where the curves do
+    /// not.
     fn bend(
         &mut self,
         circles: &[DividedCircle],
@@ -190,8 +197,8 @@ impl Coarse {
         (!is_turned && self.mesh.triangles.iter().all(|t| self.is_even(t))).then_some(())
     }
 
-    /// Whether a triangle is not stretched too unevenly where its sides become curves. One with several such sides is divided from its
-    /// middle before.
+    /// Whether a triangle is not stretched too unevenly where its sides become curves. One with several such
+    /// sides is divided from its middle before.
     fn is_even(&self, t: &[u32; 3]) -> bool {
         let bent = bent_triangles(t, &self.arcs, |p| self.mesh.points[p as usize]);
         let several = bent.len() > 1;
@@ -308,8 +315,8 @@ impl Coarse {
     }
 }
 
-/// A triangle as it is bent at each of its round sides. Curves begin at the end with the lower number, so that both triangles at a
-/// curve see it from the same end.
+/// A triangle as it is bent at each of its round sides. Curves begin at the end with the lower number, so
+/// that both triangles at a curve see it from the same end.
 pub(super) fn bent_triangles(
     triangle: &[u32; 3],
     arcs: &HashMap<[u32; 2], RoundSide>,

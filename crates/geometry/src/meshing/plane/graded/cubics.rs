@@ -5,8 +5,8 @@ use super::outline::{Course, Outline};
 use crate::cubic::{Cubic, distance};
 use std::collections::HashMap;
 
-/// Parts of a cubic are divided until they bow by no more than this where a whole circle is divided into [`USUAL_ARCS`] arcs, and the
-/// less the more of these there are: arcs of circles bow as much then.
+/// Parts of a cubic are divided until they bow by no more than this where a whole circle is divided into
+/// [`USUAL_ARCS`] arcs, and the less the more of these there are: arcs of circles bow as much then.
 const BOW: f64 = 0.07;
 const USUAL_ARCS: f64 = 16.0;
 
@@ -39,7 +39,8 @@ pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
 }
 
 impl DividedCubic {
-    /// Where a straight side crosses it: the share of the side, and the place, which is an end of either if it is so near.
+    /// Where a straight side crosses it: the share of the side, and the place, which is an end of either if
+    /// it is so near.
     pub(super) fn cross(&mut self, side: Segment) -> Vec<(f64, [f64; 2])> {
         let [a, b] = side;
         let [low, high] = self.cubic.bounds();
@@ -60,7 +61,8 @@ impl DividedCubic {
             if share * length < -near || (share - 1.0) * length > near {
                 continue;
             }
-            // Where a curve goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+            // Where a curve goes over into a straight side without a corner, rounding finds a crossing
+            // anywhere nearby.
             let joins = |end: [f64; 2]| (end == a || end == b) && distance(place, end) < NEARBY * size;
             if joins(from) || joins(to) {
                 continue;
@@ -104,7 +106,8 @@ impl DividedCubic {
     }
 }
 
-/// Divides a cubic in halves until these bow little enough. `None` if that does not come to an end, as at a cusp.
+/// Divides a cubic in halves until these bow little enough. `None` if that does not come to an end, as at a
+/// cusp.
 fn divide(cubic: Cubic, most: f64, halvings: usize, out: &mut Vec<Cubic>) -> Option<()> {
     if cubic.bow() <= most {
         out.push(cubic);
@@ -119,8 +122,8 @@ fn halves(cubic: Cubic) -> [Cubic; 2] {
     [one, other]
 }
 
-/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of arcs. `None` where they
-/// meet one another, or circles, other than in common ends.
+/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of
+/// arcs. `None` where they meet one another, or circles, other than in common ends.
 pub(super) fn parts(
     cubics: &[DividedCubic],
     circles: &[DividedCircle],
@@ -288,7 +291,8 @@ mod tests {
         let exact = swept(&spline);
         let one = [spline.clone()];
         assert!((area(&spline, &one, FRAME) - exact).abs() < 1e-12);
-        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane, with a point there or not.
+        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane,
+        // with a point there or not.
         let mut back = POINTS;
         back.reverse();
         let crossing = Outline::polygon(&[[-2.0, -1.5], [3.0, 0.4], [3.0, 1.2], [-2.0, -0.9]]);
@@ -304,7 +308,8 @@ mod tests {
 
     #[test]
     fn splines_go_over_into_straight_sides_and_have_lines_between_their_ends_beside_them() {
-        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its straight side.
+        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its
+        // straight side.
         let bow = outline(&[
             Entry::Corner([1.0, 0.0]),
             Entry::Spline { through: vec![[0.0, 0.08]], to: [-1.0, 0.0] },

@@ -16,8 +16,9 @@ pub(super) struct Divided {
     pub cubics: Vec<Cubic>,
 }
 
-/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and the cubics divided where
-/// straight sides cross them. `None` where circles touch, or cross the frame between their points, and where cubics meet other curves.
+/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and
+/// the cubics divided where straight sides cross them. `None` where circles touch, or cross the frame between
+/// their points, and where cubics meet other curves.
 pub(super) fn divided(
     outlines: &[Outline],
     whole: &Outline,
@@ -26,7 +27,8 @@ pub(super) fn divided(
 ) -> Option<Divided> {
     let mut sides: Vec<Segment> = Vec::new();
     let mut straight = |a: [f64; 2], b: [f64; 2]| {
-        // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+        // From the same end whichever outline it is a side of: rounding would tell the points of neighbours
+        // apart.
         sides.extend(clipped(if a <= b { [a, b] } else { [b, a] }, frame));
     };
     let mut followed: Vec<(Circle, Span)> = Vec::new();
@@ -53,7 +55,8 @@ pub(super) fn divided(
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
             for t in circle.crossings(*side) {
                 let place = [0, 1].map(|k| a[k] + t * (b[k] - a[k]));
-                // Where an arc goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+                // Where an arc goes over into a straight side without a corner, rounding finds a crossing
+                // anywhere nearby.
                 let goes_over = |end: &[f64; 2]| *end == a || *end == b;
                 if divided.end_near(place, NEARBY * circle.radius).is_some_and(|end| goes_over(&end))
                     || !divided.is_followed(circle.angle(place))
@@ -120,8 +123,8 @@ pub(super) fn divided(
     Some(Divided { circles, segments: pieces, cubics })
 }
 
-/// The part of a segment in a rectangle (Liang and Barsky), with ends exactly on the sides where it leaves it. `None` if there is
-/// none.
+/// The part of a segment in a rectangle (Liang and Barsky), with ends exactly on the sides where it leaves
+/// it. `None` if there is none.
 fn clipped([a, b]: Segment, [low, high]: [[f64; 2]; 2]) -> Option<Segment> {
     let mut ends = [(0.0, None), (1.0, None)];
     for k in 0..2 {

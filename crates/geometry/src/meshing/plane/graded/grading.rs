@@ -61,8 +61,8 @@ impl Grading {
         (self.points.len() - 1) as u32
     }
 
-    /// Divides triangles until each has at most one marked edge with at most one corner on it, and otherwise at most one point that
-    /// is graded towards.
+    /// Divides triangles until each has at most one marked edge with at most one corner on it, and otherwise
+    /// at most one point that is graded towards.
     pub(super) fn separate(&mut self) {
         for ([a, b, c], parent) in std::mem::take(&mut self.triangles) {
             let sides = [key(a, b), key(b, c), key(c, a)];
@@ -216,7 +216,8 @@ impl Grading {
         Graded { mesh: Triangles { points, triangles: out }, parents, bent, straight: self.points, chains }
     }
 
-    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that side or lie on it.
+    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that
+    /// side or lie on it.
     fn divided_chains(&self, triangles: &[[u32; 3]]) -> HashMap<[u32; 2], u32> {
         let mut out = HashMap::new();
         if self.chains.is_empty() {
@@ -310,7 +311,8 @@ impl Grading {
     /// Rings around the corner `a`, each divided into strips along the side from `a` to `b`.
     fn towards_edge_and_corner(&mut self, a: u32, b: u32, c: u32) -> Vec<[u32; 3]> {
         let (rings, strips) = (self.layers.corners, self.layers.edges);
-        // Ring by ring the points from the side to c down to that to b; the distance from the side to b falls like the rings.
+        // Ring by ring the points from the side to c down to that to b; the distance from the side to b falls
+        // like the rings.
         let lines: Vec<Vec<u32>> = (0..=rings)
             .map(|ring| {
                 let far = self.node(a, c, ring);

@@ -1,8 +1,9 @@
 //! Triangulations of the plane for fields that are singular at corners and along edges.
 //!
-//! A coarse triangulation follows the outlines ([`coarse()`]). Its triangles are then divided geometrically ([`graded`]): towards each
-//! marked corner into rings, towards each marked edge into strips, every one a fixed share of the width of the one before. With
-//! polynomials on such meshes the error falls exponentially with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
+//! A coarse triangulation follows the outlines ([`coarse()`]). Its triangles are then divided geometrically
+//! ([`graded`]): towards each marked corner into rings, towards each marked edge into strips, every one a
+//! fixed share of the width of the one before. With polynomials on such meshes the error falls exponentially
+//! with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
 
 mod bands;
 mod circle;
@@ -29,7 +30,8 @@ pub struct Marks {
     pub corners: Vec<bool>,
     /// Sides of triangles, by the numbers of their ends in ascending order.
     pub edges: HashSet<[u32; 2]>,
-    /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its chain.
+    /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its
+    /// chain.
     pub chains: HashMap<[u32; 2], u32>,
     /// Pairs of triangles that are divided together.
     pub bands: Vec<Band>,

@@ -119,8 +119,8 @@ impl Outline {
                         Some(Course::Cubic(cubic)) => return cubic.passes(point),
                         Some(Course::Circle(circle, turn)) => (circle, turn),
                     };
-                    // An arc that turns to the left lies to the right of its chord, and the other way round. Points near the chord must
-                    // lie on the side that the ray says.
+                    // An arc that turns to the left lies to the right of its chord, and the other way round.
+                    // Points near the chord must lie on the side that the ray says.
                     let up = [side.from, to].map(|end| end[1] > point[1]);
                     let is_left = match up {
                         [false, true] => passes_chord,

@@ -10,7 +10,8 @@ pub(super) struct Layering {
     pub(super) near: f64,
     /// Growth of the thickness per distance from the ends of bodies.
     pub(super) growth: f64,
-    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent intervals.
+    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent
+    /// intervals.
     pub(super) first: f64,
 }
 
@@ -71,7 +72,8 @@ pub(super) fn layer_planes(bodies: &mut [Body], layering: &Layering) -> Vec<f64>
     nodes
 }
 
-/// The ends of the span and of all bodies within it, ascending. Ends that differ by rounding are moved to the same plane.
+/// The ends of the span and of all bodies within it, ascending. Ends that differ by rounding are moved to the
+/// same plane.
 fn end_planes(bodies: &mut [Body], span: [f64; 2]) -> Vec<EndPlane> {
     let same = 1e-9
         * bodies
@@ -97,7 +99,8 @@ fn end_planes(bodies: &mut [Body], span: [f64; 2]) -> Vec<EndPlane> {
     planes
 }
 
-/// The thickness wanted at each plane but the ends of the mesh, where it matters only if a conductor ends there.
+/// The thickness wanted at each plane but the ends of the mesh, where it matters only if a conductor ends
+/// there.
 fn thicknesses(planes: &[EndPlane], layering: &Layering) -> Vec<Thickness> {
     let count = planes.len();
     let mut out = Vec::new();

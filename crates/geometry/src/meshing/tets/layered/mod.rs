@@ -1,8 +1,8 @@
 //! Meshes of scenes in layers: boxes, sheets, slabs, cylinders and extruded polygons along one axis.
 //!
-//! The outlines of all bodies together are triangulated once. The triangles are extruded along the axis through graded layers,
-//! and each of the resulting prisms is divided into three tetrahedra. Layers and triangles are sized independently, so that a
-//! thin gap does not call for small triangles.
+//! The outlines of all bodies together are triangulated once. The triangles are extruded along the axis
+//! through graded layers, and each of the resulting prisms is divided into three tetrahedra. Layers and
+//! triangles are sized independently, so that a thin gap does not call for small triangles.
 
 use super::TetMesh;
 mod layer_planes;
@@ -24,9 +24,11 @@ pub struct LayeredSizing {
     pub growth: f64,
     /// Number of sides, at least 3, of the polygon of equal area that replaces a circle.
     pub circle: usize,
-    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent intervals.
+    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent
+    /// intervals.
     pub first: f64,
-    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; more than 1.
+    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; more
+    /// than 1.
     pub reach: f64,
 }
 
@@ -87,8 +89,8 @@ pub enum LayeredError {
     TooFine,
 }
 
-/// Meshes a scene in layers, in which all bodies are boxes, sheets normal to an axis, cylinders or extrusions along this axis.
-/// `None` if there is no such axis.
+/// Meshes a scene in layers, in which all bodies are boxes, sheets normal to an axis, cylinders or extrusions
+/// along this axis. `None` if there is no such axis.
 ///
 /// Circles become polygons of the same area; all other surfaces are exact.
 ///
@@ -108,7 +110,8 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
     Some(mesh(scene, sizing, axis))
 }
 
-/// The lengths of all outlines over their widths: a measure of the number of triangles. One that fills the plane has none.
+/// The lengths of all outlines over their widths: a measure of the number of triangles. One that fills the
+/// plane has none.
 fn lengths_of_outlines(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> f64 {
     let Ok((frame, _)) = frame(scene, sizing.reach.max(MIN_REACH)) else { return 0.0 };
     let relative = |shape: &Shape| {

@@ -87,7 +87,8 @@ impl Prisms<'_> {
     }
 }
 
-/// Divides each prism that is not in a conductor into three tetrahedra, and gives faces on conductors and walls their roles.
+/// Divides each prism that is not in a conductor into three tetrahedra, and gives faces on conductors and
+/// walls their roles.
 ///
 /// # Errors
 /// [`LayeredError::Touching`] where two conductors share a prism or a point.
@@ -252,7 +253,8 @@ impl Faces<'_> {
                 } else if matches!(filling(one), Filling::Region(_)) {
                     let [a, b] = [p, q].map(|p| planar.points[p as usize]);
                     let middle = planar.triangles[one].map(|p| planar.points[p as usize]);
-                    // The edge lies on the side of the frame that is normal to the direction in which it has no extent.
+                    // The edge lies on the side of the frame that is normal to the direction in which it has
+                    // no extent.
                     let k = usize::from((a[1] - b[1]).abs() < (a[0] - b[0]).abs());
                     let side = usize::from(middle.iter().all(|m| m[k] <= a[k]));
                     for face in faces {

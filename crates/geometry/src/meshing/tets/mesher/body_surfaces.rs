@@ -60,8 +60,8 @@ pub(super) struct Cut {
 /// Points at which edges meet a cutting plane, by the ends of the edge.
 type Crossings = HashMap<[u32; 2], u32>;
 
-/// For each triangle the flat part of the surface that it belongs to, named by one of its triangles: neighbours in one plane
-/// belong to the same part.
+/// For each triangle the flat part of the surface that it belongs to, named by one of its triangles:
+/// neighbours in one plane belong to the same part.
 pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
     let faces = &surface.faces;
     let at = |p: u32| surface.points[p as usize];
@@ -163,8 +163,8 @@ impl BodySurface {
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
     }
 
-    /// Moves faces normal to an axis onto one of the `planes` of that axis where they differ from it by rounding. The planes of
-    /// other faces normal to an axis are added to the list.
+    /// Moves faces normal to an axis onto one of the `planes` of that axis where they differ from it by
+    /// rounding. The planes of other faces normal to an axis are added to the list.
     pub(super) fn align(&mut self, planes: &mut [Vec<f64>; 3]) {
         let near = SNAP * extent(self.points.iter().copied());
         for face in &self.faces {
@@ -299,8 +299,9 @@ impl BodySurface {
         }
     }
 
-    /// The new edges of a face along the plane: between the points `ends` where its outline meets the plane, first to second,
-    /// third to fourth and so on, divided at those `marks` that lie in the plane. `None` if the number of ends is odd.
+    /// The new edges of a face along the plane: between the points `ends` where its outline meets the plane,
+    /// first to second, third to fourth and so on, divided at those `marks` that lie in the plane. `None` if
+    /// the number of ends is odd.
     fn edges_in_plane(&self, mut ends: Vec<u32>, marks: Vec<u32>, cut: Cut) -> Option<Vec<[u32; 2]>> {
         let at = |p: u32| self.points[p as usize];
         let spread = |k: usize| {
@@ -332,8 +333,8 @@ impl BodySurface {
         Some(out)
     }
 
-    /// The part of a polygon that a cut leaves (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a polygon that is not convex stay
-    /// joined along the plane.
+    /// The part of a polygon that a cut leaves (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a
+    /// polygon that is not convex stay joined along the plane.
     fn clipped(&mut self, polygon: &[u32], cut: Cut, crossings: &mut Crossings) -> Vec<u32> {
         let mut out = Vec::new();
         for (k, &a) in polygon.iter().enumerate() {
@@ -354,7 +355,8 @@ impl BodySurface {
         out
     }
 
-    /// Adds the surface, as that of `part` and with elements of this size in m, to the complex. `None` if a face has no area.
+    /// Adds the surface, as that of `part` and with elements of this size in m, to the complex. `None` if a
+    /// face has no area.
     pub(super) fn add_to(&self, out: &mut PiecewiseLinearComplex, part: u32, size: f64) -> Option<()> {
         let mut used = vec![false; self.points.len()];
         for face in &self.faces {

@@ -67,7 +67,8 @@ impl MeshInProgress {
     /// The Delaunay triangulation of the points of a complex within a box.
     ///
     /// # Errors
-    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take, and [`MeshError::Cancelled`].
+    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take, and
+    /// [`MeshError::Cancelled`].
     pub(super) fn new(
         complex: PiecewiseLinearComplex,
         min: Point,
@@ -153,7 +154,8 @@ impl MeshInProgress {
         MeshError::Unreachable { at, points: self.mesh.points.len() }
     }
 
-    /// Adds a point on these facets to the triangulation, in which nothing is kept yet; if possible without flat tetrahedra.
+    /// Adds a point on these facets to the triangulation, in which nothing is kept yet; if possible without
+    /// flat tetrahedra.
     fn add(&mut self, p: Point, facets: &[u32], size: f64) -> Result<u32, MeshError> {
         let mut result = self.insert(p, facets, FlatTets::Avoid);
         if result == Err(Refusal::Degenerate) {
@@ -276,7 +278,8 @@ impl MeshInProgress {
         self.complex.facets[f].contains(self.centroid(ids))
     }
 
-    /// Adds points until every segment consists of edges and every facet of faces, which are kept from then on.
+    /// Adds points until every segment consists of edges and every facet of faces, which are kept from then
+    /// on.
     ///
     /// # Errors
     /// [`MeshError::Unreachable`] if that takes too many points or too small parts.
@@ -294,8 +297,8 @@ impl MeshInProgress {
         self.recover_facets(max_points)
     }
 
-    /// Adds a point in tetrahedra whose corners all lie on one facet: their faces on both sides would be kept, with nothing in
-    /// between.
+    /// Adds a point in tetrahedra whose corners all lie on one facet: their faces on both sides would be
+    /// kept, with nothing in between.
     fn split_tets_on_facets(&mut self, max_points: usize) -> Result<(), MeshError> {
         for t in 0..self.mesh.tets.len() as u32 {
             self.go_on()?;

@@ -1,7 +1,7 @@
 //! The surfaces of boxes, sheets and slabs, and the walls.
 //!
-//! The planes of all boxes and walls make a grid. Faces of this grid between cells that are filled differently belong to
-//! surfaces; so do faces covered by a sheet.
+//! The planes of all boxes and walls make a grid. Faces of this grid between cells that are filled
+//! differently belong to surfaces; so do faces covered by a sheet.
 
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
 use super::region::Region;
@@ -33,7 +33,8 @@ impl GridFace {
         [self.below, self.above, self.sheet].into_iter().flatten()
     }
 
-    /// The body whose surface the face is on: a conductor if there is one, else a dielectric; `None` for a wall.
+    /// The body whose surface the face is on: a conductor if there is one, else a dielectric; `None` for a
+    /// wall.
     fn body(self) -> Option<Region> {
         let dielectric = |filling: &Region| matches!(filling, Region::Dielectric(_));
         self.fillings().find(|filling| filling.is_conductor()).or_else(|| self.fillings().find(dielectric))
@@ -56,7 +57,8 @@ struct BoxGrid {
     sheets: [Vec<Vec<usize>>; 3],
 }
 
-/// The region that fills each of so many cells between planes: the boxes that are not flat, painted one over the other.
+/// The region that fills each of so many cells between planes: the boxes that are not flat, painted one over
+/// the other.
 fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec<Region> {
     let middles = planes
         .each_ref()
@@ -148,7 +150,8 @@ impl BoxGrid {
         (face.below != face.above || face.sheet.is_some()).then_some(face)
     }
 
-    /// The four faces around the grid edge along `axis` from `at`: two normal to the axis after next, two to the next one.
+    /// The four faces around the grid edge along `axis` from `at`: two normal to the axis after next, two to
+    /// the next one.
     fn faces_around_edge(&self, axis: usize, at: [isize; 3]) -> [Option<GridFace>; 4] {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         let (mut before_u, mut before_v) = (at, at);
@@ -207,10 +210,11 @@ fn add_face(
     }
 }
 
-/// Adds the grid edge along `axis` that starts at `at`, unless it lies within one flat face or an edge added before.
+/// Adds the grid edge along `axis` that starts at `at`, unless it lies within one flat face or an edge added
+/// before.
 ///
-/// As long as the same faces meet along it, it is one segment: planes that cross it far from the body they belong to must not
-/// cut it.
+/// As long as the same faces meet along it, it is one segment: planes that cross it far from the body they
+/// belong to must not cut it.
 fn add_edge(
     out: &mut PiecewiseLinearComplex,
     grid: &BoxGrid,

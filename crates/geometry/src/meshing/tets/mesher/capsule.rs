@@ -6,11 +6,13 @@ use crate::shapes::TriangleSurface;
 use elastocap_linalg::vector::{cross, length, minus};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Rings of a cap from the pole to the equator: at least 2, so that no side of the cylinder is normal to an axis by chance.
+/// Rings of a cap from the pole to the equator: at least 2, so that no side of the cylinder is normal to an
+/// axis by chance.
 const RINGS: [usize; 2] = [2, 100];
 
-/// A polyhedron with the volume of the capsule around the segment between `ends`; the sides of its triangles are about `side` times
-/// the radius, and those along the cylinder as long as that is. It has the capsule's mirror planes.
+/// A polyhedron with the volume of the capsule around the segment between `ends`; the sides of its triangles
+/// are about `side` times the radius, and those along the cylinder as long as that is. It has the capsule's
+/// mirror planes.
 ///
 /// Ring j of a cap has 4 j corners, so that triangles near its pole are no thinner than those elsewhere.
 pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurface {
@@ -86,7 +88,8 @@ fn growth(corners: &[(Point, usize)], surface: &TriangleSurface, around: usize, 
     let turn = 2.0 * PI / around as f64;
     let polygon = 0.5 * around as f64 * turn.sin();
     let volume = PI * (4.0 / 3.0 + distance);
-    // caps f^3 + polygon distance f^2 = volume has one positive solution, and Newton's method from above goes straight to it.
+    // caps f^3 + polygon distance f^2 = volume has one positive solution, and Newton's method from above goes
+    // straight to it.
     let mut f = (volume / (caps + polygon * distance)).max(1.0);
     for _ in 0..30 {
         let value = (caps * f + polygon * distance) * f * f - volume;

@@ -62,13 +62,15 @@ pub enum MeshError {
         /// Where, m.
         at: [f64; 3],
     },
-    /// Two regions are not separated by faces: a defect of the mesher, found before anything is computed with the mesh.
+    /// Two regions are not separated by faces: a defect of the mesher, found before anything is computed with
+    /// the mesh.
     #[error("a surface of the mesh has a gap near ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
     Leak {
         /// Where, m.
         at: [f64; 3],
     },
-    /// The mesh ends where there is no wall: a defect of the mesher, found before anything is computed with the mesh.
+    /// The mesh ends where there is no wall: a defect of the mesher, found before anything is computed with
+    /// the mesh.
     #[error("the mesh ends inside the walls at ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
     Torn {
         /// Where, m.

@@ -1,11 +1,13 @@
 //! Exchanging the tetrahedra that a part of a facet pierces for others of which it consists of faces.
 //!
-//! These tetrahedra form a cavity. The region divides it in two halves, and each is filled with tetrahedra anew
-//! ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of a Delaunay triangulation, such
-//! tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and Gärtner, Int. J. Numer. Methods Eng. 83, 2010). Corners on
-//! common spheres and rounding are the exceptions: then the region is tried with other diagonals, and the halves grow.
+//! These tetrahedra form a cavity. The region divides it in two halves, and each is filled with tetrahedra
+//! anew ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of a Delaunay
+//! triangulation, such tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and Gärtner, Int.
+//! J. Numer. Methods Eng. 83, 2010). Corners on common spheres and rounding are the exceptions: then the
+//! region is tried with other diagonals, and the halves grow.
 //!
-//! Points on a facet are known by their numbers. Rounding leaves them a little off its plane, and no decision depends on where.
+//! Points on a facet are known by their numbers. Rounding leaves them a little off its plane, and no decision
+//! depends on where.
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
@@ -25,7 +27,8 @@ const MAX_DIAGONALS: usize = 12;
 struct Half {
     /// The triangles of the region, with their inner sides shown.
     region: Vec<[u32; 3]>,
-    /// The other faces around the half, with their inner sides shown, and where they are before it is filled anew.
+    /// The other faces around the half, with their inner sides shown, and where they are before it is filled
+    /// anew.
     rim: BTreeMap<[u32; 3], TetFace>,
     corners: BTreeSet<u32>,
 }
@@ -39,9 +42,9 @@ struct PiercedTets {
 }
 
 impl MeshInProgress {
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces, or it does with another diagonal
-    /// of two of its triangles: if their corners lie on a circle, any will do. Returns the region with its triangles as they
-    /// are then.
+    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces, or it does
+    /// with another diagonal of two of its triangles: if their corners lie on a circle, any will do. Returns
+    /// the region with its triangles as they are then.
     pub(super) fn exchange_any(
         &mut self,
         f: usize,
@@ -81,7 +84,8 @@ impl MeshInProgress {
         Some(Region { triangles })
     }
 
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces; says whether that was possible.
+    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces; says whether
+    /// that was possible.
     fn exchange(&mut self, f: usize, triangles: &[[u32; 3]], region: &Region) -> bool {
         let widest = self.widest(triangles);
         let Some(mut cavity) = self.pierced(f, widest, region).map(|pierced| pierced.tets) else {
@@ -128,8 +132,8 @@ impl MeshInProgress {
         })
     }
 
-    /// The two parts, above and below, into which a region of a facet divides the tetrahedra that it pierces. `None` if it
-    /// divides them in another way, which is due to rounding.
+    /// The two parts, above and below, into which a region of a facet divides the tetrahedra that it pierces.
+    /// `None` if it divides them in another way, which is due to rounding.
     fn halves(&self, f: usize, widest: [Point; 3], region: &Region, pierced: &[u32]) -> Option<[Half; 2]> {
         let members: HashSet<u32> = pierced.iter().copied().collect();
         let half = |triangles: Vec<[u32; 3]>| Half {
@@ -166,8 +170,9 @@ impl MeshInProgress {
         Some(halves)
     }
 
-    /// Lets one half of a cavity grow across those faces of its rim that have an edge, or else a corner, in common with the face at
-    /// which filling it got stuck; says whether it could. Corners on a common sphere may call for that.
+    /// Lets one half of a cavity grow across those faces of its rim that have an edge, or else a corner, in
+    /// common with the face at which filling it got stuck; says whether it could. Corners on a common sphere
+    /// may call for that.
     fn grow_half(&self, half: &mut Half, cavity: &mut Vec<u32>, stuck: [u32; 3]) -> bool {
         let common = |face: &[u32; 3]| face.iter().filter(|p| stuck.contains(p)).count();
         let crossable = |at: &TetFace| {
@@ -256,7 +261,8 @@ impl MeshInProgress {
         (0..4).filter(|&i| sides[i] > 0.0).flat_map(below).collect()
     }
 
-    /// Whether an edge pierces a triangle of a region. It cannot meet the outline of the region, which consists of edges too.
+    /// Whether an edge pierces a triangle of a region. It cannot meet the outline of the region, which
+    /// consists of edges too.
     fn pierces(&self, edge: [u32; 2], region: &Region) -> bool {
         let at = |p: u32| self.mesh.points[p as usize];
         let [p, q] = edge.map(at);
@@ -267,7 +273,8 @@ impl MeshInProgress {
         })
     }
 
-    /// The side of a facet, through its widest triangle, on which a point lies: positive above, zero for points of the facet.
+    /// The side of a facet, through its widest triangle, on which a point lies: positive above, zero for
+    /// points of the facet.
     fn side(&self, f: usize, widest: [Point; 3], p: u32) -> f64 {
         if self.is_on(p, f as u32) {
             return 0.0;

@@ -1,9 +1,9 @@
 //! Recovery of facets as faces of tetrahedra, without additional points wherever possible.
 //!
-//! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points, its segments and
-//! the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are joined to regions whose outlines
-//! consist of edges, and the tetrahedra that a region pierces are exchanged for others ([`super::facet_exchange`]). Where that
-//! is not possible, the region gets a point.
+//! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points,
+//! its segments and the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are
+//! joined to regions whose outlines consist of edges, and the tetrahedra that a region pierces are exchanged
+//! for others ([`super::facet_exchange`]). Where that is not possible, the region gets a point.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{Encroachment, FlatTets, Insertion, Refusal, circumcenter, sorted};
@@ -17,15 +17,16 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The largest number of rounds over all facets. In each round, facets that got points are divided anew.
 const MAX_ROUNDS: usize = 200;
 
-/// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of tetrahedra.
+/// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of
+/// tetrahedra.
 pub(super) struct Region {
     /// Each anticlockwise as seen from above the facet.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl MeshInProgress {
-    /// Adds points and exchanges tetrahedra until every facet consists of faces, which are kept from then on. All segments must
-    /// consist of kept edges.
+    /// Adds points and exchanges tetrahedra until every facet consists of faces, which are kept from then on.
+    /// All segments must consist of kept edges.
     ///
     /// # Errors
     /// [`MeshError::Unreachable`] if that takes too many points, and [`MeshError::Cancelled`].

@@ -17,10 +17,11 @@ fn polygon_for_circle(center: [f64; 2], radius: f64, side: f64) -> Vec<[f64; 2]>
     outline::on_circle(center, radius * (angle / angle.sin()).sqrt(), n)
 }
 
-/// A geodesic polyhedron with the volume of a ball; the sides of its triangles are about `side` times the radius.
+/// A geodesic polyhedron with the volume of a ball; the sides of its triangles are about `side` times the
+/// radius.
 ///
-/// The faces of an icosahedron are divided into equal parts and projected to the sphere. Then all corners move out by the
-/// same factor, 1 + O(`side`^2).
+/// The faces of an icosahedron are divided into equal parts and projected to the sphere. Then all corners
+/// move out by the same factor, 1 + O(`side`^2).
 pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<Point> = Vec::new();
@@ -45,7 +46,8 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
                 }
                 let outward = orientation([0.0; 3], corners[i], corners[j], corners[k]) > 0.0;
                 let ids = if outward { [i, j, k] } else { [i, k, j] };
-                // Points are identified by their weights at the corners, so that triangles share those on common sides.
+                // Points are identified by their weights at the corners, so that triangles share those on
+                // common sides.
                 let mut at = |a: usize, b: usize| {
                     let weights = [n - a - b, a, b];
                     let mut key: Vec<(usize, usize)> =
@@ -89,7 +91,8 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
     out
 }
 
-/// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A [`Shape::Shell`] becomes its hollow.
+/// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A
+/// [`Shape::Shell`] becomes its hollow.
 pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
     let middle = |axis: usize, base: &Point| across(axis).map(|a| base[a]);
     let pulled = |axis: usize, base: &Point, height: f64, outline: Vec<[f64; 2]>| Shape::Extrusion {

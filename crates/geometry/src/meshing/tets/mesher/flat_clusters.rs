@@ -83,8 +83,9 @@ impl MeshInProgress {
         out
     }
 
-    /// Places for a point, m, at several distances from the kept faces of some tetrahedra: above the middle of one tetrahedron and
-    /// above the middle of them all. Where they have no kept faces, above and below the middle of that one tetrahedron.
+    /// Places for a point, m, at several distances from the kept faces of some tetrahedra: above the middle
+    /// of one tetrahedron and above the middle of them all. Where they have no kept faces, above and below
+    /// the middle of that one tetrahedron.
     fn places_over(&self, cluster: &[u32], t: u32) -> Vec<Point> {
         let mut up = [0.0; 3];
         for &t in cluster {

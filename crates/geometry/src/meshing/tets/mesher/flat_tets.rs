@@ -85,7 +85,8 @@ impl MeshInProgress {
         Ok(())
     }
 
-    /// Adds a point in a tetrahedron that is not round, or above its kept faces; says whether that was possible.
+    /// Adds a point in a tetrahedron that is not round, or above its kept faces; says whether that was
+    /// possible.
     fn add_point_at(&mut self, t: u32, round: i32, sizing: &Sizing) -> bool {
         let corners = self.mesh.corners(t);
         let roundness_before = roundness(corners);
@@ -101,7 +102,8 @@ impl MeshInProgress {
         places.into_iter().any(|(at, least)| self.add_point(t, at, least, sizing))
     }
 
-    /// Adds a point in place of a tetrahedron if the new ones are rounder than `least`; says whether they are.
+    /// Adds a point in place of a tetrahedron if the new ones are rounder than `least`; says whether they
+    /// are.
     fn add_point(&mut self, t: u32, at: Point, least: f64, sizing: &Sizing) -> bool {
         let ids = self.mesh.tets[t as usize];
         self.mesh.min_quality = least;
@@ -115,8 +117,9 @@ impl MeshInProgress {
         taken
     }
 
-    /// Places for a point, m, at some distance from the kept faces of a flat tetrahedron, each with the least roundness wanted of
-    /// new tetrahedra there. In a valley between two faces that are almost in one plane, no point is far enough from both.
+    /// Places for a point, m, at some distance from the kept faces of a flat tetrahedron, each with the least
+    /// roundness wanted of new tetrahedra there. In a valley between two faces that are almost in one plane,
+    /// no point is far enough from both.
     fn places_above_kept_faces(&self, t: u32) -> Vec<(Point, f64)> {
         let corners = self.mesh.corners(t);
         let mut up = [0.0; 3];

@@ -1,8 +1,8 @@
 //! Exchanging a few tetrahedra for others with the same corners, where that makes the worst of them better.
 //!
-//! Two tetrahedra with a common face become three around the line between their other corners, and the tetrahedra around an edge become
-//! those above and below the best triangulation of the ring of their other corners (Freitag and Ollivier-Gooch, Int. J. Numer. Methods
-//! Eng. 40, 1997). Kept faces and edges stay.
+//! Two tetrahedra with a common face become three around the line between their other corners, and the
+//! tetrahedra around an edge become those above and below the best triangulation of the ring of their other
+//! corners (Freitag and Ollivier-Gooch, Int. J. Numer. Methods Eng. 40, 1997). Kept faces and edges stay.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{orientation, sorted};

@@ -21,7 +21,8 @@ struct Triangle {
     visible: bool,
 }
 
-/// Removes faces with the same `region` on both sides, and segments and points that belonged to such faces only.
+/// Removes faces with the same `region` on both sides, and segments and points that belonged to such faces
+/// only.
 ///
 /// Walls and planes with sheets stay whole.
 pub(super) fn remove_hidden_faces(
@@ -93,7 +94,8 @@ fn remove_unused_points(complex: &mut PiecewiseLinearComplex) {
 
 /// The triangles into which its points and segments divide a facet; `None` if they cannot be triangulated.
 ///
-/// Segments bound cells whose triangles are all visible or all hidden, so that the widest triangle of each cell is sampled.
+/// Segments bound cells whose triangles are all visible or all hidden, so that the widest triangle of each
+/// cell is sampled.
 fn triangles(
     complex: &PiecewiseLinearComplex,
     f: u32,

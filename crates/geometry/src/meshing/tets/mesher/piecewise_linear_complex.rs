@@ -150,7 +150,8 @@ pub(super) struct PiecewiseLinearComplex {
 }
 
 impl PiecewiseLinearComplex {
-    /// The number of the point at this place, which is added if there is none. The smallest of the sizes given for it counts.
+    /// The number of the point at this place, which is added if there is none. The smallest of the sizes
+    /// given for it counts.
     pub(super) fn point(&mut self, p: Point, size: f64) -> u32 {
         // Minus zero and zero are the same place.
         let p = p.map(|x| x + 0.0);
@@ -188,8 +189,8 @@ impl PiecewiseLinearComplex {
         index
     }
 
-    /// A facet through these points: that of their plane if it is normal to an axis, else a new one through the first three.
-    /// `None` if these three span no plane.
+    /// A facet through these points: that of their plane if it is normal to an axis, else a new one through
+    /// the first three. `None` if these three span no plane.
     pub(super) fn facet(&mut self, corners: &[Point]) -> Option<u32> {
         let at = |k: usize| corners[k];
         for axis in 0..3 {
@@ -227,8 +228,8 @@ impl PiecewiseLinearComplex {
         }
     }
 
-    /// Adds a polygon to a facet and returns its place there. Its corners need not be points of the complex; they are rotated so
-    /// that the first three span its plane best.
+    /// Adds a polygon to a facet and returns its place there. Its corners need not be points of the complex;
+    /// they are rotated so that the first three span its plane best.
     pub(super) fn add_polygon(&mut self, facet: u32, corners: &[Point], part: Option<u32>) -> usize {
         let facet = &mut self.facets[facet as usize];
         let mut polygon: Vec<[f64; 2]> = corners.iter().map(|&p| facet.project(p)).collect();
@@ -262,8 +263,9 @@ impl PiecewiseLinearComplex {
         out
     }
 
-    /// Puts points and segments on the facets normal to an axis in whose polygons they lie exactly, or in whose plane if it is a
-    /// wall, a side of `domain`. Segments along an axis are divided at the points on them.
+    /// Puts points and segments on the facets normal to an axis in whose polygons they lie exactly, or in
+    /// whose plane if it is a wall, a side of `domain`. Segments along an axis are divided at the points on
+    /// them.
     pub(super) fn join_to_planes(&mut self, domain: &Box3) {
         let wall = |facet: &Facet| facet.plane.is_some_and(|plane| plane.is_side_of(domain));
         for p in 0..self.points.len() {

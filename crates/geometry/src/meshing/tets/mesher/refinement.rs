@@ -1,7 +1,7 @@
 //! Delaunay refinement: new points where tetrahedra are too large or too elongated.
 //!
-//! The point is the circumcentre of such a tetrahedron; if that encroaches upon a kept face or edge, this is split instead
-//! (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998).
+//! The point is the circumcentre of such a tetrahedron; if that encroaches upon a kept face or edge, this is
+//! split instead (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998).
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{
@@ -103,8 +103,8 @@ impl MeshInProgress {
             let before = self.mesh.points.len();
             let ids = self.mesh.tets[t as usize];
             self.mesh.must_remove = Some(t);
-            // A mesh with kept faces is not Delaunay, so a circumcentre may lie next to an existing point. The new tetrahedra would be
-            // long again, and refining them would never end.
+            // A mesh with kept faces is not Delaunay, so a circumcentre may lie next to an existing point.
+            // The new tetrahedra would be long again, and refining them would never end.
             let apart = LEAST_DISTANCE * distance(at, self.mesh.points[ids[0] as usize]);
             let encroachment = Encroachment::Refuse;
             let result = self.mesh.insert(&Insertion { encroachment, apart, ..Insertion::free(at, t) });

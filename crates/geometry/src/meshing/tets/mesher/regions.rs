@@ -79,7 +79,8 @@ impl Filling {
         }
     }
 
-    /// The region at a point: conductors take precedence over dielectrics, later dielectrics over earlier ones.
+    /// The region at a point: conductors take precedence over dielectrics, later dielectrics over earlier
+    /// ones.
     pub(super) fn at(&self, p: Point) -> Region {
         if let Some((c, _)) = self.conductors.iter().find(|(_, part)| part.contains(p)) {
             return Region::Conductor(*c as u32);

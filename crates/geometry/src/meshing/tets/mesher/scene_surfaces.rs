@@ -13,13 +13,14 @@ use crate::shapes::Shape;
 /// Bodies smaller than this share of the scene cannot be distinguished from points.
 const SMALLEST: f64 = 1e-9;
 
-/// The smallest box around a body, infinite where the body is; a point at the origin for one that only a mesh knows.
+/// The smallest box around a body, infinite where the body is; a point at the origin for one that only a mesh
+/// knows.
 pub(crate) fn bounds(shape: &Shape) -> Box3 {
     shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
-/// Where the mesh ends: at the walls, and far from the bodies on open sides. Around a shell it ends a little outside the
-/// hollow, or at walls that lie inside it.
+/// Where the mesh ends: at the walls, and far from the bodies on open sides. Around a shell it ends a little
+/// outside the hollow, or at walls that lie inside it.
 ///
 /// # Errors
 /// [`MeshError::Empty`] if nothing has an extent.
@@ -100,8 +101,8 @@ fn parts(scene: &Scene) -> Vec<BodyPart<'_>> {
 /// All surfaces of the scene, with the points and segments in which they meet.
 ///
 /// # Errors
-/// Bodies that cannot be meshed, conductors that meet each other or a grounded wall, and round bodies whose surfaces almost
-/// coincide.
+/// Bodies that cannot be meshed, conductors that meet each other or a grounded wall, and round bodies whose
+/// surfaces almost coincide.
 pub(super) fn complex(
     scene: &Scene,
     domain: &Box3,
@@ -143,7 +144,8 @@ pub(super) fn complex(
 
 /// Adds the surface of a part that is no box, within the walls and cut along slabs that it goes through.
 ///
-/// `planes` holds, per axis, the coordinates of flat faces so far; faces that differ from one of these by rounding move there.
+/// `planes` holds, per axis, the coordinates of flat faces so far; faces that differ from one of these by
+/// rounding move there.
 fn add_part(
     out: &mut PiecewiseLinearComplex,
     part: BodyPart,
@@ -232,8 +234,8 @@ fn add_surface(
     Ok(())
 }
 
-/// The planes of dielectric boxes and slabs that go all the way through a part with the bounds `around`: axis and
-/// coordinate, m.
+/// The planes of dielectric boxes and slabs that go all the way through a part with the bounds `around`: axis
+/// and coordinate, m.
 fn planes_through(scene: &Scene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
     // The flat faces of a round body stand out from it a little.
     let room = 0.1 * around.largest_extent();

@@ -31,8 +31,8 @@ fn direction(k: u32) -> Point {
 }
 
 impl MeshInProgress {
-    /// Moves those corners of a flat tetrahedron that lie on no facet, in many directions, so that the flattest tetrahedron at each
-    /// becomes rounder; returns those that moved.
+    /// Moves those corners of a flat tetrahedron that lie on no facet, in many directions, so that the
+    /// flattest tetrahedron at each becomes rounder; returns those that moved.
     pub(super) fn move_corners(&mut self, t: u32) -> Vec<u32> {
         let mut moved = Vec::new();
         for _ in 0..MOVES {
@@ -68,14 +68,15 @@ impl MeshInProgress {
         moved
     }
 
-    /// Moves points that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller.
+    /// Moves points that lie on no facet so that the largest angle of the flattest tetrahedron at each
+    /// becomes smaller.
     pub(super) fn smooth(&mut self) {
         let points: Vec<u32> = (8..self.mesh.points.len() as u32).collect();
         self.smooth_points(&points);
     }
 
-    /// Moves those of `points` that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller. Returns
-    /// those that were moved, some of them more than once.
+    /// Moves those of `points` that lie on no facet so that the largest angle of the flattest tetrahedron at
+    /// each becomes smaller. Returns those that were moved, some of them more than once.
     pub(super) fn smooth_points(&mut self, points: &[u32]) -> Vec<u32> {
         let mut moved = Vec::new();
         for round in 0..4 {

@@ -1,10 +1,11 @@
 //! Points along the edges of thin metal, so that most triangles on its sides have right angles.
 //!
-//! The side of a plate is a strip as high as the plate is thick. Divided at the same places above and below, it becomes
-//! rectangles, and these right-angled triangles, whatever their ratio of length to height: that does no harm to bounds and
-//! solver. Bisecting the triangles of a strip that was left in long pieces instead gives angles near 180 degrees, with which
-//! fluxes lose all accuracy. So the edges of thin bodies get their points before anything is meshed, as near to each other as
-//! the tolerance calls for, and the mesh grows from there.
+//! The side of a plate is a strip as high as the plate is thick. Divided at the same places above and below,
+//! it becomes rectangles, and these right-angled triangles, whatever their ratio of length to height: that
+//! does no harm to bounds and solver. Bisecting the triangles of a strip that was left in long pieces instead
+//! gives angles near 180 degrees, with which fluxes lose all accuracy. So the edges of thin bodies get their
+//! points before anything is meshed, as near to each other as the tolerance calls for, and the mesh grows
+//! from there.
 
 use super::piecewise_linear_complex::PiecewiseLinearComplex;
 use super::{Point, Sizing};
@@ -27,7 +28,8 @@ pub(super) struct ThinEdges {
     pub(super) size: f64,
 }
 
-/// The thickness of a body with an extent in all directions, and the width that the field at its edges extends over, m.
+/// The thickness of a body with an extent in all directions, and the width that the field at its edges
+/// extends over, m.
 fn thickness_and_width(shape: &Shape, b: &Box3) -> [f64; 2] {
     let mut extents = [0, 1, 2].map(|a| b.extent(a));
     extents.sort_by(f64::total_cmp);
@@ -36,7 +38,8 @@ fn thickness_and_width(shape: &Shape, b: &Box3) -> [f64; 2] {
     if to - from > thickness {
         return [thickness, width];
     }
-    // A square is as wide as it is; a long strip is taken for twice as wide, an outline with many arms for about as wide as these.
+    // A square is as wide as it is; a long strip is taken for twice as wide, an outline with many arms for
+    // about as wide as these.
     let next = || outline.iter().cycle().skip(1);
     let area = 0.5 * outline.iter().zip(next()).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum::<f64>().abs();
     let around: f64 = outline.iter().zip(next()).map(|(p, q)| (q[0] - p[0]).hypot(q[1] - p[1])).sum();
@@ -56,8 +59,8 @@ pub(super) fn thin_edges(scene: &Scene, sizing: &Sizing) -> Vec<ThinEdges> {
     scene.conductor_parts().filter_map(thin).collect()
 }
 
-/// About how many points there will be along the edges of thin conductors: two rows of them around each. None if there are no
-/// thin conductors.
+/// About how many points there will be along the edges of thin conductors: two rows of them around each. None
+/// if there are no thin conductors.
 pub(super) fn points_along(thin: &[ThinEdges], domain: &Box3) -> Option<f64> {
     let around = |body: &ThinEdges| {
         let extents = [0, 1, 2].map(|a| {

@@ -7,8 +7,8 @@ use crate::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::f64::consts::TAU;
 
-/// The distance of flat faces from the surface that they replace, relative to the radius, over the square of their relative
-/// size.
+/// The distance of flat faces from the surface that they replace, relative to the radius, over the square of
+/// their relative size.
 const FACE_DISTANCE: f64 = 0.1;
 
 /// The largest share of a surface that may be closer to another surface than the faceting error. Surfaces

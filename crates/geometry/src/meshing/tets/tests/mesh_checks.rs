@@ -3,8 +3,8 @@
 use crate::meshing::tets::{FaceRole, TetMesh};
 use std::collections::BTreeMap;
 
-/// Fails unless the tetrahedra are positive, faces belong to one or two of them, marked faces exist once, no point is unused
-/// or hangs on an edge: the outer faces must close.
+/// Fails unless the tetrahedra are positive, faces belong to one or two of them, marked faces exist once, no
+/// point is unused or hangs on an edge: the outer faces must close.
 pub(crate) fn conforming(mesh: &TetMesh) {
     assert_eq!(mesh.regions.len(), mesh.tets.len());
     let mut used = vec![false; mesh.points.len()];
@@ -29,9 +29,9 @@ pub(crate) fn conforming(mesh: &TetMesh) {
         let expected: &[u32] = if matches!(b.role, FaceRole::Conductor(_)) { &[1, 2] } else { &[1] };
         assert!(count.is_some_and(|n| expected.contains(&n)), "{:?} belongs to {count:?}", b.role);
     }
-    // A point that hangs on a face shows as an outer face inside: there the outer area vectors of the two sides differ as
-    // faces, but each outer edge still has an even number of outer faces. What must hold besides is that outer faces lie in
-    // planes where the mesh ends, which the tests of area check.
+    // A point that hangs on a face shows as an outer face inside: there the outer area vectors of the two
+    // sides differ as faces, but each outer edge still has an even number of outer faces. What must hold
+    // besides is that outer faces lie in planes where the mesh ends, which the tests of area check.
     let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for (face, _) in faces.iter().filter(|(_, n)| **n == 1) {
         for (a, b) in [(0, 1), (0, 2), (1, 2)] {

@@ -1,8 +1,8 @@
 //! Insertion of a point into the triangulation.
 //!
-//! The tetrahedra that the point replaces form its *cavity*; the faces around the cavity are its *rim*. The cavity starts with
-//! the tetrahedron that contains the point, takes in neighbours whose circumspheres contain it, stops at kept faces, and loses
-//! those from which the point could not see the whole rim.
+//! The tetrahedra that the point replaces form its *cavity*; the faces around the cavity are its *rim*. The
+//! cavity starts with the tetrahedron that contains the point, takes in neighbours whose circumspheres
+//! contain it, stops at kept faces, and loses those from which the point could not see the whole rim.
 
 use super::predicates::{circumcenter, in_sphere, orientation};
 use super::{Delaunay, OptionalIndex, Point, TetFace, sorted};
@@ -50,7 +50,8 @@ pub(crate) struct Insertion<'a> {
     pub(crate) flat_tets: FlatTets,
     /// The rule if the point encroaches upon a kept face or edge.
     pub(crate) encroachment: Encroachment,
-    /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away than this, m.
+    /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away
+    /// than this, m.
     pub(crate) apart: f64,
 }
 
@@ -319,7 +320,8 @@ impl Delaunay {
                     continue;
                 }
                 if side == 0.0 && n.is_none() {
-                    // A point in the plane of a kept face that is not known to lie on its facet could be moved off it later.
+                    // A point in the plane of a kept face that is not known to lie on its facet could be
+                    // moved off it later.
                     if !point.may_replace(self.kept_faces[t as usize][i]) {
                         return Err(Refusal::NearKeptFace(face));
                     }
@@ -341,7 +343,8 @@ impl Delaunay {
         face.iter().all(|&q| self.facets_of_point[q as usize].contains(&facet))
     }
 
-    /// Fails if new tetrahedra would be too flat, if the cavity would lose a point or a kept edge, or if the point encroaches.
+    /// Fails if new tetrahedra would be too flat, if the cavity would lose a point or a kept edge, or if the
+    /// point encroaches.
     fn check(&mut self, point: &Insertion, cavity: &Cavity) -> Result<(), Refusal> {
         self.stamp += 1;
         let mut rim_edges = Vec::new();
@@ -373,7 +376,8 @@ impl Delaunay {
         Ok(())
     }
 
-    /// Fails if a kept edge of the cavity is not among the `rim_edges`, which are sorted, or if the point encroaches upon one.
+    /// Fails if a kept edge of the cavity is not among the `rim_edges`, which are sorted, or if the point
+    /// encroaches upon one.
     fn check_kept_edges(
         &self,
         point: &Insertion,

@@ -1,7 +1,7 @@
 //! Geometric predicates: the position of a point relative to a plane or a sphere.
 //!
-//! The signs of [`orientation`] and [`in_sphere`] are exact (Shewchuk's adaptive predicates, Discrete Comput. Geom. 18, 1997, in
-//! the crate `robust`); the centres of circles and spheres are rounded.
+//! The signs of [`orientation`] and [`in_sphere`] are exact (Shewchuk's adaptive predicates, Discrete Comput.
+//! Geom. 18, 1997, in the crate `robust`); the centres of circles and spheres are rounded.
 
 use crate::meshing::tets::mesher::Point;
 use elastocap_linalg::vector::{cross, dot, minus};

@@ -118,8 +118,8 @@ impl Front<'_> {
         })
     }
 
-    /// Whether a triangle has a point inside a tetrahedron. If it has none, a plane through three of the corners of the two
-    /// separates them.
+    /// Whether a triangle has a point inside a tetrahedron. If it has none, a plane through three of the
+    /// corners of the two separates them.
     fn enters(&self, triangle: [u32; 3], tet: [u32; 4]) -> bool {
         let mut ids = tet.to_vec();
         ids.extend(triangle.iter().filter(|p| !tet.contains(p)));
@@ -129,7 +129,8 @@ impl Front<'_> {
         for i in 0..n {
             for j in i + 1..n {
                 for k in j + 1..n {
-                    // The signs of the corners of the tetrahedron, and of the triangle: [any below, any above].
+                    // The signs of the corners of the tetrahedron, and of the triangle: [any below, any
+                    // above].
                     let (mut solid, mut flat) = ([false; 2], [false; 2]);
                     for l in (0..n).filter(|l| ![i, j, k].contains(l)) {
                         let side = orientation(at(i), at(j), at(k), at(l));
@@ -149,7 +150,8 @@ impl Front<'_> {
         true
     }
 
-    /// Whether an edge of a triangle crosses, in a common plane, one of the edges at the last corner of a tetrahedron.
+    /// Whether an edge of a triangle crosses, in a common plane, one of the edges at the last corner of a
+    /// tetrahedron.
     fn crosses(&self, triangle: [u32; 3], tet: [u32; 4]) -> bool {
         let at = |p: u32| self.points[p as usize];
         (0..3).any(|i| {
@@ -179,9 +181,9 @@ impl Delaunay {
         on(first).iter().any(|f| rest.iter().all(|&p| on(p).contains(f)))
     }
 
-    /// Tetrahedra that fill the space inside a closed surface, given by faces that show their inner sides (the fourth corner of
-    /// a positive tetrahedron is on that side), without further points than `corners`. None of them has all its corners on one
-    /// facet.
+    /// Tetrahedra that fill the space inside a closed surface, given by faces that show their inner sides
+    /// (the fourth corner of a positive tetrahedron is on that side), without further points than `corners`.
+    /// None of them has all its corners on one facet.
     ///
     /// `goes_on` receives the approximate number of orientation tests since its last call, which take most of
     /// the time, and returns whether to go on.
@@ -249,8 +251,8 @@ impl Delaunay {
         Ok(tets)
     }
 
-    /// Replaces tetrahedra by others that fill the same space; both must have the same corners. Returns whether that was
-    /// possible; the triangulation is as before if not.
+    /// Replaces tetrahedra by others that fill the same space; both must have the same corners. Returns
+    /// whether that was possible; the triangulation is as before if not.
     pub(crate) fn replace(&mut self, cavity: &[u32], tets: &[[u32; 4]]) -> bool {
         self.stamp += 1;
         cavity.iter().for_each(|&t| self.stamps[t as usize] = self.stamp);

@@ -22,12 +22,12 @@ const NEAR: f64 = 1e-6;
 /// Smallest and largest value of [`NEAR`] times the shortest segment, relative to the extent of the scene.
 const NEAR_RANGE: [f64; 2] = [1e-13, 1e-8];
 
-/// Where a segment of a ball crosses another surface this close to one of its ends, relative to its length, the crossing is
-/// taken to be at that end: the corners of a ball may move a little.
+/// Where a segment of a ball crosses another surface this close to one of its ends, relative to its length,
+/// the crossing is taken to be at that end: the corners of a ball may move a little.
 const MERGE_AT_END: f64 = 2e-3;
 
-/// New segments of one round may meet further surfaces in the next. Each round puts the new points on one facet more, so that
-/// few rounds suffice.
+/// New segments of one round may meet further surfaces in the next. Each round puts the new points on one
+/// facet more, so that few rounds suffice.
 const MAX_ROUNDS: usize = 12;
 
 /// The largest number of pairs of surfaces or segments to compare, which takes some ten seconds. Scenes of
@@ -67,7 +67,8 @@ struct Intersections<'a> {
 /// Gives all surfaces the points and segments in which they meet.
 ///
 /// # Errors
-/// [`MeshError::Crossing`] if two conductors have a point in common, [`MeshError::Tangled`] if the search comes to no end.
+/// [`MeshError::Crossing`] if two conductors have a point in common, [`MeshError::Tangled`] if the search
+/// comes to no end.
 pub(super) fn resolve_intersections(complex: &mut PiecewiseLinearComplex) -> Result<(), MeshError> {
     let mut intersections = Intersections::new(complex);
     intersections.run()?;
@@ -204,8 +205,8 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// The point within `near` of `p`, else the nearest one of `around` within the distance `merge`, else a new one with this
-    /// element size. All in m.
+    /// The point within `near` of `p`, else the nearest one of `around` within the distance `merge`, else a
+    /// new one with this element size. All in m.
     fn point(&mut self, p: Point, around: &[u32], merge: f64, size: f64) -> u32 {
         let [i, j, k] = self.cell(p);
         let away = |this: &Self, q: u32| length(minus(this.complex.points[q as usize], p));
@@ -258,8 +259,8 @@ impl<'a> Intersections<'a> {
         Err(MeshError::Tangled { at })
     }
 
-    /// Pairs the planes with the other facets of the points that lie exactly on them: these points are on both already, and yet the line
-    /// between them may be none of the complex.
+    /// Pairs the planes with the other facets of the points that lie exactly on them: these points are on
+    /// both already, and yet the line between them may be none of the complex.
     fn pair_with_planes(&mut self) {
         for facets in &self.complex.facets_of_point {
             for &plane in facets.iter().filter(|&&f| self.complex.facets[f as usize].plane.is_some()) {
@@ -464,7 +465,8 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// Adds the segments along which facets cross, between the points that they have in common. Returns those that are new.
+    /// Adds the segments along which facets cross, between the points that they have in common. Returns those
+    /// that are new.
     fn add_common_lines(&mut self) -> Vec<[u32; 2]> {
         let of_facet = self.complex.points_of_facets();
         let mut lines = Vec::new();
