@@ -26,7 +26,8 @@ pub(super) trait QuantityKind {
     const UNIT: &'static str;
     /// The proposed number.
     const SAMPLE: &'static str;
-    /// Smallest and largest allowed magnitude other than zero, in SI units.
+    /// Smallest and largest allowed magnitude other than zero, in SI units. The smallest one is not checked
+    /// where any sign is allowed.
     const LIMITS: [f64; 2];
     /// The limits in words.
     const LIMITS_SHOWN: &'static str;
@@ -110,7 +111,7 @@ impl QuantityKind for ChargeKind {
     const LIMITS_SHOWN: &'static str = "at most 1 GC";
 }
 
-/// The deviation of a measured capacitance.
+/// A capacitance greater than zero: a tolerance, or the deviation of a measured value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CapacitanceKind;
 impl QuantityKind for CapacitanceKind {
@@ -180,8 +181,8 @@ impl<K: QuantityKind> Quantity<K> {
         format!("\"{number} {}\"", log.usual_unit(K::DIMENSION).unwrap_or(K::UNIT))
     }
 
-    /// The texts to write instead of a bare number: the number with each unit that gives a sensible value,
-    /// and that value.
+    /// The help for a number without a right unit: the number with each unit that gives a sensible value, and
+    /// that value.
     fn units_for(number: &str, node: Node<'_>, log: &Log<'_>) -> String {
         let meant = units::meant(number, K::DIMENSION);
         let written = match meant.as_slice() {
@@ -202,6 +203,7 @@ impl<K: QuantityKind> Quantity<K> {
         format!("{UNIT_MEANT}: {}", alternatives(&shown, "or"))
     }
 
+    /// The quantity, if its sign and its magnitude are allowed; reports why not otherwise.
     fn check(si: f64, number: &str, node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let place = node.place();
         let unsigned = number.trim_start_matches('-');
@@ -238,6 +240,7 @@ impl<K: QuantityKind> Quantity<K> {
         Some(Self { si: si + 0.0, kind: PhantomData })
     }
 
+    /// Reports why a text is not a quantity.
     fn refuse(text: &str, why: NotAQuantity<'_>, node: Node<'_>, log: &mut Log<'_>) {
         let place = node.place();
         let name = K::DIMENSION.name();
@@ -410,7 +413,7 @@ pub(super) trait NumberKind {
     }
 }
 
-/// eps_r.
+/// A relative permittivity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PermittivityKind;
 impl NumberKind for PermittivityKind {
@@ -424,7 +427,7 @@ impl NumberKind for PermittivityKind {
     }
 }
 
-/// U/H.
+/// A compression U/H: the displacement of the top over the thickness of the layer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CompressionKind;
 impl NumberKind for CompressionKind {
@@ -485,7 +488,7 @@ impl NumberKind for LoadShiftKind {
     const REASON: &'static str = "displacement over layer thickness";
 }
 
-/// alpha of an Ogden material.
+/// The exponent alpha of a term of an Ogden material.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExponentKind;
 impl NumberKind for ExponentKind {
@@ -526,12 +529,12 @@ impl<K: NumberKind> FromToml for Number<K> {
 
     fn mended(value: &Spanned<DeValue<'_>>, _: &Log<'_>) -> Option<String> {
         let (number, rest) = units::split_number(value.get_ref().as_str()?.trim());
-        let percent = match rest.trim() {
+        let divisor = match rest.trim() {
             "" => 1.0,
             "%" => 100.0,
             _ => return None,
         };
-        number.parse::<f64>().ok().map(|v| v / percent).filter(|v| v.is_finite()).map(|v| format!("{v:?}"))
+        number.parse::<f64>().ok().map(|v| v / divisor).filter(|v| v.is_finite()).map(|v| format!("{v:?}"))
     }
 
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

@@ -8,10 +8,12 @@ use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use crate::solution::Solution;
 
-/// The largest rounding error of a sum of limits, as a share of the diagonal.
+/// The largest rounding error of a sum of limits, as a share of the diagonal. Not tuned: it only has to lie
+/// above rounding errors and below errors that matter.
 const ROUNDING: f64 = 1e-9;
 
-/// Error below which bounds are reported although the linear solver stopped short of its goal.
+/// Error below which bounds are reported although the linear solver stopped short of its goal. Not tuned: a
+/// choice of what is still worth reporting.
 const CLOSE: f64 = 0.05;
 
 /// Whether bounds with this error of the target are reported: if the linear solver converged, or if they are

@@ -14,10 +14,11 @@
 use elastocap_geometry::scene::{Body, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// The safety factor by which the change is multiplied.
+/// The safety factor by which the change is multiplied. Not tuned: it only decides how far a face must be to
+/// be left out.
 const MARGIN: f64 = 4.0;
 
-/// The share of a tolerance that the change of a capacitance may take.
+/// The share of a tolerance that the change of a capacitance may take. It is not tuned.
 const SHARE: f64 = 0.01;
 
 /// A scene without faces of dielectrics that are too far away to matter for a relative `tolerance`, and the

@@ -26,7 +26,8 @@ pub(crate) fn from_energies(basis: &Mat<f64>, energies: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Bounds that cross by less than this share of the value, beyond the rounding that is counted, are taken to
-/// have crossed by rounding.
+/// have crossed by rounding. Not tuned: it only has to lie above rounding errors and below errors that
+/// matter.
 const CROSSING: f64 = 1e-9;
 
 /// Bounds that cross by less than this, F, have crossed by rounding whatever their size: it is a billionth of

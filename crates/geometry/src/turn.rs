@@ -13,8 +13,8 @@ use crate::shapes::{Arc, Curve, Shape};
 /// Distances from the middle of a scene that differ by less than this share are the same.
 const ALIKE: f64 = 1e-10;
 
-/// The largest number of features at the greatest distance from the middle; more are the corners of polygons
-/// that replace circles.
+/// The largest number of features at the greatest distance from the middle that are tried as mirror images.
+/// There are more only where polygons replace circles.
 const MAX_IMAGES: usize = 64;
 
 /// A turn about an axis.
@@ -31,7 +31,7 @@ impl Turn {
         [self.cosine * x - self.sine * y, self.sine * x + self.cosine * y]
     }
 
-    /// The angle, in degrees from 0 to 180.
+    /// The angle in degrees, between 0 and 180: half a turn more leaves mirror planes where they are.
     pub fn degrees(&self) -> f64 {
         self.sine.atan2(self.cosine).to_degrees().rem_euclid(180.0)
     }
@@ -45,6 +45,7 @@ impl Turn {
         out
     }
 
+    /// A curve of an outline after the turn.
     fn curve(&self, curve: &Curve) -> Curve {
         match curve {
             Curve::Circle { center, radius } => {
@@ -56,17 +57,18 @@ impl Turn {
         }
     }
 
-    /// The scene after the turn; `None` if a body has no such image among the shapes, or a wall is in the
-    /// way.
+    /// The scene after the turn; `None` if no shape describes a body after it, or the scene is bounded across
+    /// the axis.
     fn scene(&self, scene: &Scene) -> Option<Scene> {
         let bodies = scene.bodies.iter().map(|body| {
             let parts: Option<Vec<Shape>> = body.parts.iter().map(|part| self.shape(part)).collect();
             Some(Body { parts: parts?, ..body.clone() })
         });
-        is_everywhere_across(&scene.domain, self.axis)
+        is_unbounded_across(&scene.domain, self.axis)
             .then(|| Some(Scene { bodies: bodies.collect::<Option<_>>()?, ..scene.clone() }))?
     }
 
+    /// The shape after the turn; `None` if there is no such shape.
     fn shape(&self, shape: &Shape) -> Option<Shape> {
         let [p, q] = across(self.axis);
         let moved = |base: &[f64; 3]| {
@@ -75,7 +77,7 @@ impl Turn {
             out
         };
         match shape {
-            Shape::Box(b) if is_everywhere_across(b, self.axis) => Some(shape.clone()),
+            Shape::Box(b) if is_unbounded_across(b, self.axis) => Some(shape.clone()),
             Shape::Box(b) => {
                 let corners = corners_across(b, self.axis)?;
                 let (from, to) = (b.min[self.axis], b.max[self.axis]);
@@ -120,7 +122,7 @@ impl Turn {
 /// The turn about an axis after which a scene has more mirror planes normal to coordinate axes, with the
 /// scene after it; `None` if there is none, or the scene is bounded across the axis.
 pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
-    if !is_everywhere_across(&scene.domain, axis) {
+    if !is_unbounded_across(&scene.domain, axis) {
         return None;
     }
     let planes = |scene: &Scene| {
@@ -144,8 +146,8 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
 }
 
 /// Candidate directions, of length one and normal to the axis, of lines about which the scene may be
-/// symmetric. In a symmetric scene, the feature that is farthest from the middle of all features is the image
-/// of one at the same distance.
+/// symmetric: in a symmetric scene, the feature that is farthest from the middle of all features is the image
+/// of one at the same distance, or its own.
 fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     let mut features = Vec::new();
     for shape in scene.shapes() {
@@ -167,12 +169,12 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     Some(lines.filter(|line| line.iter().all(|x| x.abs() > ALIKE)).collect())
 }
 
-/// The points that determine the position of a shape across the axis: corners of outlines, and middles of
+/// The points that determine the position of a shape across the axis: corners of outlines, and centres of
 /// circles. `None` for other shapes.
 fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
     match shape {
-        Shape::Box(b) if is_everywhere_across(b, axis) => Some(Vec::new()),
+        Shape::Box(b) if is_unbounded_across(b, axis) => Some(Vec::new()),
         Shape::Box(b) => corners_across(b, axis).map(|corners| corners.to_vec()),
         Shape::Extrusion { axis: a, outline, .. } if *a == axis => Some(outline.clone()),
         Shape::Cylinder { axis: a, base, .. } | Shape::Tube { axis: a, base, .. } if *a == axis => {
@@ -190,7 +192,7 @@ fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
 }
 
 /// Whether a box has no end across an axis.
-fn is_everywhere_across(b: &Box3, axis: usize) -> bool {
+fn is_unbounded_across(b: &Box3, axis: usize) -> bool {
     across(axis).into_iter().all(|k| b.min[k] == f64::NEG_INFINITY && b.max[k] == f64::INFINITY)
 }
 

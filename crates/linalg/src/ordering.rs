@@ -28,17 +28,23 @@ pub fn dissection_order<const D: usize, const N: usize>(
     cutter.order
 }
 
+/// The state of the dissection of a mesh.
 struct Cutter<'a, const D: usize, const N: usize> {
     elements: &'a [[u32; N]],
+    /// The mean of the nodes of each element.
     centres: Vec<[f64; D]>,
-    /// For each node, the last half in which it was marked.
+    /// For each node the stamp that it got last, which says in which halves of which cut it lies.
     mark: Vec<u32>,
+    /// For each node whether it is in a separator or in the order already.
     taken: Vec<bool>,
+    /// The last stamp used.
     stamp: u32,
+    /// The nodes ordered so far.
     order: Vec<u32>,
 }
 
 impl<const D: usize, const N: usize> Cutter<'_, D, N> {
+    /// Appends the nodes of some elements, without those that are taken, to the order.
     fn dissect(&mut self, part: &mut [u32]) {
         if part.len() <= 2 {
             for &e in part.iter() {

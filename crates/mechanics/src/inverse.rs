@@ -7,7 +7,8 @@ use crate::closed_form::{ClosedFormSettings, ForceCurve, Phase};
 use crate::error::MechanicsError;
 use elastocap_materials::MooneyRivlin;
 
-/// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster.
+/// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster. It is
+/// not tuned.
 const SEARCH_STEP: f64 = 1.0 / 16.0;
 
 /// Largest `n` searched. There `h/H = 2e-16`, and beyond it `U/H` is 1 to rounding.

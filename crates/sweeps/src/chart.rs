@@ -36,7 +36,7 @@ pub(crate) fn chart(manifest: &Manifest, records: &[Option<CaseRecord>]) -> Opti
         band(&records, &quantity)
     } else {
         let varied: Vec<&Column> = columns.iter().filter(|column| is_varied(column)).collect();
-        match widest(&varied) {
+        match most_varied(&varied) {
             Some(across) => over_a_key(across, &varied, &records, &quantity),
             None => family(&records, &quantity),
         }
@@ -50,7 +50,7 @@ fn is_varied(column: &Column) -> bool {
 }
 
 /// The key with the largest number of different values; the first of several.
-fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
+fn most_varied<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
     let numbers = |column: &Column| column.numbers.iter().copied().collect::<Option<Vec<f64>>>();
     let counted = columns.iter().filter_map(|column| {
         let mut values = numbers(column)?;

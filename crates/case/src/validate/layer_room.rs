@@ -12,12 +12,13 @@ use super::layered::micrometres;
 use super::placed_boxes::PlacedBoxes;
 use super::regions::AXES;
 
-/// The layer that bodies lie in or beside.
+/// The layer, as far as it decides where bodies may lie.
 pub(super) struct LayerRoom {
     /// The thickness, m.
     thickness: f64,
     /// Half of the size along x1 and x3, m; infinite where it does not matter.
     half: [f64; 2],
+    /// Whether there are load steps.
     is_loaded: bool,
     /// Whether the top stays a plane under every load, so that bodies may ride on it.
     stays_flat: bool,
@@ -70,8 +71,8 @@ impl LayerRoom {
 }
 
 impl LayerRoom {
-    /// The possible values of `attached` for a body above the layer, in words. Under a metal indenter the
-    /// body would be one conductor with it.
+    /// The possible values of `attached` for a body above the layer, in words. A body that touched a metal
+    /// indenter would be one conductor with it.
     fn carriers(&self) -> &'static str {
         match (self.stays_flat, self.under_metal) {
             (true, true) => "`attached = \"layer-top\"`, beside the indenter",
@@ -82,6 +83,8 @@ impl LayerRoom {
     }
 }
 
+/// Checks that all parts of a body lie where bodies of its purpose may; `faces` are what is below and above
+/// the layer.
 pub(super) fn check_body(body: &PlacedBoxes<'_>, layer: &LayerRoom, faces: [Face; 2], log: &mut Log<'_>) {
     for region in &body.regions {
         let has_place = match body.purpose {
@@ -143,28 +146,29 @@ fn is_inside_layer(
     true
 }
 
-/// Checks that a part of a body, between two heights, may stand beside the layer.
+/// Checks that a part of a body that does not move with the material, between two heights, has its place
+/// below or above the layer; without a load it may also lie in it.
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
-    room: &LayerRoom,
+    layer: &LayerRoom,
     [below, above]: [Face; 2],
     log: &mut Log<'_>,
 ) -> bool {
-    let &LayerRoom { thickness, is_loaded, .. } = room;
+    let &LayerRoom { thickness, is_loaded, .. } = layer;
     let (what, name) = (body.what, shown(body.name));
     let is_conductor = what == "conductor";
     let mut at = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
-    // A body on the top would stay behind when the top sinks, unless it is attached or has no charge.
+    // A conductor on the top that is not attached would stay behind when the top sinks.
     let is_fixed = body.purpose == Purpose::Fixed;
     let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
     if is_loaded && high > 0.0 && low < thickness {
         at(
             format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            match (room.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
+            match (layer.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
                 (false, true) => {
                     "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer"
                 }
@@ -180,7 +184,7 @@ fn is_apart_from_layer(
         at(
             format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
             "not attached".to_owned(),
-            &format!("add {}, or leave a gap", room.carriers()),
+            &format!("add {}, or leave a gap", layer.carriers()),
         );
         return false;
     }

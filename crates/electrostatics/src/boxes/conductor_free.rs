@@ -46,7 +46,8 @@ impl FreeBox {
     }
 }
 
-/// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far.
+/// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far. Not
+/// tuned: a limit that ordinary cases do not reach.
 const ENUMERATION_LIMIT: usize = 20_000;
 
 /// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the
@@ -131,6 +132,7 @@ fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
 /// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better
 /// preconditioner.
 fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<FreeBox>> {
+    // Largest number of boxes that are all kept. Tuned: `benches/outlines.py bus`.
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
         return Some(boxes);

@@ -11,22 +11,25 @@ use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use elastocap_geometry::section::SectionPlane;
 use faer::Mat;
 
-/// Largest number of cells that the elements are divided into for a field in space.
+/// Largest number of cells that the elements are divided into for a field in space. More cells show more, and
+/// take longer to write: `cargo bench --bench curve`, every output.
 const MAX_CELLS: usize = 12_000;
-/// Largest number of cells that the elements are divided into for a section.
+/// Largest number of cells that the elements are divided into for a section. Not tuned: it trades the size of
+/// a picture for detail.
 const MAX_CELLS_OF_SECTION: usize = 1_500;
 /// Largest number of cells for a section under a map: they are oblique, and show less of the field between
-/// their corners.
+/// their corners. It is not tuned.
 const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
-/// Largest number of cells where a map turns large cells inside out, and finer ones are tried instead.
+/// Largest number of cells where a map turns large cells inside out, and finer ones are tried instead. Not
+/// tuned: a limit that ordinary cases do not reach.
 const MAX_CELLS_OF_FOLDED: usize = 100_000;
 /// Numbers of cells of an element along an axis, over its degree there: the first that does not lead to too
-/// many is taken.
+/// many is taken. Not tuned: they fall slowly enough that most of the allowed cells are used.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
 /// Elements shorter than this share of what is shown are one cell: more detail would be invisible.
 const TINY: f64 = 4e-3;
 /// Pieces of an element that are no longer than this, in the reference coordinate from -1 to 1, are not
-/// shown.
+/// shown. Not tuned: only rounding makes pieces so short.
 const SLIVER: f64 = 1e-6;
 
 /// The share of one symmetric part in the state.

@@ -21,10 +21,11 @@ use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::{Potential, Scene};
 use std::collections::BTreeMap;
 
-/// Largest number of unknowns of a grid that is solved for a forecast.
+/// Largest number of unknowns of a grid that is solved for a forecast. Measured: `benches/forecast.py`.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Largest memory of the cells of a layout that is made for a forecast, bytes.
+/// Largest memory of the cells of a layout that is made for a forecast, bytes. Not tuned: a limit that
+/// ordinary cases do not reach.
 const MAX_LAYOUT: u64 = 40 << 20;
 
 /// Largest work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about
@@ -32,49 +33,53 @@ const MAX_LAYOUT: u64 = 40 << 20;
 const MAX_ENUMERATION: u64 = 200_000_000;
 
 /// Processor seconds that one small grid may take, and that all of them together may take, both estimated by
-/// counting; and the bytes that a preconditioner may have.
+/// counting; and the bytes that a preconditioner may have. Not tuned: what `check` may take.
 const MAX_SECONDS: f64 = 2.0;
 const MAX_TOTAL_SECONDS: f64 = 5.0;
 const MAX_PRECONDITIONER: f64 = 60e6;
 
 /// Processor seconds per entry of a conductor-free box, iteration and function of an axis; per function of a
-/// term of the permittivity and iteration; and for the modes of an interval with n functions, over n^3.
+/// term of the permittivity and iteration; and for the modes of an interval with n functions, over n^3. They
+/// only decide whether a forecast solves a grid.
 const BOX_PACE: f64 = 1.5e-10;
 const TERM_PACE: f64 = 3e-8;
 const MODES_PACE: f64 = 2e-8;
 
 /// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of
-/// several permittivities.
+/// several permittivities. It only decides whether a forecast solves a grid.
 const FIRST_ITERATIONS: f64 = 40.0;
 
-/// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it.
+/// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it. It only
+/// decides whether a forecast solves a grid.
 const MEAN_WORK: usize = 16;
 
 /// Approximate number of grids that are solved for a forecast: each lists the conductor-free boxes of every
-/// part again.
+/// part again. It only divides [`MAX_ENUMERATION`].
 const GRIDS: u64 = 4;
 
 /// Entries of all conductor-free boxes over those of the array, where they are too many to be listed.
+/// Measured: `benches/forecast.py --drawn 200`.
 const ROUGH_OVERLAP: f64 = 30.0;
 
 /// Iterations on a grid that was not solved, and ratio of the functions per axis of the last grid to those of
-/// the first: upper estimates, as observed on scenes of some hundred bodies.
+/// the first: upper estimates, as observed on scenes of some hundred bodies. Measured:
+/// `benches/forecast.py --drawn 200`.
 const USUAL_ITERATIONS: f64 = 25.0;
 const USUAL_GROWTH: usize = 4;
 
-/// Safety factor on the functions of each axis, for the forecast of memory.
+/// Safety factor on the functions of each axis, for the forecast of memory. Measured: `benches/forecast.py`.
 const MARGIN: f64 = 1.12;
 
 /// Missing share of the energy on the last small grid above which larger safety factors are used: one on the
 /// functions of each axis, for the forecast of memory, and one on the time. Such a grid does not show how far
 /// the search will refine, least of all for a small capacitance, which is a difference of large energies.
-/// docs/forecasts.md has the scenes by which these numbers were chosen, and others on which they were tested.
+/// Measured: `benches/forecast.py`, and `benches/forecast.py --drawn 200` on other scenes.
 const LARGE_MISSING: f64 = 0.1;
 const LARGE_MISSING_MARGIN: f64 = 1.9;
 const LARGE_MISSING_TIMES: f64 = 3.0;
 
 /// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three
-/// conductors.
+/// conductors. Measured: `benches/forecast.py`.
 const PACE: f64 = 1.5e-10;
 
 /// The axes across which the box solver will mirror a scene with such settings, and whether it will use a

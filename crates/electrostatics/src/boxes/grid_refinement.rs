@@ -78,11 +78,12 @@ pub(crate) fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
 }
 
 /// Size of the part at an edge over the element that is split there: between 0.12 and 0.15 is best (Gui and
-/// Babuska's 0.15 holds for one edge alone), measured on the in-plane pair.
+/// Babuska's 0.15 holds for one edge alone), measured on the in-plane pair. Tuned:
+/// `cargo bench --bench solver`.
 const RATIO: f64 = 0.13;
 
 /// Share of the missing energy that remains after a split at an edge: between 0.066 at the edges of boxes and
-/// 0.13 at those of sheets.
+/// 0.13 at those of sheets. Tuned: the grids and unknowns that `cargo bench --bench targets` prints.
 const SPLIT: f64 = 0.1;
 
 impl Missing {
@@ -164,7 +165,8 @@ fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
 }
 
 /// Where elements that cannot be changed further miss more energy than the target, all others together need
-/// not miss less than this share of it.
+/// not miss less than this share of it. Tuned: the grids and unknowns that `cargo bench --bench targets`
+/// prints.
 const BESIDE_EXHAUSTED: f64 = 0.3;
 
 /// Plans changes where they reduce the missing energy most for their cost, until no more than `target` should

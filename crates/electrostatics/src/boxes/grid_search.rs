@@ -20,7 +20,8 @@ use crate::solution::{Foresight, ResolutionLevel};
 use faer::Mat;
 use std::time::Instant;
 
-/// Missing energy that a refinement aims for, over the missing energy before the refinement.
+/// Missing energy that a refinement aims for, over the missing energy before the refinement. Tuned:
+/// `cargo bench --bench targets`.
 pub(crate) const STEP: f64 = 0.12;
 
 /// Relative energy that the primal problem may miss on the last grid, over the tolerance: where both bounds
@@ -31,41 +32,45 @@ pub(crate) fn goal(bounds: bool) -> f64 {
 
 /// Error to aim for, over the tolerance, where the error on the previous grid is known from bounds. It is
 /// less than one, since the error falls more slowly than the missing energy that the indicator predicts.
+/// Tuned: `cargo bench --bench targets`.
 const PROVED_GOAL: f64 = 0.55;
 
 /// [`STEP`] where the refinements so far reduced the error as expected. A longer step takes fewer grids, but
 /// a coarse grid says little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a
-/// tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4).
+/// tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4). Tuned: `cargo bench --bench targets`.
 const LONG_STEP: f64 = 0.02;
 
 /// Error that is expected on a grid with bounds, over the tolerance. A base may miss its tolerance by more:
-/// the scenes that are added to it make up for that.
+/// the scenes that are added to it make up for that. Tuned: `cargo bench --bench targets`, and for a base the
+/// runs of the balls in docs/change.md, section "Reach".
 const EXPECTED: f64 = 0.8;
 const EXPECTED_OF_BASE: f64 = 2.0;
 
 /// Error of the linear solver for a base over the usual one: its iterations are most of the work for all
-/// scenes that are added to it.
+/// scenes that are added to it. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const BASE_SHARE_FACTOR: f64 = 3.0;
 
 /// Half the error over the energy that the indicator says to be missing, as observed on scenes of a pair at
 /// tight tolerances; it is half as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin
-/// plates with feed bars.
+/// plates with feed bars. Tuned: `cargo bench --bench targets`, `benches/outlines.py comb pads`.
 const USUAL_AMPLIFICATION: f64 = 1.0;
 
 /// The same ratio where the energy of a single state is sought: the indicator of one state is more accurate
-/// than that of several, on combs too.
+/// than that of several, on combs too. Tuned: `time elastocap run cases/guarded-plate.toml` at tolerances of
+/// 1e-2, 1e-3 and 3e-4.
 const ONE_STATE_AMPLIFICATION: f64 = 0.85;
 
 /// [`Foresight::amplification`] grows towards smaller errors as the ratio of the errors to this power: 0.08
-/// on pairs, 0.16 on combs under a punch.
+/// on pairs, 0.16 on combs under a punch. Tuned: time the runs of docs/change.md, section "Reach".
 const AMPLIFICATION_GROWTH: f64 = 0.17;
 
 /// The factor by which the goal may be relaxed where the amplification is known from an earlier solve and
-/// [`ACCEPTED_MARGIN`] times the tolerance is accepted.
+/// [`ACCEPTED_MARGIN`] times the tolerance is accepted. Tuned: time the runs of docs/change.md, section
+/// "Reach".
 const FORESIGHT_GOAL_FACTOR: f64 = 1.25;
 const ACCEPTED_MARGIN: f64 = 1.05;
 
-/// Largest number of grids.
+/// Largest number of grids. Not tuned: a limit that ordinary cases do not reach.
 const MAX_GRIDS: usize = 60;
 
 /// The result of a search.
@@ -459,6 +464,7 @@ impl<'p, 's> Search<'p, 's> {
 
     /// The obstacle to further refinement, if there is one.
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<Shortfall> {
+        // How often a grid may be widened. Not tuned: a limit that ordinary cases do not reach.
         const WIDEST: usize = 3;
         self.wider = false;
         self.diverged = !self.is_usable(outcome, error.unwrap_or(f64::INFINITY));

@@ -6,16 +6,18 @@ use elastocap_fem::tensor::Dims;
 use elastocap_geometry::meshing::grid::Resolution;
 
 /// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured
-/// on the in-plane pair.
+/// on the in-plane pair. Measured: `cargo bench --bench targets`, the table of layers.
 const RATIO: f64 = 0.13;
 
-/// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores.
+/// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores. It is not
+/// tuned.
 pub(crate) const MAX_UNKNOWNS: usize = 24_000_000;
 
 /// Approximate smallest spread that double precision allows. Grids are not refined further.
 pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 
-/// Largest number of unknowns of a first grid that has a layer at every edge.
+/// Largest number of unknowns of a first grid that has a layer at every edge. Tuned:
+/// `benches/outlines.py comb`.
 const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
 /// The first grid of a layout.
@@ -50,7 +52,8 @@ pub(crate) fn iteration_share(tolerance: f64) -> f64 {
     (2e-3 * tolerance).clamp(1e-14, 2e-5)
 }
 
-/// Entries of all conductor-free boxes over those of the array, on scenes of some bodies.
+/// Entries of all conductor-free boxes over those of the array, on scenes of some bodies. Measured:
+/// `benches/forecast.py`.
 pub(crate) const USUAL_OVERLAP: f64 = 2.0;
 
 /// Peak memory in bytes of a solve with `dims` functions on the axes: vectors of the iterations, boxes of the

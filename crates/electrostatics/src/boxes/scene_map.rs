@@ -10,10 +10,11 @@ use elastocap_geometry::scene::{Box3, Scene, Wall};
 use faer::Mat;
 use std::ops::Range;
 
-/// Lengths that differ by less than this share of the grid's size are the same.
+/// Lengths that differ by less than this share of the grid's size are the same. Not tuned: it only has to lie
+/// above rounding errors and below distances that matter.
 const SAME: f64 = 1e-9;
 
-/// Displacements that differ by less than this share of the largest one differ by rounding.
+/// Displacements that differ by less than this share of the largest one differ by rounding. It is not tuned.
 const ROUNDING: f64 = 1e-12;
 
 /// One axis of the grid of a [`SceneMap`].

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Largest accepted spread of a base, over the tolerance of the scenes, and over the spread aimed for where
-/// that is smaller.
+/// that is smaller. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const MAX_SPREAD: f64 = 0.8;
 const MAX_SPREAD_OF_GOAL: f64 = 2.0;
 
@@ -38,25 +38,29 @@ pub struct Additions {
     pub nearer: Option<f64>,
 }
 
-/// Largest share of the error of a base that a body may see where the error is to cancel.
+/// Largest share of the error of a base that a body may see where the error is to cancel. Tuned: time the
+/// runs of the balls in docs/change.md, section "Reach".
 const MAX_SEEN: f64 = 0.35;
 
 /// The error of each part of a base that a body may see, over the tolerance; and the largest error of a part,
-/// over the tolerance: it enters in a product with the error of the added solution.
+/// over the tolerance: it enters in a product with the error of the added solution. Tuned: time the runs of
+/// the balls in docs/change.md, section "Reach".
 const SEEN: f64 = 0.2;
 const MAX_PART_ERROR: f64 = 1.2;
 
-/// Largest error that the base may cause by itself, over the tolerance.
+/// Largest error that the base may cause by itself, over the tolerance. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MAX_BASE_ERROR: f64 = 0.6;
 
-/// Largest relative error of a part.
+/// Largest relative error of a part. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const ROUGH: f64 = 0.1;
 
 /// Least distance at which rays begin, over the distance of the farthest face: twice as far as any plane, and
 /// a little more because the two distances are measured from different points.
 const NEAREST: f64 = 2.5;
 
-/// Energy of the added solution over the change of the target, for the choice of where the grids end.
+/// Energy of the added solution over the change of the target, for the choice of where the grids end. Tuned:
+/// time the runs of the balls in docs/change.md, section "Reach".
 const ENERGY: f64 = 2.0;
 
 /// Solves a scene as the base of others, for the tolerance of those. `like` is one of them; all have its

@@ -45,42 +45,45 @@ pub(super) struct Gained {
 }
 
 /// The error on the second mesh as a share of the fall of the upper bound from the first mesh to the second:
-/// the share that the lower bound and finer meshes add to the fall.
+/// the share that the lower bound and finer meshes add to the fall. Tuned: `benches/outlines.py`.
 const SHARE_OF_FALL: f64 = 0.2;
 
 /// The share of that error that comes from the layers toward corners and along the axis, and the factor by
 /// which each further layer multiplies it; without and with sheets, whose edges are more singular than those
-/// of bodies. The rest comes from the degrees.
+/// of bodies. The rest comes from the degrees. Tuned: `benches/outlines.py`.
 const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
 
 /// Errors with two layers and the third degree along the axis over the shares of the energy in the last
-/// functions of the axis, at edges and elsewhere.
+/// functions of the axis, at edges and elsewhere. Tuned: `benches/outlines.py`.
 const OF_LAST: [f64; 2] = [1.0, 0.45];
 
 /// Smallest shares of the errors by layers and by degrees that count for the plan, even where the axis seems
-/// to cause more.
+/// to cause more. Tuned: `benches/outlines.py`.
 const MIN_SHARES_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
 /// The factor by which each degree beyond the third multiplies the error; and the error with the second
-/// degree over that with the third.
+/// degree over that with the third. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const BY_DEGREE: f64 = 0.18;
 const SECOND_DEGREE: f64 = 10.0;
 
-/// The factor by which each strip multiplies the error without strips; without and with sheets.
+/// The factor by which each strip multiplies the error without strips; without and with sheets. Tuned:
+/// `benches/outlines.py`.
 const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 
 /// The factor by which a forecast of the error is multiplied before it is compared with the tolerance. Where
-/// the forecast is too low nonetheless, another mesh is solved.
+/// the forecast is too low nonetheless, another mesh is solved. Tuned: `benches/outlines.py`.
 const SAFETY: f64 = 1.15;
 
-/// Smallest expected error, where the upper bound did not fall; [`Expectation::learn`] can correct it.
+/// Smallest expected error, where the upper bound did not fall; [`Expectation::learn`] can correct it. It is
+/// not tuned.
 const LEAST: f64 = 1e-12;
 
-/// The highest degree.
+/// The highest degree. Not tuned: the five degrees beyond the third divide the error by 5,000.
 pub(super) const HIGHEST: usize = 8;
 
 /// The errors expected on the meshes of a scene. The numbers were measured on bars, bent electrodes, discs,
-/// rings and boards: see docs/extruded.md.
+/// rings and boards: see docs/performance.md, "How constants were chosen".
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
     /// The relative errors that come from the layers on meshes with two of them: toward corners of the plan,

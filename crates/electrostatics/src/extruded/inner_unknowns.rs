@@ -7,7 +7,8 @@ use elastocap_linalg::lanes::{LANES, Lane, vectorized};
 /// Largest number of unknowns on the corners and sides of a triangle, and of inner ones.
 const MAX_UNKNOWNS: usize = 64;
 
-/// Rows or columns that are summed side by side, since each sum is a chain of dependent additions.
+/// Rows or columns that are summed side by side, since each sum is a chain of dependent additions. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const AT_ONCE: usize = 4;
 
 /// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the

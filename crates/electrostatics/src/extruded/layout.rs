@@ -11,19 +11,23 @@ use elastocap_geometry::shapes::Shape;
 use std::collections::{HashMap, HashSet};
 
 /// Largest number of cells in the grid of a surface's coordinates when the surface is tested for consisting
-/// of boxes.
+/// of boxes. Not tuned: a limit that ordinary cases do not reach.
 const MAX_CELLS: usize = 12_000;
 
-/// Coordinates along the axis that differ by less than this share of the scene's size count as equal.
+/// Coordinates along the axis that differ by less than this share of the scene's size count as equal. Not
+/// tuned: it only has to lie above rounding errors and below distances that matter.
 const SAME: f64 = 1e-12;
 
-/// Coordinates of outlines that differ by less than this share of the scene's size count as equal.
+/// Coordinates of outlines that differ by less than this share of the scene's size count as equal. Not tuned:
+/// it only has to lie above rounding errors and below distances that matter.
 const ALIKE: f64 = 1e-11;
 
 /// Thickness along the axis below which a conductor counts as a sheet, over the size of all conductors.
+/// Tuned: `benches/outlines.py discs`.
 const SHEET: f64 = 1e-2;
 
-/// Points that are closer to a sheet than this share of the scene's size lie on it.
+/// Points that are closer to a sheet than this share of the scene's size lie on it. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 const ON_SHEET: f64 = 1e-10;
 
 /// An outline pulled along the axis.
@@ -59,7 +63,7 @@ pub(super) struct Layout {
     pub reach: f64,
 }
 
-/// Where infinite bodies are taken to end, in units of the scene: far beyond any frame.
+/// Where infinite bodies are taken to end, in units of the scene: far beyond any frame. It is not tuned.
 const FAR: f64 = 1e9;
 
 impl Layout {
@@ -474,7 +478,7 @@ impl Solid {
     fn segment(&self) -> Option<[[f64; 2]; 2]> {
         let [Outline::Path(sides)] = &self.outlines[..] else { return None };
         let &[a, b] = &sides[..] else { return None };
-        (a.arc.is_none() && b.arc.is_none()).then_some([a.from, b.from])
+        (a.curve.is_none() && b.curve.is_none()).then_some([a.from, b.from])
     }
 
     /// Whether the body is a sheet that stands over this segment of the plan; the segment lies either wholly

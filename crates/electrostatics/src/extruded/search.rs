@@ -34,7 +34,8 @@ use elastocap_geometry::turn::Turn;
 use faer::Mat;
 use std::time::Instant;
 
-/// Size of a layer over the next larger one, in the plan and along the axis.
+/// Size of a layer over the next larger one, in the plan and along the axis. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const RATIO: f64 = 0.15;
 
 /// The relative error that integrals over bent triangles may have, for each conductor: see the tests of
@@ -56,7 +57,7 @@ pub struct ExtrudedSolution {
     pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
-/// Largest number of prisms in a mesh for a viewer.
+/// Largest number of prisms in a mesh for a viewer. Not tuned: it trades the size of a file for detail.
 const MAX_SHOWN: usize = 60_000;
 
 /// The distance at which rays to infinity begin for a tolerance, over the distance beyond which nothing
@@ -76,10 +77,12 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
     far.clamp(1.5, 4e3)
 }
 
-/// Ratio of an error to the expected one above which the expectation counts as wrong.
+/// Ratio of an error to the expected one above which the expectation counts as wrong. Tuned:
+/// `benches/outlines.py`.
 const SURPRISE: f64 = 2.0;
 
-/// Ratio of an unexpected error to the tolerance above which edges of dielectrics may be its cause.
+/// Ratio of an unexpected error to the tolerance above which edges of dielectrics may be its cause. Tuned:
+/// `benches/outlines.py`.
 const FAR: f64 = 3.0;
 
 /// Largest ratio of the unknowns of the next mesh to those of one that cannot be solved.

@@ -14,17 +14,18 @@ use elastocap_geometry::turn::{Turn, to_mirror_planes};
 use std::borrow::Cow;
 use std::time::Instant;
 
-/// Seconds per unknown and right-hand side on two cores.
+/// Seconds per unknown and right-hand side on two cores. Measured: `benches/forecast.py`.
 const SECONDS: f64 = 1.0e-6;
 
 /// Largest sum of unknowns times right-hand sides of the first meshes, and largest memory in bytes, with
-/// which they are solved for a forecast: that takes some seconds.
+/// which they are solved for a forecast: that takes some seconds. Not tuned: what `check` may take.
 const MAX_EXPLORED: f64 = 3e6;
 const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 
 /// Approximate ratio of the unknowns of the last mesh to those of the finest of the first ones at a relative
 /// tolerance of 1e-3, and the power of the inverse tolerance that it grows with. Two discs and a star on a
 /// board take 0.8 and 0.2 times as many at 2e-2, 10 and 4 times at 1e-3, and the star 13 times at 1e-4.
+/// Measured: `benches/forecast.py`.
 const USUAL_GROWTH: (f64, f64) = (10.0, 0.75);
 
 /// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if
@@ -77,15 +78,16 @@ fn corners(scene: &Scene) -> usize {
 
 /// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on
 /// tetrahedra: with 32 (a pad and a disc on a board) it takes two thirds of the time, with 234 (a spiral
-/// under a round pad) seven times as long.
+/// under a round pad) seven times as long. Measured: `elastocap run cases/spiral.toml` with `solver =
+/// "extruded"` and without it.
 const MAX_EDGES: usize = 100;
 
 /// Smallest growth that a rough forecast of memory allows for: a random scene to 1e-2 took five times the
-/// forecast of [`USUAL_GROWTH`].
+/// forecast of [`USUAL_GROWTH`]. Measured: `benches/forecast.py --drawn 200`.
 const MIN_GROWTH_OF_MEMORY: f64 = 8.0;
 
 /// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random
-/// scenes in docs/forecasts.md took 1.45 times as much.
+/// scenes took 1.45 times as much. Measured: `benches/forecast.py --drawn 200`.
 const SPARE: f64 = 1.7;
 
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.

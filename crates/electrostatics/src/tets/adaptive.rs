@@ -22,7 +22,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be
-/// solved.
+/// solved. Not tuned: a choice of what is still worth reporting.
 const MAX_USEFUL_SPREAD: f64 = 0.3;
 
 /// Solves for the Maxwell capacitance matrix of a mesh's conductors with proved bounds, refining the mesh

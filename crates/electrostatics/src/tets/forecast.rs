@@ -13,36 +13,42 @@ use crate::tets::spread::spread;
 use elastocap_geometry::meshing::tets::TetMesh;
 
 /// Largest number of tetrahedra of a mesh that is solved for a forecast, unless the initial mesh has more.
+/// Measured: `benches/forecast.py`.
 const MAX_FORECAST_TETRAHEDRA: usize = 20_000;
 
-/// Largest forecast of processor seconds and bytes for solving the initial mesh.
+/// Largest forecast of processor seconds and bytes for solving the initial mesh. Not tuned: what `check` may
+/// take.
 const MAX_SECONDS: f64 = 3.0;
 const MAX_BYTES: u64 = 120 << 20;
 
 /// Approximate spread on an initial mesh that is not solved, and unknowns per tetrahedron for each order.
+/// Measured: `benches/forecast.py --drawn 200`.
 const ROUGH_SPREAD: f64 = 0.4;
 const UNKNOWNS: [f64; 3] = [0.2, 1.4, 4.7];
 
-/// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast.
+/// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast. Measured:
+/// `benches/forecast.py --drawn 200`.
 const ROUGH_TETRAHEDRA: usize = 200_000;
 
 /// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the
-/// last one.
+/// last one. Measured: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
 
 /// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two
-/// cores.
+/// cores. Measured: `benches/forecast.py`.
 const PACE: [f64; 3] = [3e-5, 2.7e-5, 8e-5];
 
-/// Time of each further right-hand side over that of the first.
+/// Time of each further right-hand side over that of the first. Measured: `benches/forecast.py`.
 const FURTHER_SIDE: f64 = 0.25;
 
 /// Factor on the unknowns from the usual rate where a small mesh does not reach the tolerance: 0.7 to 2.7
-/// times as many were needed (docs/forecasts.md), most where edges have yet to be resolved.
+/// times as many were needed (`benches/forecast.py --drawn`), most where edges have yet to be resolved.
+/// Measured: `benches/forecast.py`.
 const UNRESOLVED: f64 = 1.4;
 
 /// Safety factor on a forecast of memory, another one on the limit that the solver keeps to, and the memory
-/// of the program without a mesh, bytes; see docs/forecasts.md for the scenes behind these numbers.
+/// of the program without a mesh, bytes; `benches/forecast.py --drawn` has the scenes behind these numbers.
+/// Measured: `benches/forecast.py --drawn 200`.
 const SPARE: f64 = 2.0;
 const SPARE_OF_LIMIT: f64 = 1.25;
 const PROGRAM: u64 = 36 << 20;

@@ -48,7 +48,8 @@ pub(super) fn mesh_of<'m>(parity: &Parity, mesh: &'m TetMesh) -> Cow<'m, TetMesh
     Cow::Owned(out)
 }
 
-/// Distances to a mirror plane below this, relative to the extent of the mesh, are rounding.
+/// Distances to a mirror plane below this, relative to the extent of the mesh, are rounding. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 const ROUNDING: f64 = 1e-11;
 
 /// Faces in a plane that ends the mesh, grounded, without those that have a role.

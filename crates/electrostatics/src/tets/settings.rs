@@ -27,7 +27,8 @@ pub struct TetrahedraSettings {
 
 impl TetrahedraSettings {
     /// The default order. Quadratic potentials are the best choice at edges, where higher orders cost more
-    /// than they gain.
+    /// than they gain. Measured:
+    /// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`, and with 1 and 3.
     pub const USUAL_ORDER: usize = 2;
 }
 

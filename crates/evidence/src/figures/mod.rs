@@ -192,8 +192,8 @@ impl Session {
         match item {
             Item::Table1 => tables::phase_angles(),
             Item::Table2 => Ok(tables::poisson_ratios()),
-            Item::Figure4 => contours::under_a_punch(self),
-            Item::Figure6 => contours::three_punches(self),
+            Item::Figure4 => contours::under_a_patch(self),
+            Item::Figure6 => contours::three_patches(self),
             Item::Figure7 => shear::bonded_edge(self),
             Item::Figure9 => profiles::stress_along_rows(self),
             Item::Figure10 => profiles::stress_along_columns(self),

@@ -18,7 +18,7 @@ use elastocap_materials::MooneyRivlin;
 use super::map::LayerMap;
 use crate::numerics::integrate_from_zero;
 
-/// Pieces of the thickness over which the rule of [`integrate_from_zero`] is used.
+/// Pieces of the thickness over which the rule of [`integrate_from_zero`] is used. It is not tuned.
 const PIECES: u32 = 16;
 
 /// The force over the shift, along x1 and along x3, N/m, of a contact with this reference area, m^2. `None`

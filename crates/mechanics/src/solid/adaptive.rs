@@ -15,16 +15,18 @@ use super::press::{
 };
 use super::refinement::Refinable;
 
-/// The ratio of the numbers of elements of successive meshes, from the marks alone.
+/// The ratio of the numbers of elements of successive meshes, from the marks alone. Tuned:
+/// `benches/layer_growth.py`.
 const GROWTH: f64 = 1.8;
-/// The same ratio while every state found has a fault, so that none counts as reached yet.
+/// The same ratio while every state found has a fault, so that none counts as reached yet. Tuned:
+/// `benches/layer_growth.py`.
 const GROWTH_BEFORE: f64 = 1.5;
 /// The smallest size to which elements are cut, over the thickness: stress is singular at the edges of stiff
-/// bodies, but its smallest scales do not matter to any result.
+/// bodies, but its smallest scales do not matter to any result. It is not tuned.
 const SMALLEST: f64 = 1e-3;
 /// An element is also cut along an axis where its length exceeds its shortest cut length by more than this
 /// factor. In a slender element the quadrature points hardly resolve a stress that is singular at one end,
-/// nor the axis along which it varies.
+/// nor the axis along which it varies. Tuned: `benches/layer_errors.py`.
 const SLENDER: f64 = 3.0;
 
 /// A layer and the meshes that it may be pressed on.

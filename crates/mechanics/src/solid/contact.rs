@@ -20,18 +20,22 @@ use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Linearisation, Load, Pair, State};
 use super::obstacle::{Gap, IndenterProfile, ObstacleShape};
 
-/// The fraction of the way to `g = 0` or `l = 0` that one step may go.
+/// The fraction of the way to `g = 0` or `l = 0` that one step may go. Tuned:
+/// `cargo bench --bench mechanics`.
 const BOUNDARY_FRACTION: f64 = 0.995;
 
-/// The fraction that is tried of the longest step that the linearised gaps admit.
+/// The fraction that is tried of the longest step that the linearised gaps admit. Tuned:
+/// `cargo bench --bench mechanics`.
 const TOWARD_BOUNDARY: f64 = 0.98;
-/// The smallest factor by which a step is shortened at once.
+/// The smallest factor by which a step is shortened at once. Tuned: `cargo bench --bench mechanics`.
 const SHORTEST_PART: f64 = 0.1;
 
 /// Stiffness of the surface under one point, over the shear modulus times the share of the side that belongs
-/// to the point. The number of steps is about the same for values between 5 and 100.
+/// to the point. The number of steps is about the same for values between 5 and 100. Tuned:
+/// `cargo bench --bench mechanics`.
 const STIFFNESS: f64 = 30.0;
-/// The largest depth of a point inside an obstacle, over the radius of the obstacle's corners.
+/// The largest depth of a point inside an obstacle, over the radius of the obstacle's corners. It is not
+/// tuned.
 const DEEPEST: f64 = 0.5;
 
 /// Distance, force and tangent of one pair.

@@ -23,24 +23,25 @@ use super::model::{Equations, State};
 use super::shape_functions::{on_a_line, shape};
 
 /// An element is cut along the axes where the curvature of the stress is at least this share of the largest
-/// curvature over its axes.
+/// curvature over its axes. Tuned: `benches/layer_errors.py`.
 const ALONG: f64 = 0.35;
 /// The assumed ratio of the relative error of a force to the energy of the stress error over the work of the
 /// force. For a smooth solution it is 1; around electrodes and rounded punches it was 0.7 to 4, under
-/// cylinders and balls, where the edge of the contact adds errors, 2 to 4.
+/// cylinders and balls, where the edge of the contact adds errors, 2 to 4. Tuned: `benches/layer_errors.py`.
 const OF_FORCE: f64 = 4.0;
-/// The error of a number over its estimate.
+/// The error of a number over its estimate. Tuned: `benches/layer_errors.py`.
 const OF_NUMBER: f64 = 1.5;
 /// The share of the sum of magnitudes that is added to the signed sum over the elements, whose terms may
-/// cancel wrongly on coarse meshes.
+/// cancel wrongly on coarse meshes. Tuned: `benches/layer_errors.py`.
 const WITHOUT_SIGNS: f64 = 0.5;
 /// The increase of the shear modulus of stretched rubber over its deviatoric stress, as for a neo-Hookean
 /// rubber under a large simple stretch.
 const STIFFER: f64 = 0.4;
 /// The largest displacement, over the shortest side of the box around the body, by which the stress of a
-/// response is computed from a difference.
+/// response is computed from a difference. Not tuned: it only has to lie above rounding errors and below
+/// strains that matter.
 const SMALL: f64 = 1e-6;
-/// Residual of a response above which the factors count as those of another tangent.
+/// Residual of a response above which the factors count as those of another tangent. It is not tuned.
 const STALE: f64 = 1e-6;
 
 /// The numbers to be computed from an equilibrium, and their tolerances.

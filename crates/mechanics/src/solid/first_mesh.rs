@@ -8,14 +8,16 @@ use super::obstacle::IndenterProfile;
 /// The approximate ratio of the squared contact radius of a round indenter to its radius times its
 /// displacement: 1 on a half-space, and 2 where the surface around the contact does not move.
 const CONTACT: f64 = 1.5;
-/// Size of the elements at the edges of inclusions, over those where the layer is smooth.
+/// Size of the elements at the edges of inclusions, over those where the layer is smooth. Tuned:
+/// `benches/layer_growth.py`.
 const AT_EDGES: f64 = 0.4;
 /// Growth of the size of elements per distance, times the number of elements over the thickness, at more than
-/// a thickness from the indenter.
+/// a thickness from the indenter. Tuned: `benches/layer_errors.py`.
 const FAR_GROWTH: f64 = 2.0;
-/// Distance over which the elements grow, over the thickness.
+/// Distance over which the elements grow, over the thickness. Tuned: `benches/layer_errors.py`.
 const FARTHEST_GROWTH: f64 = 2.0;
-/// The largest half-length, over the thickness, of a layer with equal elements over its whole length.
+/// The largest half-length, over the thickness, of a layer with equal elements over its whole length. Tuned:
+/// `benches/forces_in_space.py`.
 const SHORT: f64 = 4.0;
 
 /// The data that the first mesh depends on. Lengths in m.

@@ -27,25 +27,28 @@ pub enum PressingRegime {
     Folds,
 }
 
-/// Factor for memory that is not counted item by item.
+/// Factor for memory that is not counted item by item. Measured: `benches/forecast.py`.
 const SPARE: f64 = 1.25;
-/// Bytes that the program takes without a layer.
+/// Bytes that the program takes without a layer. Measured: `benches/forecast.py`.
 const PROGRAM: f64 = 32e6;
 
 /// Bytes for each row of the matrix, the memory that grows with it included: in the plane and in space.
+/// Measured: `benches/forecast.py`.
 const ROW: [f64; 2] = [560.0, 2800.0];
-/// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
+/// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space. Measured:
+/// `benches/forecast.py`.
 const FACTOR: [(f64, f64); 2] = [(7.5, 1.25), (6.0, 1.5)];
 
 /// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane
-/// and in space.
+/// and in space. Measured: `benches/forecast.py`.
 const SECONDS: [[(f64, f64); 2]; 2] = [[(1.9e-7, 1.2), (0.0, 1.0)], [(4e-6, 1.0), (5.5e-10, 2.0)]];
 
 /// The time of a load on all meshes but the first, over that on one thread: two loads are solved at the same
-/// time, or one on two threads.
+/// time, or one on two threads. Measured: `benches/forecast.py`.
 const ON_TWO_THREADS: f64 = 0.6;
 
 /// The approximate number of equilibria at prescribed displacements that are solved to meet one force.
+/// Measured: `benches/forecast.py`.
 const TRIES: f64 = 4.0;
 
 impl MeshSize {

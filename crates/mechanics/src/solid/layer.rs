@@ -103,18 +103,21 @@ impl Indenter {
     }
 }
 
-/// Height above the layer at which an indenter starts, over the thickness.
+/// Height above the layer at which an indenter starts, over the thickness. It is not tuned.
 const START: f64 = 0.02;
 
 /// The relative distance from a force within which the place of the indenter becomes an unknown. From farther
-/// away, the contact would grow by more than Newton's method can follow.
+/// away, the contact would grow by more than Newton's method can follow. Tuned:
+/// `time elastocap run cases/comb-on-board.toml`.
 const ROUGHLY: f64 = 0.3;
 
 /// A safety factor on the errors that are estimated from stresses in the plane, where the surface passes a
 /// corner or leaves the indenter: they do not include the errors of the contact. In randomly drawn layers the
-/// ratio was up to 2.3. Meshes in space are coarser, and the errors of the stresses prevail there.
+/// ratio was up to 2.3. Meshes in space are coarser, and the errors of the stresses prevail there. Tuned:
+/// `benches/layer_errors.py --plane`.
 const CAUTION: f64 = 3.0;
 /// The factor of [`CAUTION`] under a patch that is held or bonded, for the singular stress at its edge.
+/// Tuned: `benches/layer_errors.py --plane`.
 const CAUTION_AT_EDGE: f64 = 1.5;
 
 /// A layer under an indenter, ready to be pressed.

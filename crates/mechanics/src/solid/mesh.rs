@@ -125,6 +125,7 @@ impl Mesh {
     /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square.
     /// Between two quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
     pub fn locate(&self, x: [f64; 2]) -> Option<(usize, [f64; 2])> {
+        // Not tuned: it only has to lie above rounding errors and below distances that matter.
         const SLACK: f64 = 1e-7;
         self.elements.iter().enumerate().find_map(|(e, nodes)| {
             let c = [0, 2, 6, 8].map(|k| self.nodes[nodes[k] as usize]);
@@ -212,6 +213,7 @@ pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
 /// `size(x)` long: from one edge to the next, their number is rounded up, unless it is less than a quarter
 /// above a whole number.
 pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// Not tuned: many more than an axis has steps.
     const FINE: usize = 1000;
     let tiny = 1e-9 * (b - a);
     let mut ends: Vec<f64> = edges.iter().copied().filter(|e| *e > a + tiny && *e < b - tiny).collect();

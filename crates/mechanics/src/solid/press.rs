@@ -120,7 +120,7 @@ pub(crate) struct LeastErrors {
 }
 
 impl LeastErrors {
-    /// The compression below which [`LeastErrors::force_at_rest`] counts.
+    /// The compression below which [`LeastErrors::force_at_rest`] counts. It is not tuned.
     const SMALL: f64 = 0.05;
 
     /// The least error of a force, or of a compression, at this compression.
@@ -169,7 +169,8 @@ impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
     }
 }
 
-/// The step of the difference quotients of the numbers, over the thickness of the layer.
+/// The step of the difference quotients of the numbers, over the thickness of the layer. Not tuned: it only
+/// has to lie above rounding errors and below strains that matter.
 const SMALL: f64 = 1e-6;
 
 impl<S: Dimension> Places<'_, S> {
@@ -310,6 +311,7 @@ fn judged<S: Dimension>(
 
 /// The deepest compression among the goals; an upper guess where they are forces.
 pub fn deepest(goals: &[Goal]) -> f64 {
+    // Not tuned: it only shapes the first mesh.
     const OF_FORCES: f64 = 0.5;
     goals.iter().fold(0.0, |deepest: f64, goal| match *goal {
         Goal::Compression(compression) => deepest.max(compression),
@@ -391,7 +393,8 @@ fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     matches!((error(first), error(last)), (Some(first), Some(last)) if last > STAYS * first)
 }
 
-/// An error above this share of the one two meshes before has not decreased.
+/// An error above this share of the one two meshes before has not decreased. Tuned:
+/// `benches/layer_errors.py --plane`.
 const STAYS: f64 = 0.8;
 
 /// The result of all levels for goal `g`; `None` if none reached it.
@@ -444,7 +447,8 @@ fn judge<S: Dimension>(
     })
 }
 
-/// Bounds of the remaining change of a value in the plane, over its last step from mesh to mesh.
+/// Bounds of the remaining change of a value in the plane, over its last step from mesh to mesh. Tuned:
+/// `benches/layer_errors.py --plane`.
 const LEFT: [f64; 2] = [1.5, 4.0];
 
 /// The values on the coarser meshes: a safeguard against underestimated errors on the finest one.

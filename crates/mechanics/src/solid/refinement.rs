@@ -24,11 +24,12 @@ pub struct Refinable<S: Dimension> {
     outside: Vec<u8>,
 }
 
-/// Points that are this close, over the extent of a mesh, are one node.
+/// Points that are this close, over the extent of a mesh, are one node. Not tuned: it only has to lie above
+/// rounding errors and below distances that matter.
 const SAME: f64 = 1e-9;
 /// The largest number of halvings of a side along either direction at which sides of neighbours are searched.
 const MAX_HALVINGS: u32 = 2;
-/// Weights of masters below this are zeros of shape functions up to rounding.
+/// Weights of masters below this are zeros of shape functions up to rounding. It is not tuned.
 const ZERO: f64 = 1e-13;
 
 /// An element during refinement: its nodes, its sides on the surface as bits, and the element of the initial

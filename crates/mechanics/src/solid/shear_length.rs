@@ -104,11 +104,11 @@ pub enum Contact {
 
 /// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the
 /// rings of the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver
-/// stops.
+/// stops. Measured: `cargo run --release -p elastocap-mechanics --example shear_length`.
 pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
 /// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer
-/// by 0.01 %.
+/// by 0.01 %. Measured: `cargo run --release -p elastocap-mechanics --example shear_length`.
 pub const LENGTH_BEYOND_PUNCH: f64 = 6.0;
 
 impl Contact {

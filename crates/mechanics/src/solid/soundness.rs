@@ -14,16 +14,18 @@ use super::obstacle::ObstacleShape;
 use super::side::Side;
 
 /// The largest accepted depth of the surface inside an indenter or the substrate, over the thickness of the
-/// layer.
+/// layer. Tuned: `benches/layer_errors.py`.
 const DEPTH: f64 = 2e-3;
-/// The least and the largest stretch of a side of the surface.
+/// The least and the largest stretch of a side of the surface. Not tuned: a limit that ordinary cases do not
+/// reach.
 const STRETCHES: [f64; 2] = [5e-3, 200.0];
 /// The largest accepted pressure in the layer, over the sum of the shear modulus and the force on an area as
-/// wide as the layer is thick.
+/// wide as the layer is thick. Not tuned: a limit that ordinary cases do not reach.
 const PRESSURE: f64 = 1000.0;
-/// The least distance between points of the surface that define a direction, over the thickness.
+/// The least distance between points of the surface that define a direction, over the thickness. It is not
+/// tuned.
 const APART: f64 = 1e-3;
-/// Points per side of the surface that are checked. They differ from the points of contact.
+/// Points per side of the surface that are checked. They differ from the points of contact. It is not tuned.
 const POINTS: usize = 5;
 
 /// The reason why an equilibrium is not one of a layer under its indenter.
@@ -223,6 +225,7 @@ fn crossing(curve: &[[f64; 2]]) -> Option<f64> {
 }
 
 /// A surface turns back on itself where the cosine of the angle between successive segments is below this.
+/// Not tuned: a limit that ordinary cases do not reach.
 const TURNS_BACK: f64 = -0.95;
 
 /// Whether the insides of two segments cross at a point.

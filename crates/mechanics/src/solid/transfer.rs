@@ -18,22 +18,26 @@ use super::shape_functions::shape;
 use elastocap_materials::space::{Tensor, cofactor, determinant};
 
 /// The largest number of Newton steps from the guess to the equilibrium. With more, following the load takes
-/// no longer.
+/// no longer. Tuned: `benches/layer_errors.py`.
 const MAX_ITERATIONS: usize = 12;
 
 /// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the
-/// shear modulus.
+/// shear modulus. Tuned: `benches/layer_errors.py`.
 const CLEARANCE: f64 = 0.3;
 /// The largest number of times that an obstacle is moved out of the surface, each time at least twice as far.
+/// Not tuned: a limit that ordinary cases do not reach.
 const MAX_MOVES: usize = 8;
 
-/// Distance from an element, over its size, within which a point still belongs to it.
+/// Distance from an element, over its size, within which a point still belongs to it. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const SLACK: f64 = 1e-7;
 
-/// Largest coordinate in a reference element at which a point inside the element is searched.
+/// Largest coordinate in a reference element at which a point inside the element is searched. It is not
+/// tuned.
 const FARTHEST: f64 = 1.5;
 
-/// The largest number of intervals of an axis for the sorting of elements.
+/// The largest number of intervals of an axis for the sorting of elements. Not tuned: a limit that ordinary
+/// cases do not reach.
 const MAX_INTERVALS: usize = 256;
 
 /// Finds the elements in which points lie.

@@ -7,7 +7,7 @@ use elastocap_fem::tensor::{axpy, left, right, sized, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
-/// Least number of entries for a parallel task.
+/// Least number of entries for a parallel task. Tuned: `cargo bench --bench solver`.
 const SMALL_TASK: usize = 65_536;
 
 impl Operator for Dual {

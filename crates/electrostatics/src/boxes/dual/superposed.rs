@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 /// Largest share of the energy of a flux's correction that its repair may take: negligible, but more than the
-/// solver is asked for where the added solution is small.
+/// solver is asked for where the added solution is small. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const OF_CORRECTION: f64 = 1e-4;
 
 /// Squared distances, as forms of the right-hand sides, and the cost of computing them.
@@ -154,7 +155,8 @@ impl Weights {
 
     /// The integral of a density that is given at each point.
     fn sum(&self, density: impl Fn(usize) -> f64 + Sync) -> f64 {
-        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
+        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads. Not
+        // tuned: other lengths change the sum by rounding alone.
         const PIECE: usize = 4096;
         let pieces: Vec<f64> = self
             .weights

@@ -13,7 +13,8 @@ pub(crate) mod images;
 
 use faer::MatRef;
 
-/// Rounding error of the entries of a reflection, which are 0, 1 and -1.
+/// Rounding error of the entries of a reflection, which are 0, 1 and -1. Any value between 1e-12 and 0.1
+/// gives the same results.
 const ROUNDING: f64 = 1e-9;
 
 /// For each function or point of an axis its mirror image and the sign of that, from the matrix that reflects

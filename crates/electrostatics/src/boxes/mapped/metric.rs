@@ -11,7 +11,8 @@ use elastocap_linalg::vector::dot;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rows of points, along the third axis, that one thread takes at a time.
+/// Rows of points, along the third axis, that one thread takes at a time. Tuned:
+/// `time elastocap run cases/comb-in-layer.toml`.
 const ROWS_AT_ONCE: usize = 32;
 
 /// The tensor that a [`Metric`] holds.

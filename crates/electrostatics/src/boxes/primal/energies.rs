@@ -13,7 +13,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Least number of entries of slabs for a parallel task.
+/// Least number of entries of slabs for a parallel task. Tuned: `cargo bench --bench solver`.
 const SMALL_TASK: usize = 8192;
 
 /// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T

@@ -24,11 +24,12 @@ use std::time::Instant;
 
 /// Upper limit of the largest eigenvalue of eps K^-1 for adding a solution to a base. Where a gap is squeezed
 /// further, as between an indenter and the layer it touches, the error of the base in the gap costs more than
-/// the base saves.
+/// the base saves. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const MOST_SQUEEZED: f64 = 60.0;
 
 /// The same limit for a dielectric body. At the edges of a box that a map makes round the eigenvalue is
-/// always large, but the flux of the base is smooth there.
+/// always large, but the flux of the base is smooth there. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
 /// Rounding error of a square of z in a body, relative to the square of u0 there: the sums have millions of

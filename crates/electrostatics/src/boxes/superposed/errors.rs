@@ -19,10 +19,12 @@ use std::ops::Range;
 const EXACT: usize = 1;
 const RULES: [usize; 2] = [0, 1];
 
-/// The usual ratio of a norm on B with K^-1 to the same norm without a map.
+/// The usual ratio of a norm on B with K^-1 to the same norm without a map. Tuned: time the runs of the balls
+/// in docs/change.md, section "Reach".
 const BENT: f64 = 3.0;
 
-/// Share of the error of the base below which a contribution need not be computed accurately.
+/// Share of the error of the base below which a contribution need not be computed accurately. Tuned: time the
+/// runs of the balls in docs/change.md, section "Reach".
 const NEGLIGIBLE: f64 = 0.03;
 
 impl Added<'_> {

@@ -117,7 +117,8 @@ pub(super) fn permittivity_of(base: &Domain, coarse: &Domain) -> Option<Vec<f64>
     Some(out)
 }
 
-/// Overlap of two intervals, over the shorter one, below which it is due to rounding.
+/// Overlap of two intervals, over the shorter one, below which it is due to rounding. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const MEET: f64 = 1e-3;
 
 /// For each interval of an axis of a scene, the intervals of a base that it overlaps.

@@ -40,7 +40,7 @@ const FINER: usize = 4;
 const BETWEEN: f64 = 1.18;
 
 /// Radius of the ball over the distance of the nearest other thing. The error of the base in the ball grows
-/// towards that.
+/// towards that. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const CLEAR: f64 = 0.8;
 
 impl Sight {
@@ -112,10 +112,11 @@ impl Sight {
 }
 
 /// Weight of the energy that a base misses in the ball: the body sees it from close by, and the energy that
-/// is missing at edges from afar.
+/// is missing at edges from afar. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const WEIGHT: f64 = 40.0;
 
-/// Least distance of an element of the ball, over that of the farthest conductor.
+/// Least distance of an element of the ball, over that of the farthest conductor. Tuned: time the runs of the
+/// balls in docs/change.md, section "Reach".
 const BESIDE: f64 = 2.0;
 
 impl Sight {

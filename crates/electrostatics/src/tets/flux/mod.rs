@@ -81,9 +81,11 @@ impl Flux {
 }
 
 /// Number of vertices whose patches are solved in parallel before their contributions are added in order.
+/// Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const BATCH: usize = 4096;
 
-/// Number of tetrahedra whose energies one task sums.
+/// Number of tetrahedra whose energies one task sums. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const CHUNK: usize = 1024;
 
 /// Computes the fluxes of discrete potentials of order 1, 2 or 3.

@@ -21,7 +21,8 @@ use std::sync::atomic::AtomicBool;
 use stiffness::Stiffness;
 
 /// Iterations before the solver gives up. Flat tetrahedra around thin metal take many: 800 and more where the
-/// metal is a hundredth as thick as it is wide.
+/// metal is a hundredth as thick as it is wide. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3`.
 const ITERATION_LIMIT: usize = 3000;
 
 /// A mesh with its permittivities and conductors, on which potentials are solved for.

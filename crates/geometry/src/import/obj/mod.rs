@@ -6,8 +6,8 @@
 //!
 //! `tobj` parses the numbers of points and faces (`parse.rs`). The rest is done around it: the selection of
 //! the lines that it gets, and the number of the line in every message (`statements.rs`); the triangulation
-//! of faces with more than three corners, concave ones too, where `tobj` cuts a fan (`polygon.rs`); and the
-//! audit of the surface ([`super::audit`]).
+//! of faces with more than three corners (`polygon.rs`), since that of `tobj` is wrong for concave ones; and
+//! the audit of the surface ([`super::audit`]).
 
 mod parse;
 mod statements;
@@ -21,7 +21,7 @@ use crate::shapes::TriangleSurface;
 
 pub use super::triangles::Triangles;
 
-/// From the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
+/// The map from the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Metres per unit of the file, positive.
@@ -76,8 +76,8 @@ pub fn surface(
     audit(triangles, file, placement.unit)
 }
 
-/// Reads the bytes of an OBJ file; `file` names it in messages. Takes less memory than ten times the bytes
-/// and half a megabyte.
+/// Reads the bytes of an OBJ file; `file` names it in messages. Takes at most half a
+/// megabyte of memory more than ten times the size of the file.
 ///
 /// # Errors
 /// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces,

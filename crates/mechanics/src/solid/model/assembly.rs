@@ -8,15 +8,15 @@ use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 
 /// The proximal modulus of an element over the shear modulus of its rubber; see [`super::element`]. A soft
 /// element with the proximal modulus of a stiff inclusion would be as ill-conditioned as with a bulk modulus
-/// of that size.
+/// of that size. Tuned: `cargo bench --bench mechanics`.
 const PROXIMAL: f64 = 1e5;
 
 /// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were
-/// observed.
+/// observed. It is not tuned.
 const LAST_DIGITS: f64 = 8.0;
 
 /// The largest unbalanced force from rounding, over the largest force. With more, as for inclusions of 1e9
-/// times the modulus of the rubber, there is no result.
+/// times the modulus of the rubber, there is no result. It is not tuned.
 const MAX_ROUNDING: f64 = 1e-6;
 
 /// The residual of a state.

@@ -6,13 +6,15 @@ use crate::solid::dimension::Dimension;
 use crate::solid::model::{Equations, Linearisation, Load, State};
 
 /// The gap at the start, over the gap that is small enough for the displacements: about the error of the gaps
-/// of a guess from a mesh that is half as fine.
+/// of a guess from a mesh that is half as fine. Tuned: `benches/layer_errors.py --plane`.
 const FIRST: f64 = 100.0;
 
-/// The unbalanced force over the largest force below which the gaps are closed farther.
+/// The unbalanced force over the largest force below which the gaps are closed farther. Tuned:
+/// `benches/layer_errors.py --plane`.
 const NEAR: f64 = 3e-3;
 
-/// The largest number of steps; following the load from rest takes more.
+/// The largest number of steps; following the load from rest takes more. Tuned:
+/// `benches/layer_errors.py --plane`.
 const MAX_STEPS: usize = 60;
 
 impl<S: Dimension> Equations<S> {

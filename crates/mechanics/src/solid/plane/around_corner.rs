@@ -10,14 +10,16 @@ use crate::solid::model::State;
 use crate::solid::obstacle::ObstacleShape;
 
 /// Longest side of an element at a corner, deformed, over the radius of the corner. A side is a parabola,
-/// which cannot follow a larger part of the arc.
+/// which cannot follow a larger part of the arc. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const LONGEST_SIDE: f64 = 0.25;
-/// The largest distance from the indenter of a side at its corner, over the radius.
+/// The largest distance from the indenter of a side at its corner, over the radius. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const NEAR: f64 = 0.5;
 /// The largest number of halvings from one mesh to the next: a state with a fault may be stretched without
-/// limit.
+/// limit. It is not tuned.
 const MAX_HALVINGS: f64 = 4.0;
-/// Points of a side that are examined.
+/// Points of a side that are examined. It is not tuned.
 const POINTS: usize = 5;
 
 /// The number of halvings that each element needs before the surface of a layer can bend around corners of

@@ -37,42 +37,53 @@ pub struct PlaneLayer {
 }
 
 /// Radius of the rounded corners that replace sharp ones, over the thickness or half the width of the punch,
-/// whichever is less.
+/// whichever is less. Measured:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const SHARP: f64 = FIRST_RADIUS / 64.0;
 /// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the
 /// force of the smallest loads, under which the surface does not reach their arcs, 0.44 % at a compression of
-/// 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer differ by up to 3e-4.
+/// 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer differ by up to 3e-4. Measured:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8e-3, numbers: 5e-4 };
 /// The least error that is stated where a surface slides around corners. The side of an element may pass a
 /// corner earlier or later, depending on how Newton's method comes to the equilibrium, and forces differ by
-/// up to this.
+/// up to this. Measured: `benches/layer_errors.py --plane`.
 const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
 /// The least error that is stated where a surface rolls up: the force oscillates by this much, on every mesh,
-/// as the roll passes from element to element.
+/// as the roll passes from element to element. Measured:
+/// `cargo run --release -p elastocap-mechanics --example free_end`.
 const ERRORS_OF_FOLDING: LeastErrors = LeastErrors { force: 3e-3, force_at_rest: 3e-3, numbers: 0.0 };
 
+/// The limits in the plane; `finer` is about the growth of adaptive refinement. Tuned:
+/// `benches/layer_growth.py`.
 const LIMITS: Limits =
     Limits { meshes: 12, elements: 20_000, finer: 1.85, for_places: 4, smallest_at_corner: 0.01 };
-/// Elements over the thickness on the first of the adaptively refined meshes.
+/// Elements over the thickness on the first of the adaptively refined meshes. Tuned:
+/// `benches/layer_growth.py`.
 const COARSEST: usize = 2;
 /// Least radius of the corners of a punch on the first mesh, over the thickness; each further mesh halves it.
+/// Tuned: `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const FIRST_RADIUS: f64 = 0.25;
 
-/// Least length over the thickness between the edge of a patch and the end of the layer.
+/// Least length over the thickness between the edge of a patch and the end of the layer. It is not tuned.
 const LEAST_ROOM: f64 = 0.01;
 /// Rings around the edge of a patch, and the ratio of the sizes of successive ones: stress is singular there.
+/// Tuned: `benches/layer_errors.py --plane`.
 const PATCH_RINGS: usize = 8;
 const PATCH_SHRINK: f64 = 0.6;
 /// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and
-/// the growth of their sizes from there.
+/// the growth of their sizes from there. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example free_end`, whose third and fourth argument they are.
 const ROLL: f64 = 0.1;
 const ROLL_GROWTH: f64 = 1.5;
 /// Size of the elements of that mesh at the edges of inclusions, over the thickness.
 const AT_EDGES: f64 = 0.1;
 
-/// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
+/// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`]. Tuned:
+/// `benches/layer_errors.py --plane`.
 const ROUNDED_BARRIER: f64 = 20.0;
-/// Barrier against `J -> 0` where the surface piles up at a sharp corner.
+/// Barrier against `J -> 0` where the surface piles up at a sharp corner. Tuned:
+/// `benches/layer_errors.py --plane`.
 const SHARP_BARRIER: f64 = 5.0;
 
 /// The model of a flat punch with sharp corners in contact without friction, of this half width on a layer of

@@ -35,6 +35,7 @@ pub struct SpaceLayer {
     pub side: SideCondition,
 }
 
+/// The limits in space. Tuned: `benches/layer_growth.py`.
 const LIMITS: Limits =
     Limits { meshes: 9, elements: 8000, finer: 2.3, for_places: 2, smallest_at_corner: 0.05 };
 

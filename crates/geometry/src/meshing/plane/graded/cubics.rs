@@ -27,7 +27,7 @@ pub(super) struct DividedCubic {
 pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
     let mut out: Vec<DividedCubic> = Vec::new();
     for (side, _) in outlines.iter().flat_map(Outline::sides) {
-        let Some(Course::Cubic(cubic)) = side.arc else { continue };
+        let Some(Course::Cubic(cubic)) = side.curve else { continue };
         let near = 1e-2 * SAME * distance(cubic.control[0], cubic.control[3]);
         let is_same =
             |other: &Cubic| cubic.control.iter().zip(&other.control).all(|(p, q)| distance(*p, *q) <= near);
@@ -248,7 +248,7 @@ mod tests {
     /// Half the integral of x dy - y dx along an outline.
     fn swept(outline: &Outline) -> f64 {
         let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-        let swept_side = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
+        let swept_side = |(side, to): (&super::super::Side, [f64; 2])| match side.curve {
             Some(Course::Cubic(cubic)) => swept_by(&cubic),
             _ => 0.5 * cross(side.from, to),
         };

@@ -37,7 +37,7 @@ pub(super) fn divided(
             followed.push((*circle, Span::WHOLE));
         }
         for (side, to) in outline.sides() {
-            match side.arc {
+            match side.curve {
                 None => straight(side.from, to),
                 Some(Course::Circle(circle, turn)) => {
                     followed.push((circle, Span::arc(&circle, side.from, to, turn)));

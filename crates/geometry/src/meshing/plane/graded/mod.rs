@@ -263,9 +263,9 @@ mod tests {
     fn arcs_that_go_over_into_straight_sides_or_into_one_another_are_followed() {
         let arc = |from: [f64; 2], center: [f64; 2], radius: f64, turn: f64| Side {
             from,
-            arc: Some(Course::Circle(Circle { center, radius }, turn)),
+            curve: Some(Course::Circle(Circle { center, radius }, turn)),
         };
-        let straight = |from: [f64; 2]| Side { from, arc: None };
+        let straight = |from: [f64; 2]| Side { from, curve: None };
         let stadium = vec![
             straight([-1.0, 0.0]),
             arc([1.0, 0.0], [1.0, 1.0], 1.0, 0.5 * TAU),

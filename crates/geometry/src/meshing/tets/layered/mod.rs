@@ -27,8 +27,8 @@ pub struct LayeredSizing {
     /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent
     /// intervals.
     pub first: f64,
-    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; more
-    /// than 1.
+    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; at
+    /// least 1.5.
     pub reach: f64,
 }
 
@@ -38,7 +38,7 @@ impl Default for LayeredSizing {
     }
 }
 
-/// Least [`LayeredSizing::reach`].
+/// The least [`LayeredSizing::reach`]; a smaller one is raised to it.
 const MIN_REACH: f64 = 1.5;
 
 /// Why a scene in layers cannot be meshed.
@@ -110,8 +110,8 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
     Some(mesh(scene, sizing, axis))
 }
 
-/// The lengths of all outlines over their widths: a measure of the number of triangles. One that fills the
-/// plane has none.
+/// The sum of the lengths of all outlines over their widths: a measure of the number of triangles. A shape
+/// that fills the plane has no outline.
 fn lengths_of_outlines(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> f64 {
     let Ok((frame, _)) = frame(scene, sizing.reach.max(MIN_REACH)) else { return 0.0 };
     let relative = |shape: &Shape| {
@@ -168,7 +168,8 @@ struct Body {
     filling: Filling,
     /// Its outline, by its place in the list of outlines; `None` for a body that fills the whole plane.
     outline: Option<usize>,
-    /// Ends along the axis, m. Where they are planes between layers, they are equal to them.
+    /// Ends along the axis, m. [`layer_planes()`] makes them equal to the planes between layers in which they
+    /// lie.
     ends: [f64; 2],
 }
 
@@ -306,6 +307,7 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
             outline = Some(outlines.len());
             outlines.push(Outline { corners, near });
         }
+        // Between the ends of a box that is cut off there is nothing.
         let ends = if corners.is_empty() || outline.is_some() { ends } else { [f64::INFINITY; 2] };
         bodies.push(Body { filling, outline, ends });
     }
@@ -320,7 +322,7 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
     if mesh.tets.is_empty() {
         return Err(LayeredError::NoSpace);
     }
-    // Between outlines whose distance is little more than rounding, triangles have no area.
+    // Between outlines whose distance is little more than rounding, triangles may have no area.
     if (0..mesh.tets.len()).any(|t| mesh.determinant(t) <= 0.0) {
         return Err(LayeredError::TooFine);
     }

@@ -1,13 +1,16 @@
-//! Exchanging the tetrahedra that a part of a facet pierces for others of which it consists of faces.
+//! Replacement of the tetrahedra that a region of a facet pierces by others that have its triangles as faces.
 //!
-//! These tetrahedra form a cavity. The region divides it in two halves, and each is filled with tetrahedra
-//! anew ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of a Delaunay
-//! triangulation, such tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and Gärtner, Int.
-//! J. Numer. Methods Eng. 83, 2010). Corners on common spheres and rounding are the exceptions: then the
-//! region is tried with other diagonals, and the halves grow.
+//! The pierced tetrahedra form a cavity. The region divides it in two halves, and each is filled with
+//! tetrahedra anew ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of
+//! a Delaunay triangulation, such tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and
+//! Gärtner, Int. J. Numer. Methods Eng. 83, 2010). Exceptions are corners on common spheres, and rounding:
+//! then the halves grow, and the region is tried with other diagonals.
 //!
-//! Points on a facet are known by their numbers. Rounding leaves them a little off its plane, and no decision
-//! depends on where.
+//! Which points lie on a facet is known from their numbers. Rounding leaves them a little off its plane, to
+//! one side or the other, and no decision depends on which.
+//!
+//! In the methods here `f` is the number of the facet, and `triangles` are all those that it is divided
+//! into.
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
@@ -25,11 +28,12 @@ const MAX_DIAGONALS: usize = 12;
 
 /// The part of a cavity on one side of a region.
 struct Half {
-    /// The triangles of the region, with their inner sides shown.
+    /// The triangles of the region, in the orientation that shows the side of this half.
     region: Vec<[u32; 3]>,
-    /// The other faces around the half, with their inner sides shown, and where they are before it is filled
-    /// anew.
+    /// The other faces around the half, in the orientation that shows its inside, each with its place in the
+    /// mesh before the half is filled anew.
     rim: BTreeMap<[u32; 3], TetFace>,
+    /// The points that the new tetrahedra may have as corners.
     corners: BTreeSet<u32>,
 }
 
@@ -42,9 +46,10 @@ struct PiercedTets {
 }
 
 impl MeshInProgress {
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces, or it does
-    /// with another diagonal of two of its triangles: if their corners lie on a circle, any will do. Returns
-    /// the region with its triangles as they are then.
+    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces. Where that
+    /// is not possible, other diagonals of two adjacent triangles are tried: if their four corners lie on a
+    /// circle, either diagonal will do. Returns the region with the triangles that are faces now; `None` if
+    /// no attempt succeeds.
     pub(super) fn exchange_any(
         &mut self,
         f: usize,
@@ -64,7 +69,8 @@ impl MeshInProgress {
         None
     }
 
-    /// The region with the other diagonal of two of its triangles, if they are a convex quadrangle.
+    /// The region with the other diagonal of two of its adjacent triangles, `s` and `t`, if they form a
+    /// convex quadrangle.
     fn flipped(&self, f: usize, region: &Region, s: usize, t: usize) -> Option<Region> {
         let (one, other) = (region.triangles[s], region.triangles[t]);
         let i = one.iter().position(|p| !other.contains(p))?;
@@ -84,7 +90,7 @@ impl MeshInProgress {
         Some(Region { triangles })
     }
 
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces; says whether
+    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces; says whether
     /// that was possible.
     fn exchange(&mut self, f: usize, triangles: &[[u32; 3]], region: &Region) -> bool {
         let widest = self.widest(triangles);
@@ -123,6 +129,10 @@ impl MeshInProgress {
         replaced
     }
 
+    /// Tetrahedra that fill one half of a cavity.
+    ///
+    /// # Errors
+    /// The face at which filling got stuck.
     fn filled_half(&self, half: &Half) -> Result<Vec<[u32; 4]>, [u32; 3]> {
         let surface: Vec<[u32; 3]> = half.region.iter().chain(half.rim.keys()).copied().collect();
         let corners: Vec<u32> = half.corners.iter().copied().collect();
@@ -149,7 +159,7 @@ impl MeshInProgress {
                 if side != 0.0 {
                     halves[usize::from(side < 0.0)].corners.insert(p);
                 } else if !halves[0].corners.contains(&p) {
-                    // A point of the facet next to the region.
+                    // It is a point of the facet, but none of the region.
                     return None;
                 }
             }
@@ -208,7 +218,7 @@ impl MeshInProgress {
         grown
     }
 
-    /// Whether the kept edges of some tetrahedra are edges of others too.
+    /// Whether the kept edges of the tetrahedra `before` the exchange are edges of those `after` it, too.
     fn keeps_edges(&self, before: &[u32], after: &[[u32; 4]]) -> bool {
         let edges = |t: [u32; 4]| {
             EDGES
@@ -273,8 +283,8 @@ impl MeshInProgress {
         })
     }
 
-    /// The side of a facet, through its widest triangle, on which a point lies: positive above, zero for
-    /// points of the facet.
+    /// The side of a facet on which a point lies: positive above, negative below, zero for points of the
+    /// facet. The plane is that through its widest triangle.
     fn side(&self, f: usize, widest: [Point; 3], p: u32) -> f64 {
         if self.is_on(p, f as u32) {
             return 0.0;
@@ -283,7 +293,7 @@ impl MeshInProgress {
         orientation(a, b, c, self.mesh.points[p as usize])
     }
 
-    /// The widest of some triangles of a facet.
+    /// The corners of the triangle with the largest area.
     fn widest(&self, triangles: &[[u32; 3]]) -> [Point; 3] {
         let places = |t: &[u32; 3]| t.map(|p| self.mesh.points[p as usize]);
         let area = |t: &[Point; 3]| length(normal(*t));
@@ -292,7 +302,7 @@ impl MeshInProgress {
     }
 }
 
-/// Triangles with a common side, by their places in the list.
+/// The pairs of triangles with a common side, by their places in the list.
 fn pairs(triangles: &[[u32; 3]]) -> Vec<[usize; 2]> {
     let mut sides: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (k, t) in triangles.iter().enumerate() {
