@@ -82,7 +82,7 @@
 //! | [`coupling`] | from a case to the capacitances of its load steps: the plan, the run, the outcome |
 //! | [`results`] | the files of a run: tables, plots, scenes, fields; all of them or none |
 //! | [`circuits`] | models of a solved sensor for circuit and system simulators |
-//! | [`fitting`] | parameters of a case from measured points, and from what is wished for |
+//! | [`fitting`] | parameters of a case that fit measured points, or that make a quantity largest or smallest |
 //! | [`evidence`] | how far to trust all this: accuracy against run time, extreme cases, the paper's figures |
 //!
 //! `elastocap-linalg` and `elastocap-fem`, below them, have the linear algebra and the reference elements

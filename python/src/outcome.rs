@@ -26,6 +26,7 @@ pub(crate) struct PyOutcome {
     pub(crate) outcome: Outcome,
     pub(crate) options: Options,
     pub(crate) fields: StepFields,
+    /// The time that planning took.
     pub(crate) planning: Duration,
     /// The text of the case.
     pub(crate) text: String,
@@ -39,6 +40,7 @@ impl PyOutcome {
         })
     }
 
+    /// A value of each step.
     fn of_steps<T>(&self, value: impl Fn(&StepResult) -> T) -> Vec<T> {
         self.outcome.steps.iter().map(value).collect()
     }
@@ -121,7 +123,7 @@ impl PyOutcome {
         let part = |pick: fn(&Bounded) -> f64| {
             let entries = steps.iter().flat_map(|step| {
                 (0..order * order).map(move |k| {
-                    let entry = step.maxwell.as_ref().and_then(|all| all.get(k / order)?.get(k % order));
+                    let entry = step.maxwell.as_ref().and_then(|matrix| matrix.get(k / order)?.get(k % order));
                     entry.map_or(f64::NAN, pick)
                 })
             });

@@ -67,7 +67,7 @@ impl Observer for Messenger {
     }
 }
 
-/// The result of a finished run.
+/// The result of a finished run, the fields that were kept, and the time that planning took.
 type Done = (Outcome, StepFields, Duration);
 
 /// Runs a case on `threads` threads; without a number on as many as the command takes.

@@ -241,6 +241,7 @@ fn law(table: &MaterialTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
     }
 }
 
+/// The law of a hyperfoam; `None` if it is invalid, with the reason in the log.
 fn hyperfoam(table: &HyperfoamTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
     let mut terms = Vec::new();
     for term in table.terms.get()? {
@@ -271,6 +272,7 @@ fn hyperfoam(table: &HyperfoamTable, log: &mut Log<'_>) -> Option<HyperelasticLa
     Some(HyperelasticLaw::Hyperfoam { terms })
 }
 
+/// The measured stress of a foam; `None` if it is invalid, with the reason in the log.
 fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     let stresses = |read: &Read<Vec<Read<Constant>>>| -> Option<Vec<f64>> {
         read.get()?.iter().map(|entry| Some(entry.get()?.si)).collect()
@@ -279,7 +281,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     let compression: Vec<f64> = compressions.iter().map(|c| Some(c.get()?.value)).collect::<Option<_>>()?;
     let branches = [("loading", Some(&table.loading)), ("unloading", table.unloading.as_ref())];
     let branches = branches.into_iter().filter_map(|(name, read)| Some((name, read?)));
-    let mut found = Vec::new();
+    let mut read_branches = Vec::new();
     for (name, read) in branches {
         let values = stresses(read)?;
         if values.len() != compression.len() {
@@ -295,7 +297,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
             );
             return None;
         }
-        found.push((values, read));
+        read_branches.push((values, read));
     }
     if compression.len() < 2 || compression.first() != Some(&0.0) {
         log.push(
@@ -316,7 +318,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
         );
         return None;
     }
-    for (values, read) in &found {
+    for (values, read) in &read_branches {
         let entries = read.get()?;
         if values[0] != 0.0 {
             log.push(
@@ -337,7 +339,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
             return None;
         }
     }
-    let mut branches = found.into_iter().map(|(values, _)| values);
+    let mut branches = read_branches.into_iter().map(|(values, _)| values);
     let loading = branches.next()?;
     let unloading = branches.next();
     if loading.iter().all(|stress| *stress == 0.0) {
@@ -348,8 +350,8 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
         );
         return None;
     }
-    let above = |unloading: &Vec<f64>| (0..loading.len()).find(|k| unloading[*k] > loading[*k]);
-    if let (Some(k), Some(read)) = (unloading.as_ref().and_then(above), &table.unloading) {
+    let first_above = |unloading: &Vec<f64>| (0..loading.len()).find(|k| unloading[*k] > loading[*k]);
+    if let (Some(k), Some(read)) = (unloading.as_ref().and_then(first_above), &table.unloading) {
         log.push(
             Diagnostic::at(
                 &read.get()?[k].span,
@@ -364,7 +366,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     Some(StressTable { compression, loading, unloading })
 }
 
-/// The value in SI units, zero where the file does not give it.
+/// The value in SI units, zero where the file does not give it; `None` if it is invalid.
 fn si_or_zero<K: QuantityKind>(read: Option<&Read<Quantity<K>>>) -> Option<f64>
 where
     Quantity<K>: FromToml,

@@ -153,6 +153,7 @@ pub(super) const UNIT_MEANT: &str = "write the unit that is meant";
 /// A quantity of kind `K` in SI units.
 #[derive(Debug)]
 pub(super) struct Quantity<K> {
+    /// The value in SI units.
     pub(super) si: f64,
     kind: PhantomData<K>,
 }
@@ -214,12 +215,12 @@ impl<K: QuantityKind> Quantity<K> {
         };
         if let Some(rule) = wrong_sign {
             let text = log.text(&node.span()).replacen('-', "", 1);
-            let right = if si < 0.0 && text.len() < 40 { text } else { Self::sample(log) };
+            let suggestion = if si < 0.0 && text.len() < 40 { text } else { Self::sample(log) };
             let label = if si < 0.0 { "negative" } else { "zero" };
             log.push(
                 Diagnostic::at(&node.span(), format!("{place} {rule}"))
                     .label(label)
-                    .help(format!("write for example {}", node.assign(&right))),
+                    .help(format!("write for example {}", node.assign(&suggestion))),
             );
             return None;
         }
@@ -385,8 +386,10 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Interval {
     pub(super) low: f64,
+    /// Whether `low` belongs to the range.
     pub(super) low_belongs: bool,
     pub(super) high: f64,
+    /// Whether `high` belongs to the range.
     pub(super) high_belongs: bool,
 }
 
@@ -401,6 +404,7 @@ impl Interval {
 pub(super) trait NumberKind {
     /// The name with its article.
     const NAME: &'static str;
+    /// The proposed number.
     const SAMPLE: &'static str;
     const RANGE: Interval;
     /// The range in words, after "must be".

@@ -17,6 +17,7 @@ const FORMAT: i64 = 1;
 /// The largest count, for example of load steps in one case.
 const MAX_COUNT: i64 = 100_000;
 
+/// The value of a TOML integer that fits into an `i64`.
 fn integer(value: &DeValue<'_>) -> Option<i64> {
     match value {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok(),
@@ -321,12 +322,12 @@ impl<T: FromToml> FromToml for Vec<Read<T>> {
     }
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
         // A value that is an array already is not wrapped, even where entries may be arrays themselves.
-        let is_one = value
+        let is_array_of_entries = value
             .get_ref()
             .as_array()
             .is_some_and(|items| items.iter().all(|item| T::accepts(item.get_ref())));
         let as_written =
-            || (!is_one && T::accepts(value.get_ref())).then(|| log.text(&value.span()).to_owned());
+            || (!is_array_of_entries && T::accepts(value.get_ref())).then(|| log.text(&value.span()).to_owned());
         T::mended(value, log).or_else(as_written).map(|entry| format!("[{entry}]"))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

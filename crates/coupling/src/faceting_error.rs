@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 
 /// Angle, rad, below which two adjacent faces count as parts of one curved surface; above, as two sides of a
-/// body.
+/// body. It is not tuned.
 const EDGE: f64 = 0.7;
 
-/// Angle, rad, up to which two faces count as one flat surface in single precision.
+/// Angle, rad, up to which two faces count as one flat surface in single precision. It is not tuned.
 const FLAT: f64 = 1e-4;
 
 /// The mean distance of a sphere of radius r from a triangle with its corners on it and sides h is h^2 / (8

@@ -8,16 +8,19 @@ use elastocap_geometry::cubic::Cubic;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Arc, Curve};
 
-/// Number of rounds that improve the parameters of points on a fitted cubic.
+/// Number of rounds that improve the parameters of points on a fitted cubic. Tuned:
+/// `benches/outlines.py punched-pair`.
 const ROUNDS: usize = 4;
 
-/// Largest turning angle of a fitted cubic, radians.
+/// Largest turning angle of a fitted cubic, radians. Tuned: `benches/outlines.py punched-pair`.
 const MAX_TURN: f64 = 1.5;
 
-/// Largest number of sides of the polygon that represents a cubic for viewers and on tetrahedra.
+/// Largest number of sides of the polygon that represents a cubic for viewers and on tetrahedra. It is not
+/// tuned.
 const MAX_SIDES: f64 = 64.0;
 
-/// Distance from a wall below which points lie on it, over the distance of the wall from the axis.
+/// Distance from a wall below which points lie on it, over the distance of the wall from the axis. Not tuned:
+/// it only has to lie above rounding errors and below distances that matter.
 const ON_WALL: f64 = 1e-9;
 
 /// A part of an outline.

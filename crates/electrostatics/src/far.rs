@@ -6,8 +6,8 @@
 //!
 //! Let the permittivity be changed by a factor of k at most, and only where the potential is at most m of
 //! those of the conductors. With the flux of one scene in the other, Thomson's principle says that a
-//! capacitance C changes by no more than k - 1 times the energy that the field has there; and the field has
-//! at most m C in the part of space where the potential is at most m. At a distance d from conductors in a
+//! capacitance C changes by no more than k - 1 times the energy of the field there; and that energy is at
+//! most m C in the part of space where the potential is at most m. At a distance d from conductors in a
 //! ball of radius a, m is about a / d in a uniform medium and no more than k a / d in others. [`MARGIN`]
 //! covers the approximation.
 
@@ -46,7 +46,7 @@ pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene,
         largest = largest.max(changed);
         f64::INFINITY.copysign(from_middle)
     };
-    let mut near_body = |body: &Body| {
+    let mut without_its_far_faces = |body: &Body| {
         let (Role::Dielectric { .. }, Some(mut boxes)) = (body.role, body.boxes()) else {
             return body.clone();
         };
@@ -57,7 +57,7 @@ pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene,
         }
         Body { parts: boxes.into_iter().map(Shape::Box).collect(), ..body.clone() }
     };
-    let bodies = scene.bodies.iter().map(&mut near_body).collect();
+    let bodies = scene.bodies.iter().map(&mut without_its_far_faces).collect();
     // Faces on different sides, and above one another, add up.
     let faces = 2.0 * scene.dielectrics().count() as f64;
     (largest > 0.0).then(|| (Scene { bodies, ..scene.clone() }, faces * largest))

@@ -96,6 +96,7 @@ impl MatrixBounds {
         let n = self.upper.nrows();
         let share = ROUNDING * n as f64;
         for i in 0..n {
+            // The rounding of the entry itself, whatever the contrast.
             let stored = share * self.upper[(i, i)].abs();
             for j in 0..n {
                 let r = share * factor * scale[(i, j)] + if i == j { stored } else { 0.0 };
@@ -105,7 +106,7 @@ impl MatrixBounds {
         }
     }
 
-    /// Moves the bounds apart by a share of every energy; `scale` is as for rounding.
+    /// Moves the bounds apart by a share of every energy; `scale` is the form from [`rounding_scale`].
     pub(crate) fn widen(&mut self, scale: &Mat<f64>, share: f64) {
         let by = scale * faer::Scale(share * self.upper.nrows() as f64);
         self.upper += &by;
@@ -121,7 +122,8 @@ impl MatrixBounds {
         Some(format!("a capacitance is proved to be at least {lower:e} F and at most {upper:e} F"))
     }
 
-    /// Bounds around the upper matrix that allow for rounding alone.
+    /// Bounds around the upper matrix that allow for rounding alone, with the arguments of
+    /// [`MatrixBounds::count_rounding`].
     pub(crate) fn upper_with_rounding(&self, scale: &Mat<f64>, factor: f64) -> Self {
         let mut exact = Self { lower: self.upper.clone(), upper: self.upper.clone() };
         exact.count_rounding(scale, factor);
@@ -129,7 +131,7 @@ impl MatrixBounds {
     }
 
     /// Separates bounds on energies that have crossed by rounding: each is moved by twice the distance by
-    /// which they crossed. An energy that is at most zero is zero.
+    /// which they crossed. Where the upper bound is zero, a negligible lower bound becomes zero too.
     pub(crate) fn uncross(&mut self) {
         for i in 0..self.upper.nrows() {
             let (lower, upper) = (self.lower[(i, i)], self.upper[(i, i)]);
@@ -164,7 +166,7 @@ impl MatrixBounds {
     /// The middle of an entry's limits by polarisation alone, and half of their distance.
     pub(crate) fn by_polarisation(&self, i: usize, j: usize) -> [f64; 2] {
         let gap = |i: usize| (self.upper[(i, i)] - self.lower[(i, i)]).max(0.0);
-        // Of the two triangles one is read, because they may differ by rounding.
+        // Only the upper triangle is read, because the two triangles may differ by rounding.
         let (i, j) = (i.min(j), i.max(j));
         let value = 0.5 * (self.upper[(i, j)] + self.lower[(i, j)]);
         // Where rounding was counted, the two forms may be larger than the entry by many orders: so is the

@@ -63,7 +63,7 @@ pub struct Forecast {
     pub mirrored: [bool; 3],
     /// Whether a half turn about x2 leaves half of the scene, where no mirror plane across x1 or x3 does.
     pub turned: bool,
-    /// Independent right-hand sides.
+    /// Number of independent right-hand sides.
     pub right_hand_sides: usize,
     /// Whether the forecast is rough, without any solve, because that alone would take long.
     pub is_rough: bool,
@@ -121,7 +121,7 @@ pub struct ResolutionLevel {
 pub enum Discretisation {
     /// A graded grid of the box solver: its largest order and number of layers.
     Grid(ResolutionLevel),
-    /// Tetrahedra.
+    /// A mesh of tetrahedra.
     Tetrahedra {
         /// Order of the potentials.
         order: usize,
@@ -178,7 +178,7 @@ pub enum CellBody {
     Conductor(usize),
 }
 
-/// The potential on the grid, for export.
+/// The potential and the field on a grid, for export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Node coordinates per axis, m, of the cells of the field's grid.
@@ -225,7 +225,7 @@ pub struct FloatingPotential {
     pub from_charges: Bounded,
 }
 
-/// The result of [`crate::solve()`].
+/// The capacitances that one of the solvers found, with their bounds, and how the solve went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The
@@ -249,7 +249,7 @@ pub struct Solution {
     pub unknowns: usize,
     /// Iterations of all solves on the final grid.
     pub iterations: usize,
-    /// Grids solved on, the final one included.
+    /// Number of grids or meshes solved on, the final one included.
     pub grids: usize,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],

@@ -28,12 +28,13 @@ pub enum FluxEnd {
 pub type Continuation = [f64; 2];
 
 /// The dual 1D operator of a run of elements between two obstacles, in the basis scaled by the square root of
-/// the permittivity. Nothing in it but `face` changes when the permittivity is multiplied by a constant.
+/// the permittivity. E is the diagonal matrix of the permittivities of the modes, and g the source of a unit
+/// potential at an end. Nothing in it but `face` changes when the permittivity is multiplied by a constant.
 #[derive(Debug, Clone)]
 pub struct MixedSegment {
     /// R = L^-1 D^T E^-1/2: one row per flux function, one column per potential mode.
     pub root: Mat<f64>,
-    /// L^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
+    /// L^-1 g for a unit potential at the lower and at the upper end (zero where the flux is not free).
     pub face: [Vec<f64>; 2],
     /// The mass of the fluxes, scaled to unit diagonal.
     pub(crate) mass: Mat<f64>,
@@ -53,7 +54,7 @@ impl MixedSegment {
         self
     }
 
-    /// R^T L^-1 g for unit potential at one end.
+    /// R^T L^-1 g for a unit potential at the end `side`.
     pub fn face_source(&self, side: usize) -> Vec<f64> {
         (0..self.root.ncols())
             .map(|j| (0..self.root.nrows()).map(|i| self.root[(i, j)] * self.face[side][i]).sum())
@@ -61,8 +62,8 @@ impl MixedSegment {
     }
 }
 
-/// A line's potentials cannot be orthonormalised or its mass matrix not be factorised, because its elements
-/// differ too much in size for double precision.
+/// The error of a line whose elements differ too much in size for double precision: its potentials cannot be
+/// orthonormalised, or a matrix of it cannot be factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the elements along a line of the grid differ too much in size for double precision")]
 pub struct IllConditioned;
@@ -162,8 +163,8 @@ pub fn mixed_segment(
     Ok(MixedSegment { root, face, mass, divergence, nodes })
 }
 
-/// The coordinates of a segment's fluxes, in which a flux y has the energy y y: those of `MixedSegment::root`
-/// and `MixedSegment::face`.
+/// The coordinates of a segment's fluxes, in which a flux y has the energy y . y: those of
+/// `MixedSegment::root` and `MixedSegment::face`.
 #[derive(Debug, Clone)]
 pub struct FluxCoordinates {
     /// L, the Cholesky factor of the scaled mass.
@@ -257,17 +258,17 @@ pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
     let offsets = potential_offsets(line);
     let mut d = Mat::zeros(offsets[line.elements()], numbering.len);
     for e in 0..line.elements() {
-        let at = numbering.element(line, e);
+        let indices = numbering.element(line, e);
         let p = line.degree(e);
         match line.element(e) {
             Element::Finite { length, .. } => {
                 for (local, sign) in [(0, -1.0), (1, 1.0)] {
-                    if let Some(column) = at[local] {
+                    if let Some(column) = indices[local] {
                         d[(offsets[e], column)] = sign / length.sqrt();
                     }
                 }
                 for j in 2..=p {
-                    if let Some(column) = at[j] {
+                    if let Some(column) = indices[j] {
                         d[(offsets[e] + j - 1, column)] = (2.0 / length).sqrt();
                     }
                 }
@@ -276,12 +277,12 @@ pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
                 // Potentials are the derivatives of the flux functions, orthonormalised: their Gram matrix is
                 // the stiffness K = R^T R, hence D = R.
                 let (_, stiffness) = element_matrices(element, p);
-                let present: Vec<usize> = (0..=p).filter(|&l| at[l].is_some()).collect();
+                let present: Vec<usize> = (0..=p).filter(|&l| indices[l].is_some()).collect();
                 let gram = Mat::from_fn(p, p, |i, j| stiffness[(present[i], present[j])]);
                 let factor = Llt::new(gram.as_ref()).map_err(|_| IllConditioned)?;
                 let lower = factor.lower();
                 for (j, &local) in present.iter().enumerate() {
-                    if let Some(column) = at[local] {
+                    if let Some(column) = indices[local] {
                         for i in 0..=j {
                             d[(offsets[e] + i, column)] = lower[(j, i)];
                         }

@@ -19,10 +19,13 @@ const SUFFIX: &str = ".new";
 /// [`remove_abandoned`].
 #[derive(Debug)]
 pub struct Staged {
+    /// The path under the hidden name.
     hidden: PathBuf,
+    /// The path that the file gets in the end.
     place: PathBuf,
     /// The file, locked as long as it is open, so that other processes see that it is in use.
     file: File,
+    /// Whether the hidden name is gone.
     is_placed: bool,
 }
 
@@ -103,7 +106,7 @@ impl Staged {
                 self.is_placed = true;
                 Ok(())
             }
-            linked => linked,
+            result => result,
         }
     }
 }

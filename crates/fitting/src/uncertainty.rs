@@ -42,7 +42,7 @@ pub(crate) struct Uncertainty {
 }
 
 /// The ratio to the largest singular value below which a singular value is only rounding and noise of
-/// differences.
+/// differences. It is not tuned.
 const SMALLEST: f64 = 1e-8;
 
 impl Linearised {

@@ -24,7 +24,8 @@ pub fn passes(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> bool {
 /// direction of an axis have the other coordinate of the center without rounding, and those that are mirror
 /// images about an axis are so to the last digit: faces of boxes often lie there.
 pub fn on_circle(center: [f64; 2], radius: f64, corners: usize) -> Vec<[f64; 2]> {
-    // Within an eighth of a turn, and then by exchanges and signs.
+    // Sines and cosines are taken within an eighth of a turn only. All other corners have the same numbers,
+    // exchanged or with other signs.
     let within_quarter = |part: usize| {
         let angle = |part: usize| part as f64 * TAU / (4 * corners) as f64;
         let (sine, cosine) = angle(part.min(corners - part)).sin_cos();

@@ -1,4 +1,4 @@
-//! Outlines with holes, extruded along an axis, as parts without holes that touch.
+//! Division of outlines with holes, extruded along an axis, into parts without holes that touch one another.
 //!
 //! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts
 //! lead from corner to corner, so that no corner is added and curves stay the curves that they are.
@@ -11,7 +11,8 @@ use crate::shapes::{Arc, Curve, Shape};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-/// The largest number of cells, in the grid of the coordinates of all corners, from which boxes are made.
+/// The largest number of cells, in the grid of the coordinates of all corners, from which boxes are made. The
+/// limit is that of `validate/recognised.rs` in elastocap-case, which says how it was measured.
 const MAX_CELLS: usize = 12_000;
 
 /// The space between an outline and the holes in it, extruded along an axis between two ends: boxes where all
@@ -53,6 +54,7 @@ pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn])
 
 /// A side that stands for a part of a curve.
 struct CurvedSide {
+    /// The whole curve.
     curve: Curve,
     /// The number of the curve among those of all outlines.
     number: usize,
@@ -62,11 +64,11 @@ struct CurvedSide {
     from: usize,
 }
 
-/// The sides that stand for curves, by their ends in ascending order.
-fn curved_sides(all: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
+/// The sides of all outlines that stand for curves, by the numbers of their two ends in ascending order.
+fn curved_sides(outlines: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
     let mut out = HashMap::new();
     let (mut first, mut number) = (0, 0);
-    for drawn in all {
+    for drawn in outlines {
         let count = drawn.outline.len();
         for Arc { curve, sides } in &drawn.arcs {
             let length = sides.len() as f64;
@@ -82,14 +84,14 @@ fn curved_sides(all: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
     out
 }
 
-/// The sides of a polygon, by their ends in ascending order.
+/// The sides of a polygon, each as the numbers of its two ends in ascending order.
 fn sides_of(piece: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     let next = piece.iter().cycle().skip(1);
     piece.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)])
 }
 
-/// Joins triangles to simple polygons, and returns the corners of these. Each polygon grows while a triangle
-/// beside it has a corner that it does not have yet.
+/// Joins triangles to simple polygons, and returns the corners of each polygon. Each polygon grows while a
+/// triangle beside it has a corner that it does not have yet.
 fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     let mut beside: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
     for (t, triangle) in triangles.iter().enumerate() {
@@ -109,7 +111,7 @@ fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
             let free = beside[&side].iter().find(|t| !is_taken[**t]);
             let Some(&t) = free else { continue };
             let Some(&tip) = triangles[t].iter().find(|corner| !side.contains(corner)) else { continue };
-            let Some(place) = (0..piece.len()).find(|k| {
+            let Some(before) = (0..piece.len()).find(|k| {
                 let [a, b] = [piece[*k], piece[(k + 1) % piece.len()]];
                 [a.min(b), a.max(b)] == side
             }) else {
@@ -117,7 +119,7 @@ fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
             };
             if corners.insert(tip) {
                 is_taken[t] = true;
-                piece.insert(place + 1, tip);
+                piece.insert(before + 1, tip);
                 open.extend(side.map(|end| [end.min(tip), end.max(tip)]));
             }
         }
@@ -142,7 +144,7 @@ fn outline_and_arcs(
         let (before, this) = (curved_side(k + n - 1), curved_side(k));
         before.zip(this).is_some_and(|(before, this)| before.number == this.number)
     };
-    // The polygon begins where no curve goes on.
+    // The outline begins in a corner that is not in the middle of a curve.
     let start = (0..n).find(|k| !goes_on(*k)).unwrap_or(0);
     let outline: Vec<[f64; 2]> = (start..start + n).map(|k| points[piece[k % n]]).collect();
     let mut arcs = Vec::new();

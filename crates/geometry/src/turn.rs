@@ -1,5 +1,4 @@
-//! Rotation of a scene about a coordinate axis, so that its planes of symmetry become normal to the other
-//! axes.
+//! Rotation of a scene about a coordinate axis that makes its planes of symmetry normal to the other axes.
 //!
 //! A pad with a disc on its diagonal has a mirror plane that is not normal to a coordinate axis. Where only
 //! the bodies, and not the walls, distinguish directions across an axis, the scene can first be turned about
@@ -10,18 +9,23 @@ use crate::mirror;
 use crate::scene::{Body, Box3, Scene, across};
 use crate::shapes::{Arc, Curve, Shape};
 
-/// Distances from the middle of a scene that differ by less than this share are the same.
+/// Distances from the middle of a scene that differ by less than this share are the same, and a coordinate of
+/// a unit vector below it is zero. Not tuned: it only has to lie above rounding errors and below distances
+/// that matter.
 const ALIKE: f64 = 1e-10;
 
 /// The largest number of features at the greatest distance from the middle that are tried as mirror images.
-/// There are more only where polygons replace circles.
+/// There are more only where polygons replace circles. It is not tuned.
 const MAX_IMAGES: usize = 64;
 
 /// A turn about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
+    /// The axis about which the scene is turned.
     axis: usize,
+    /// The cosine of the angle.
     cosine: f64,
+    /// The sine of the angle.
     sine: f64,
 }
 
@@ -57,7 +61,7 @@ impl Turn {
         }
     }
 
-    /// The scene after the turn; `None` if no shape describes a body after it, or the scene is bounded across
+    /// The scene after the turn; `None` if a body has no [`Shape`] after it, or the scene is bounded across
     /// the axis.
     fn scene(&self, scene: &Scene) -> Option<Scene> {
         let bodies = scene.bodies.iter().map(|body| {
@@ -68,7 +72,7 @@ impl Turn {
             .then(|| Some(Scene { bodies: bodies.collect::<Option<_>>()?, ..scene.clone() }))?
     }
 
-    /// The shape after the turn; `None` if there is no such shape.
+    /// The shape after the turn; `None` if no [`Shape`] describes it.
     fn shape(&self, shape: &Shape) -> Option<Shape> {
         let [p, q] = across(self.axis);
         let moved = |base: &[f64; 3]| {
@@ -125,11 +129,11 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
     if !is_unbounded_across(&scene.domain, axis) {
         return None;
     }
-    let planes = |scene: &Scene| {
-        let found = mirror::planes(scene);
-        across(axis).into_iter().filter(|k| found[*k].is_some()).count()
+    let count_planes = |scene: &Scene| {
+        let planes = mirror::planes(scene);
+        across(axis).into_iter().filter(|k| planes[*k].is_some()).count()
     };
-    let mut most = planes(scene);
+    let mut most = count_planes(scene);
     let mut best = None;
     for direction in mirror_lines(scene, axis)? {
         if most == 2 {
@@ -137,7 +141,7 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
         }
         let turn = Turn { axis, cosine: direction[0], sine: -direction[1] };
         let Some(turned) = turn.scene(scene) else { continue };
-        let count = planes(&turned);
+        let count = count_planes(&turned);
         if count > most {
             (most, best) = (count, Some((turn, turned)));
         }
@@ -145,9 +149,9 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
     best
 }
 
-/// Candidate directions, of length one and normal to the axis, of lines about which the scene may be
-/// symmetric: in a symmetric scene, the feature that is farthest from the middle of all features is the image
-/// of one at the same distance, or its own.
+/// Candidate directions, as unit vectors across the axis, of lines about which the scene may be symmetric. In
+/// a symmetric scene, the feature that is farthest from the middle of all features is its own mirror image,
+/// or that of another feature at the same distance. `None` where a shape has no known features.
 fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     let mut features = Vec::new();
     for shape in scene.shapes() {
@@ -165,7 +169,7 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
         let (sine, cosine) = (0.5 * (angle(farthest) + angle(image))).sin_cos();
         [cosine, sine]
     });
-    // Along an axis the scene needs no turn.
+    // A scene that is symmetric about a line along a coordinate axis needs no turn.
     Some(lines.filter(|line| line.iter().all(|x| x.abs() > ALIKE)).collect())
 }
 

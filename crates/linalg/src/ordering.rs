@@ -33,7 +33,8 @@ struct Cutter<'a, const D: usize, const N: usize> {
     elements: &'a [[u32; N]],
     /// The mean of the nodes of each element.
     centres: Vec<[f64; D]>,
-    /// For each node the stamp that it got last, which says in which halves of which cut it lies.
+    /// For each node the stamp that it got last, which tells the cut and whether the node is on the left side
+    /// of it alone or on both sides.
     mark: Vec<u32>,
     /// For each node whether it is in a separator or in the order already.
     taken: Vec<bool>,
@@ -93,11 +94,13 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
     /// between centres are widest, so that layers of a regular mesh stay whole.
     fn sort(&self, part: &mut [u32], direction: usize) -> Vec<usize> {
         part.sort_unstable_by(|&a, &b| {
-            let centre = |e: u32, k: usize| match k {
+            // Along the direction first, then along the axes.
+            let coordinate = |e: u32, k: usize| match k {
                 0 => self.along(e, direction),
                 k => self.centres[e as usize][(direction + k) % D],
             };
-            (0..D).fold(a.cmp(&a), |o, k| o.then(centre(a, k).total_cmp(&centre(b, k)))).then(a.cmp(&b))
+            let order = |k: usize| coordinate(a, k).total_cmp(&coordinate(b, k));
+            (1..D).fold(order(0), |earlier, k| earlier.then(order(k))).then(a.cmp(&b))
         });
         let n = part.len();
         let gap = |k: usize| self.along(part[k], direction) - self.along(part[k - 1], direction);

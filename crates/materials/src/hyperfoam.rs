@@ -16,9 +16,9 @@ use crate::plane::EnergyDerivatives;
 pub struct HyperfoamTerm {
     /// The part `mu` of this term in the shear modulus at rest, Pa; positive.
     pub shear_modulus: f64,
-    /// `a`, not zero.
+    /// The exponent `a`, not zero.
     pub exponent: f64,
-    /// `nu`, at least 0 and less than 0.5.
+    /// Poisson's ratio `nu`, at least 0 and less than 0.5.
     pub poisson_ratio: f64,
 }
 
@@ -105,6 +105,7 @@ pub fn compression_under(wanted: f64, pressed: impl Fn(f64) -> f64) -> f64 {
     root([0.0, 1.0 - f64::EPSILON], |compression| pressed(compression) - wanted)
 }
 
+/// The foam with these logarithms of its stretches along the axis and across it.
 fn pressed(terms: &[HyperfoamTerm], axial: f64, lateral: f64) -> PressedFoam {
     let stress: f64 = terms.iter().map(|term| term.kirchhoff(axial, axial + 2.0 * lateral)).sum();
     PressedFoam { lateral_stretch: lateral.exp(), nominal_pressure: -stress / axial.exp() }

@@ -45,7 +45,8 @@ pub enum HyperelasticLaw {
         limiting_invariant: f64,
     },
     /// The law of foams, which contains the volume: see [`hyperfoam`](crate::hyperfoam). It is used with
-    /// [`Volume::OfLaw`](crate::Volume::OfLaw) and is never split.
+    /// [`Volume::OfLaw`](crate::Volume::OfLaw): its energy is not split into one of distortion and one of
+    /// volume.
     Hyperfoam {
         /// The terms, each with a positive shear modulus.
         terms: Vec<HyperfoamTerm>,
@@ -204,17 +205,19 @@ impl HyperelasticLaw {
         match self {
             // W = W(I1, J), of which w_I is the first derivative and w_J the other.
             Self::NeoHookean { .. } | Self::Yeoh { .. } | Self::Gent { .. } => 2.0 * d.i / j + volumetric,
-            // dI2/dF33 = 2 I, and I2 = I + J^2 has put 2 J into w_J.
+            // dI2/dF33 = 2 I. The 2 J that I2 = I + J^2 contributes to w_J does not belong here.
             Self::MooneyRivlin { c10, c01 } => {
                 let i = f.iter().map(|x| x * x).sum::<f64>();
                 2.0 * (c10 + c01 * i) / j + volumetric - 2.0 * j * c01
             }
-            // l3^alpha - alpha (J - 1) for each term, the barrier and the field.
+            // In each term only l3^alpha - alpha (J - 1) depends on F33. The barrier and the field depend on
+            // J.
             Self::Ogden { terms } => {
                 let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
                 sum * (1.0 - j) / j + barrier + field
             }
-            // l3^a, and J dw/dJ of the terms that are not powers of a stretch.
+            // In each term F33 enters as l3^a and through J in the volume part, here without the a (J - 1)
+            // that `volume_part` adds to it.
             Self::Hyperfoam { terms } => {
                 let stress = |term: &HyperfoamTerm| {
                     let volume = term.volume_part(j).j - term.exponent;

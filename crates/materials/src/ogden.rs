@@ -16,15 +16,16 @@ pub(crate) fn stretch_powers(spread: f64, j: f64, alpha: f64) -> EnergyDerivativ
     let e = alpha / 6.0;
     let je = j.powf(e);
     let (j1, j2) = (je / j, je / (j * j));
-    let out = (-2.0 * e * j.ln()).exp();
+    // The power of the stretch across the plane.
+    let across = (-2.0 * e * j.ln()).exp();
     EnergyDerivatives {
-        w: 2.0 * je * t + out - 3.0,
+        w: 2.0 * je * t + across - 3.0,
         i: j1 * t1,
-        j: 2.0 * j1 * (e * t - z * t1) - 2.0 * e * out / j,
+        j: 2.0 * j1 * (e * t - z * t1) - 2.0 * e * across / j,
         ii: 0.5 * j2 * t2,
         ij: j2 * ((e - 1.0) * t1 - z * t2),
         jj: 2.0 * j2 * ((e - 1.0) * (e * t - z * t1) - z * ((e - 1.0) * t1 - z * t2))
-            + 2.0 * e * (2.0 * e + 1.0) * out / (j * j),
+            + 2.0 * e * (2.0 * e + 1.0) * across / (j * j),
     }
 }
 

@@ -67,6 +67,7 @@ impl EnergyDerivatives {
         a
     }
 
+    /// The energy and its derivatives times `s`.
     pub(crate) fn scaled(&self, s: f64) -> Self {
         Self {
             w: s * self.w,
@@ -78,6 +79,7 @@ impl EnergyDerivatives {
         }
     }
 
+    /// The sum with another energy and its derivatives.
     pub(crate) fn plus(&self, o: &Self) -> Self {
         Self {
             w: self.w + o.w,
@@ -112,12 +114,12 @@ pub(crate) struct FunctionOfInvariant {
     pub(crate) curvature: f64,
 }
 
-/// `I1 - 3 - 2 (J - 1)`: where `J = 1` the first invariant, and stationary at rest.
+/// `I1 - 3 - 2 (J - 1)`: equal to `I1 - 3` where `J = 1`, and stationary at rest.
 fn plain_first_invariant(i: f64, j: f64) -> EnergyDerivatives {
     EnergyDerivatives { w: i - 2.0 - 2.0 * (j - 1.0), i: 1.0, j: -2.0, ..Default::default() }
 }
 
-/// `I2 - 3 - 4 (J - 1)`: where `J = 1` the second invariant, and stationary at rest.
+/// `I2 - 3 - 4 (J - 1)`: equal to `I2 - 3` where `J = 1`, and stationary at rest.
 pub(crate) fn plain_second_invariant(i: f64, j: f64) -> EnergyDerivatives {
     EnergyDerivatives {
         w: i + j * j - 3.0 - 4.0 * (j - 1.0),
@@ -128,7 +130,8 @@ pub(crate) fn plain_second_invariant(i: f64, j: f64) -> EnergyDerivatives {
     }
 }
 
-/// The first invariant less its value at rest, as a rubber sees it that keeps its volume or does not.
+/// The first invariant less its value at rest, in the form for a rubber that keeps its volume or for one that
+/// does not.
 pub(crate) fn first_invariant_for(i: f64, j: f64, keeps_volume: bool) -> EnergyDerivatives {
     if keeps_volume { plain_first_invariant(i, j) } else { first_invariant(i, j) }
 }

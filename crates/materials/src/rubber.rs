@@ -42,7 +42,8 @@ pub struct Rubber {
 }
 
 impl Rubber {
-    /// The [`Rubber::volume_barrier`] to use unless there is a reason for another one.
+    /// The [`Rubber::volume_barrier`] to use unless there is a reason for another one. Tuned:
+    /// `cargo bench --bench mechanics`.
     pub const USUAL_BARRIER: f64 = 1.5;
 
     /// An incompressible neo-Hookean rubber with shear modulus `mu` in Pa and the usual barrier.
@@ -50,8 +51,8 @@ impl Rubber {
         Self::of_law(HyperelasticLaw::NeoHookean { shear_modulus }, None)
     }
 
-    /// A rubber with the bulk modulus `kappa` in Pa, or an incompressible one with the usual barrier. A
-    /// hyperfoam knows its bulk modulus itself.
+    /// A rubber with this `bulk_modulus` in Pa or, without one, an incompressible rubber with the usual
+    /// barrier. For a hyperfoam, whose law contains the volume, `bulk_modulus` is ignored.
     pub fn of_law(distortion: HyperelasticLaw, bulk_modulus: Option<f64>) -> Self {
         match bulk_modulus {
             _ if matches!(distortion, HyperelasticLaw::Hyperfoam { .. }) => {
@@ -76,9 +77,9 @@ impl Rubber {
         }
     }
 
-    /// Whether the energy is defined where `J <= 0`: that of an incompressible rubber without barrier is if
-    /// its law is a polynomial. Single points of an element can then turn inside out while the element keeps
-    /// its volume.
+    /// Whether the energy is defined where `J <= 0`, as that of an incompressible rubber without barrier
+    /// whose law is a polynomial. Single points of an element can then turn inside out while the element
+    /// keeps its volume.
     pub fn knows_inside_out(&self) -> bool {
         self.keeps_volume() && self.volume_barrier == 0.0 && self.distortion.is_polynomial()
     }
@@ -111,7 +112,7 @@ impl Rubber {
 
     fn limiting_invariant(&self) -> Option<f64> {
         match self.volume {
-            // Of the law, only the shear modulus counts.
+            // This solid uses nothing but the shear modulus of the law.
             Volume::LogLame(_) => None,
             Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
                 self.distortion.limiting_invariant()

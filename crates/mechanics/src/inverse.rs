@@ -82,7 +82,8 @@ pub(crate) fn phase_for_force(curve: &ForceCurve, force: f64) -> Result<Phase, M
     Ok(Phase::from_n(solve(curve, target, low, high)))
 }
 
-/// An interval of `n` at whose upper end the normalised force is at least `target`, or at its maximum.
+/// An interval of `n` from below at whose upper end the normalised force is at least `target` or, if it never
+/// is, at its maximum; the last interval below [`LARGEST_N`] if the force rises up to there.
 fn bracket(curve: &ForceCurve, target: f64) -> (f64, f64) {
     let mut low = 0.0;
     while low < LARGEST_N {

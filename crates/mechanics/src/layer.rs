@@ -13,18 +13,20 @@ use elastocap_materials::MooneyRivlin;
 /// it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerState {
+    /// The stress, which contains the deformation.
     stress: LayerStress,
     rubber: MooneyRivlin,
     /// The area of the contact before loading, m^2.
     contact_area: f64,
+    /// Compressive force of the punch, N.
     force: f64,
 }
 
 impl LayerState {
     /// The layer of reference `thickness` `H` (m) under a `compression` `U/H` in `[0, 1)`.
     ///
-    /// The force is that of equation (50) at any compression; see [`crate::force_limit`] for how far it means
-    /// something.
+    /// The force is that of equation (50) at any compression; beyond
+    /// [`crate::force_limit`] it has no meaning.
     ///
     /// # Errors
     /// [`MechanicsError::NotPositive`] for the thickness, the rubber's shear modulus or a length of the
@@ -55,6 +57,7 @@ impl LayerState {
         Self::with_map(LayerMap::from_phase(thickness, phase), rubber, settings, &curve)
     }
 
+    /// The layer under the deformation `map`, with the force on `curve`.
     fn with_map(
         map: LayerMap,
         rubber: MooneyRivlin,

@@ -157,7 +157,7 @@ impl Wanted {
         self.has(FileGroup::Sections) || self.has(FileGroup::Report)
     }
 
-    /// The words for the wanted groups, in the order of [`FileGroup::ALL`].
+    /// The names of the wanted groups, in the order of [`FileGroup::ALL`].
     pub fn names(&self) -> Vec<String> {
         FileGroup::ALL
             .iter()

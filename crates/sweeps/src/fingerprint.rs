@@ -111,6 +111,7 @@ pub(crate) fn sha256_of_file(file: &Path) -> io::Result<String> {
     Ok(hexadecimal(&hasher.0.finalize()))
 }
 
+/// A hash as a writer, for [`io::copy`].
 struct Hasher(Sha256);
 
 impl io::Write for Hasher {

@@ -16,7 +16,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     let bodies = conductors.map(|c| (&c.name, &c.attached));
     let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.attached)));
-    let (mut any_at_layer_or_indenter, mut any_in_layer) = (false, false);
+    let (mut any_on_top_or_indenter, mut any_in_layer) = (false, false);
     for (name, attached) in bodies {
         let Some(read) = attached else { continue };
         let (Some(Text(name)), Some(to)) = (name.get(), read.get()) else { continue };
@@ -24,7 +24,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             continue;
         }
         let moves_with_layer = matches!(to, raw::Attached::Layer);
-        any_at_layer_or_indenter |= !moves_with_layer;
+        any_on_top_or_indenter |= !moves_with_layer;
         any_in_layer |= moves_with_layer;
         if raw.layer.is_none() {
             log.push(
@@ -63,7 +63,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             .help("leave out `shift` and `tilt`, or lay the bodies on the faces of the layer"),
         );
     }
-    if let (false, true, Some(load)) = (any_at_layer_or_indenter, moves, &raw.load) {
+    if let (false, true, Some(load)) = (any_on_top_or_indenter, moves, &raw.load) {
         log.push(
             Diagnostic::at(
                 steps.map_or(&load.span, |read| &read.span),

@@ -15,11 +15,12 @@ use super::super::values::Either;
 use super::given;
 
 /// The ratio of length along x3 to width, and to the thickness of the layer, from which a body counts as
-/// long. docs/trust.md gives the error of plane strain at this length.
+/// long. docs/trust.md gives the error of plane strain at this length. Measured: `benches/model_errors.py`.
 const LONG: f64 = 10.0;
 
 /// The distance, in thicknesses, at which an unbounded layer is cut off beyond the indenter and the bodies in
-/// the layer.
+/// the layer. Beyond a punch, four thicknesses change shear lengths by 0.2 % (`LENGTH_BEYOND_PUNCH` in
+/// elastocap-mechanics).
 const BEYOND: f64 = 4.0;
 
 /// Replaces `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and
@@ -227,15 +228,15 @@ impl Scene {
     /// The model for these lengths; `None` if the indenter cannot be read.
     fn choose(&self, auto: raw::Auto) -> Option<Chosen> {
         let raw::Auto { indenter, end, width, side, relative_tolerance } = auto;
-        let at = indenter.span.clone();
-        let read = |value: f64| Read { span: at.clone(), value: Some(Size::of(value)) };
+        let span = indenter.span.clone();
+        let read = |value: f64| Read { span: span.clone(), value: Some(Size::of(value)) };
         let is_long = self.is_long(indenter.get()?);
         let beyond = BEYOND * self.thickness;
         let half_length = (!self.has_half_length && self.press_half_width.is_finite())
             .then(|| self.press_half_width.max(self.reach[0]) + beyond);
         let has_end = end.is_some();
         let end = end.unwrap_or_else(|| Read {
-            span: at.clone(),
+            span: span.clone(),
             value: Some(if half_length.is_some() {
                 raw::LayerEnd::Far
             } else {
@@ -269,7 +270,7 @@ impl Scene {
                             "the layer goes on along x3, and is cut off {BEYOND} thicknesses beyond what presses and what lies in it"
                         ));
                         let half = (0.5 * self.press_length).max(self.reach[1]) + beyond;
-                        let symmetric = || Read { span: at.clone(), value: Some(raw::LayerSide::Symmetric) };
+                        let symmetric = || Read { span: span.clone(), value: Some(raw::LayerSide::Symmetric) };
                         (read(2.0 * half), Some(side.unwrap_or_else(symmetric)))
                     }
                 };

@@ -135,6 +135,7 @@ pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -
     boxes.into_iter().collect()
 }
 
+/// The boxes of a conductor; `None` if they are invalid, with the reason in the log.
 fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
     let (regions, span) = match (&raw.r#box, &raw.sheet, &raw.boxes) {
@@ -161,6 +162,7 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
     })
 }
 
+/// The box or slab of a dielectric; `None` if it is invalid, with the reason in the log.
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
     let (region, span, is_slab) = match (&raw.r#box, &raw.slab) {
@@ -238,6 +240,8 @@ pub(super) fn check_touching_pair(
     }
 }
 
+/// Checks that a body lies inside the walls, a slab at least in part, and a conductor apart from grounded
+/// ones.
 fn check_in_walls(
     body: &PlacedBoxes<'_>,
     walls: &Box3,
@@ -290,7 +294,7 @@ fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, l
     let (true, None, Some(first)) = (all_float, raw.pair(), conductors.iter().flatten().next()) else {
         return;
     };
-    let charge = given(&raw.conductor).and_then(|all| all.first()?.get()?.charge.as_ref());
+    let charge = given(&raw.conductor).and_then(|bodies| bodies.first()?.get()?.charge.as_ref());
     refuse_all_floating(charge.map_or(&first.span, |read| &read.span), first.name, log);
 }
 

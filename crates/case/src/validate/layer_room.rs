@@ -106,7 +106,7 @@ fn is_inside_layer(
     log: &mut Log<'_>,
 ) -> bool {
     let (what, name) = (body.what, shown(body.name));
-    let mut at = |message: String, label: String, help: &str| {
+    let mut report = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
     let thickness = layer.thickness;
@@ -115,7 +115,7 @@ fn is_inside_layer(
             true => format!("write what it is attached to instead: {}", layer.carriers()),
             false => "move it into the layer, or make it of two bodies".to_owned(),
         };
-        at(
+        report(
             format!("the {what} \"{name}\" moves with the layer, and reaches out of it"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
             &help,
@@ -125,7 +125,7 @@ fn is_inside_layer(
     for (axis, half, end) in [(0, layer.half[0], "end"), (2, layer.half[1], "side")] {
         let reach = region.max[axis].max(-region.min[axis]);
         if reach > half && !body.is_slab {
-            at(
+            report(
                 format!("the {what} \"{name}\" moves with the layer, and reaches beyond its {end}"),
                 format!("the layer ends {} from the middle along {}", micrometres(half), AXES[axis]),
                 "make the layer larger, or the body smaller",
@@ -136,7 +136,7 @@ fn is_inside_layer(
     let [below, above] = faces;
     let touches = [(below, region.min[1] == 0.0), (above, region.max[1] == thickness)];
     if what == "conductor" && touches.contains(&(Face::Grounded, true)) {
-        at(
+        report(
             format!("the conductor \"{name}\" touches the grounded face of the layer, which would short it"),
             "shares a point with it".to_owned(),
             "leave a gap between the two",
@@ -158,14 +158,14 @@ fn is_apart_from_layer(
     let &LayerRoom { thickness, is_loaded, .. } = layer;
     let (what, name) = (body.what, shown(body.name));
     let is_conductor = what == "conductor";
-    let mut at = |message: String, label: String, help: &str| {
+    let mut report = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
     // A conductor on the top that is not attached would stay behind when the top sinks.
     let is_fixed = body.purpose == Purpose::Fixed;
     let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
     if is_loaded && high > 0.0 && low < thickness {
-        at(
+        report(
             format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
             match (layer.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
@@ -181,7 +181,7 @@ fn is_apart_from_layer(
         );
         return false;
     } else if stays_behind {
-        at(
+        report(
             format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
             "not attached".to_owned(),
             &format!("add {}, or leave a gap", layer.carriers()),
@@ -196,7 +196,7 @@ fn is_apart_from_layer(
     let reach = if is_below { -low } else { high - thickness };
     match face {
         Face::Insulated | Face::Grounded => {
-            at(
+            report(
                 format!("the {what} \"{name}\" lies where there is no field"),
                 format!("the field ends at the plane {side} the layer"),
                 &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
@@ -206,7 +206,7 @@ fn is_apart_from_layer(
         Face::Medium { thickness: Some(depth), then, .. } if then != Wall::Open => {
             let shorted = is_conductor && then == Wall::Grounded && reach >= depth;
             if shorted || (reach > depth && !body.is_slab) {
-                at(
+                report(
                     format!("the {what} \"{name}\" reaches the wall {side} the layer"),
                     format!("the wall is {} from the layer", micrometres(depth)),
                     &format!("make the medium `{side}` thicker, or move the body"),

@@ -48,7 +48,7 @@ fn given<T>(read: &Option<Read<T>>) -> Option<&T> {
 }
 
 /// Whether the array is present with entries in it, or could not be read.
-fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
+fn has_entries<T>(array: &Option<Read<Vec<T>>>) -> bool {
     array.as_ref().is_some_and(|array| array.get().is_none_or(|entries| !entries.is_empty()))
 }
 
@@ -63,7 +63,7 @@ pub(super) fn validate(
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Case> {
-    let wants_capacitance = raw.electrodes.is_some() || any(&raw.conductor);
+    let wants_capacitance = raw.electrodes.is_some() || has_entries(&raw.conductor);
     let wants_mechanics = raw.load.is_some();
     if !flawed {
         check_presence(raw, wants_capacitance, log);
@@ -126,7 +126,7 @@ pub(super) fn validate(
     });
     let as_boxes =
         as_shapes.filter(|_| may_be_recognised_for(raw, raw::FieldSolver::Boxes)).and_then(|bodies| {
-            let boundary = checked_surroundings.map(|all| all.boundary);
+            let boundary = checked_surroundings.map(|surroundings| surroundings.boundary);
             recognised::as_boxes(bodies, &shapes::perforated(raw), joined, boundary, &electrostatics(raw)?)
         });
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);
@@ -139,7 +139,7 @@ pub(super) fn validate(
         let shapes = as_shapes.filter(|_| may_be_recognised_for(raw, raw::FieldSolver::Extruded))?;
         recognised::as_extrusions(shapes, mesh.is_some())
     };
-    let found = as_boxes.or_else(as_extrusions);
+    let simpler = as_boxes.or_else(as_extrusions);
     let (bodies, shapes) = bodies?;
     let (terminals, measured) = terminals?;
     let poses = match &raw.load {
@@ -150,13 +150,13 @@ pub(super) fn validate(
     let measured_points =
         raw.measurement.as_ref().map(|read| measured_points::measured_points(read, raw, flawed, origin, log));
     let mut surroundings = all_given(surroundings)?;
-    let (bodies, recognised) = match found {
-        Some(found) => {
+    let (bodies, recognised) = match simpler {
+        Some(simpler) => {
             mesh = None;
-            if let (Some(all), Some(shapes)) = (&mut surroundings, shapes) {
-                all.extent = shapes.extent;
+            if let (Some(surroundings), Some(shapes)) = (&mut surroundings, shapes) {
+                surroundings.extent = shapes.extent;
             }
-            found
+            simpler
         }
         None => (bodies, Vec::new()),
     };
@@ -240,6 +240,7 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
     }
 }
 
+/// The title of the case, or else the name of its file without the ending.
 fn title(raw: &Document, origin: &Path) -> Option<String> {
     match &raw.title {
         Some(read) => read.get().map(|text| text.0.clone()),
@@ -288,6 +289,7 @@ fn check_order(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
+/// The settings of the field solver, with their defaults; `None` if one of them could not be read.
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
     let (mut relative_tolerance, mut bounds, mut solver, mut order) = (DEFAULT_TOLERANCE, true, None, None);
     let (mut absolute_tolerance, mut change_tolerance) = (None, None);

@@ -118,6 +118,7 @@ fn tables(model: &Model) -> String {
     out + &numbers(model)
 }
 
+/// The part of `tables.h` with the capacitors: their ends, bands and cubics over the forces.
 fn numbers(model: &Model) -> String {
     let mut out = String::new();
     let list = |values: &[f64]| values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(", ");

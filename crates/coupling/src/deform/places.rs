@@ -12,7 +12,7 @@ use super::material::{Folded, Material};
 use super::rods::Rods;
 use elastocap_case::{Case, Layout};
 
-/// The smallest relative tolerance of distances: they hardly change at small loads.
+/// The smallest relative tolerance of distances: they hardly change at small loads. It is not tuned.
 const LEAST_TOLERANCE: f64 = 1e-4;
 
 /// The bodies in the layer of a case, in its solved part.

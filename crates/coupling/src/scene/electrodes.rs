@@ -13,7 +13,8 @@ use super::{DeformedPair, ElectrodePlace, SceneError};
 use crate::deform::{Deformation, Ends, FiniteElementStep};
 use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 
-/// Lengths that differ by less than this share of the layer's thickness are the same.
+/// Lengths that differ by less than this share of the layer's thickness are the same. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const ROUNDING: f64 = 1e-12;
 
 /// The positions of the electrodes in a scene before terminals are joined: they are added first.

@@ -58,7 +58,7 @@ impl<'a> From<&'a LayerScene> for Shaped<'a> {
     }
 }
 
-/// Spread of the bounds of a draft, over the value.
+/// Spread of the bounds of a draft, over the value. It is not tuned.
 const DRAFT: f64 = 0.1;
 
 /// The spread at which a solve to another tolerance may stop, over that tolerance. A change is known with it

@@ -32,6 +32,8 @@ impl FreeBox {
         })
     }
 
+    /// Whether this box is a part of another, and every function that vanishes outside of this box is one of
+    /// the other.
     fn inside(&self, other: &FreeBox) -> bool {
         let (p, q) = (&self.block, &other.block);
         self != other
@@ -77,8 +79,8 @@ impl Work {
     }
 }
 
-/// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another
-/// one.
+/// All maximal free boxes. The whole domain is split around one conductor after the other, and boxes that lie
+/// inside another one are dropped.
 fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let cells = domain.cells();
     let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
@@ -137,8 +139,8 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<Fre
     if boxes.len() <= KEEP_ALL {
         return Some(boxes);
     }
-    // Feature 2 m is plane m, feature 2 m + 1 interval m; a box lo..hi holds the features 2 lo + 1 .. 2 hi -
-    // 1, and the outer planes where it reaches the scene's end.
+    // Along an axis, feature 2 m is plane m and feature 2 m + 1 is interval m. A box lo..hi holds the
+    // features from 2 lo + 1 to 2 hi - 1, and the outer planes where it reaches the scene's end.
     let cells = domain.cells();
     let size = cells.map(|n| 2 * n + 1);
     let span = |b: &FreeBox, a: usize| {
@@ -190,10 +192,10 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<Fre
         if covered[feature] {
             continue;
         }
-        let at = [feature / (size[1] * size[2]), feature / size[2] % size[1], feature % size[2]];
+        let place = [feature / (size[1] * size[2]), feature / size[2] % size[1], feature % size[2]];
         let block = Block {
-            lo: at.map(|f| (f.saturating_sub(1)) / 2),
-            hi: [0, 1, 2].map(|a| (at[a] / 2 + 1).min(cells[a])),
+            lo: place.map(|f| (f.saturating_sub(1)) / 2),
+            hi: [0, 1, 2].map(|a| (place[a] / 2 + 1).min(cells[a])),
         };
         let around = FreeBox { block, held: [[false; 2]; 3] };
         if !domain.conductors.iter().any(|c| around.meets(c, cells)) {

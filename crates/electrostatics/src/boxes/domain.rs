@@ -69,8 +69,8 @@ pub(crate) struct Domain {
 pub(crate) struct OtherParts {
     /// The half above the middle of the last axis.
     pub(crate) half: Domain,
-    /// The quarter above both, with the conductors on either side of the middle of the last axis: for what is
-    /// odd across that middle, and for what is even.
+    /// The quarter above both middles, with the conductors of both sides of the middle of the last axis:
+    /// first with the walls for potentials that are odd across that middle, then with those for even ones.
     pub(crate) quarters: [Domain; 2],
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
@@ -111,7 +111,7 @@ impl Axis {
     /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`:
     /// those that vanish on the planes bounding them, except on walls that hold nothing.
     ///
-    /// `held` makes the functions vanish on an outer plane too.
+    /// Where `held[side]` is set, they vanish on the outer plane of that side, too.
     pub(crate) fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
@@ -177,25 +177,26 @@ impl Axis {
         offsets[self.cuts[lo]]..offsets[self.cuts[hi]]
     }
 
-    /// The condition on the flux at the two ends of the intervals `lo..hi` if both are bounded by obstacles.
+    /// The condition on the flux at the two ends of the intervals `lo..hi`. An end inside the axis is taken
+    /// to lie on a conductor.
     pub(crate) fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
-        let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
+        let end = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
             (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
             (true, Wall::Grounded | Wall::Open) | (false, _) => FluxEnd::Free,
         };
-        [at(0, lo == 0), at(1, hi == self.intervals())]
+        [end(0, lo == 0), end(1, hi == self.intervals())]
     }
 
-    /// Energy of the flux's continuation beyond the ends of the intervals `lo..hi`, per squared flux through
-    /// the last node and in units of the resistance there: `factor` times that of a straight line to
-    /// infinity, zero where no flux leaves.
+    /// Energy of the flux's continuation to infinity beyond the two ends of the intervals `lo..hi`, per
+    /// squared flux through the last node and for unit permittivity: `factor` times that of a straight line,
+    /// and zero where no flux leaves.
     pub(crate) fn continuation(&self, lo: usize, hi: usize, factor: [f64; 2]) -> [f64; 2] {
-        let at = |side: usize, outer: bool| match self.rays {
+        let end = |side: usize, outer: bool| match self.rays {
             Some(rays) if outer && self.walls[side] == Wall::Open => factor[side] * rays.radius,
             _ => 0.0,
         };
-        [at(0, lo == 0), at(1, hi == self.intervals())]
+        [end(0, lo == 0), end(1, hi == self.intervals())]
     }
 
     /// The axis without its infinite elements.
@@ -324,7 +325,7 @@ impl Domain {
             }
         }
         let mut factors: [Vec<f64>; 3] = logs.map(|f| f.into_iter().map(f64::exp).collect());
-        // As in a product, that axis carries the absolute value.
+        // As in [`Domain::product`], the second axis carries the absolute value.
         factors[1][block.lo[1]..block.hi[1]].iter_mut().for_each(|f| *f *= unit);
         factors
     }

@@ -73,8 +73,8 @@ struct Samples {
     slopes: [SparseRows<f64>; 2],
 }
 
-/// Which images of the part that is solved are shown along an axis. Mirrored halves lie below the solved
-/// ones.
+/// Which images of the part that is solved are shown along an axis. The part itself lies above the mirror
+/// plane, its mirror image below.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Images {
     /// The part itself.
@@ -97,6 +97,7 @@ impl Images {
 
 /// The repetition of the cells of the part that is solved in the whole scene.
 struct Reflection {
+    /// The images that are shown along each axis.
     images: [Images; 3],
     /// Cells of the part along each axis.
     part: [usize; 3],
@@ -184,7 +185,7 @@ pub(crate) fn sample(
         }
         let ends = [slab.min[a], slab.max[a]].map(|x| (x - of_mirror) / layout.unit);
         // Beyond the finite elements, nothing is known.
-        let is_within = |share: &Share<'_>| !cuts(share.axes[a], layout.reach, ends, 0.0).is_empty();
+        let is_within = |share: &Share<'_>| !cells_of_axis(share.axes[a], layout.reach, ends, 0.0).is_empty();
         let is_known = shares.first().is_some_and(is_within);
         is_known.then(|| FieldSection { plane, field: sampled(&slab, Some(a), images) })
     };
@@ -228,8 +229,8 @@ fn sample_in(
     let lookup = scene.lookup();
     let (mut relative_permittivity, mut body) = (Vec::new(), Vec::new());
     for index in 0..reflection.whole.iter().product() {
-        let at = split(index, reflection.whole);
-        let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
+        let cell = split(index, reflection.whole);
+        let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][cell[a]] + nodes[a][cell[a] + 1]));
         relative_permittivity.push(lookup.permittivity_at(point));
         body.push(match lookup.body_at(point) {
             Filling::Background => CellBody::Background,
@@ -249,7 +250,7 @@ fn sample_in(
     }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than
+/// The cells of each axis, as [`cells_of_axis`] gives them: as many per element as leads to no more than
 /// [`MAX_CELLS`], or in a section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or
 /// [`MAX_CELLS_OF_BENT_SECTION`].
 fn pieces(
@@ -261,7 +262,7 @@ fn pieces(
     let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
             let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
-            cuts(axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
+            cells_of_axis(axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
         })
     };
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
@@ -309,9 +310,9 @@ fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
     let [_, ny, nz] = nodes.each_ref().map(Vec::len);
     let cells = nodes.each_ref().map(|places| places.len().saturating_sub(1));
     (0..cells.iter().product()).all(|index| {
-        let at = split(index, cells);
+        let cell = split(index, cells);
         let corner = |n: usize| {
-            let [i, j, k] = [at[0] + (n >> 2), at[1] + (n >> 1 & 1), at[2] + (n & 1)];
+            let [i, j, k] = [cell[0] + (n >> 2), cell[1] + (n >> 1 & 1), cell[2] + (n & 1)];
             points[(i * ny + j) * nz + k]
         };
         let across = [4, 2, 1].map(|bit| {
@@ -335,8 +336,8 @@ fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3
     let at_nodes = evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value], share.dims());
     let cells = reflection.part;
     for (index, value) in potential.iter_mut().enumerate() {
-        let at = split(index, reflection.whole.map(|n| n + 1));
-        let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+        let node = split(index, reflection.whole.map(|n| n + 1));
+        let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| reflection.node(a, node[a]));
         let sign = share.parity(0, si) * share.parity(1, sj) * share.parity(2, sk);
         *value += sign * at_nodes[(i * (cells[1] + 1) + j) * (cells[2] + 1) + k];
     }
@@ -359,10 +360,10 @@ fn add_field(
             evaluate(&share.coefficients, [pick(0), pick(1), pick(2)], share.dims())
         });
         for (index, e) in electric_field.iter_mut().enumerate() {
-            let at = split(index, reflection.whole.map(|n| n + 1));
-            let images = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+            let node = split(index, reflection.whole.map(|n| n + 1));
+            let images = [0, 1, 2].map(|a| reflection.node(a, node[a]));
             for (above, limit) in e.iter_mut().enumerate() {
-                let (slope_node, slope_above, slope_side) = reflection.slope(d, at[d], above == 1);
+                let (slope_node, slope_above, slope_side) = reflection.slope(d, node[d], above == 1);
                 let place = |a: usize| if a == d { slope_node } else { images[a].0 };
                 let side = |a: usize| if a == d { slope_side } else { images[a].1 };
                 let sign: f64 = (0..3).map(|a| share.parity(a, side(a))).product();
@@ -381,7 +382,7 @@ fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
 
 /// Cells of one axis between `ends`, as (element, lower, upper) in the reference coordinate of the element.
 /// An element has about `division` times as many cells as its degree.
-fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
+fn cells_of_axis(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
     let line = &axis.line;
     let mut out = Vec::new();
     for e in 0..line.elements() {
@@ -404,6 +405,7 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
     out
 }
 
+/// Samples an axis at the ends of cells, which are given as by [`cells_of_axis`].
 fn samples(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Samples {
     let numbering = Numbering::new(&axis.line);
     let functions = axis.functions();

@@ -11,17 +11,17 @@ use elastocap_fem::line::Numbering;
 use elastocap_geometry::meshing::grid::{Change, GradedAxis};
 use std::collections::BTreeMap;
 
-/// Energy that an element is estimated to miss along its axis, and the factor by which one more degree lowers
-/// it.
+/// The energies of an element's functions of the highest degrees along its axis. They tell how much energy
+/// the element misses, and the factor by which one more degree lowers that.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Missing {
     /// Energies of the two highest degrees, `[p - 1, p]`.
     pub surplus: [f64; 2],
     /// Energy of degree p - 2.
-    pub before: f64,
+    pub third_highest: f64,
 }
 
-/// Missing energies of every element of every axis.
+/// For every element of every axis, what tells how much energy it misses.
 pub(crate) type Indicator = [Vec<Missing>; 3];
 
 /// The surplus of every element, from the energies of the functions of each axis.
@@ -39,7 +39,7 @@ pub(crate) fn indicator(domain: &Domain, slices: &[Vec<f64>; 3]) -> Indicator {
                 };
                 Missing {
                     surplus: [energy(p.saturating_sub(1)), energy(p)],
-                    before: energy(p.saturating_sub(2)),
+                    third_highest: energy(p.saturating_sub(2)),
                 }
             })
             .collect()
@@ -59,7 +59,7 @@ pub(crate) fn folded(indicator: Indicator, mirrored: [bool; 3]) -> Indicator {
             .map(|e| {
                 let (x, y) = (whole[half + e], whole[half - 1 - e]);
                 let surplus = [x.surplus[0] + y.surplus[0], x.surplus[1] + y.surplus[1]];
-                Missing { surplus, before: x.before + y.before }
+                Missing { surplus, third_highest: x.third_highest + y.third_highest }
             })
             .collect()
     })
@@ -72,7 +72,7 @@ pub(crate) fn add(total: &mut Indicator, part: &Indicator, weight: f64) {
         for (t, p) in t.iter_mut().zip(p) {
             t.surplus[0] += weight * p.surplus[0];
             t.surplus[1] += weight * p.surplus[1];
-            t.before += weight * p.before;
+            t.third_highest += weight * p.third_highest;
         }
     }
 }
@@ -90,26 +90,35 @@ impl Missing {
     /// The factor by which one more degree lowers the missing energy; pairs of degrees are compared since one
     /// alone may vanish by symmetry.
     fn rate(&self, degree: usize) -> f64 {
-        let [before, top] = self.surplus;
-        let one = if degree >= 3 && before > 0.0 { top / before } else { 0.25 };
-        let two = if degree >= 4 && self.before > 0.0 { (top / self.before).sqrt() } else { one };
-        one.max(two).clamp(0.02, 0.8)
+        let [second, top] = self.surplus;
+        let by_one_degree = if degree >= 3 && second > 0.0 { top / second } else { 0.25 };
+        let by_two_degrees = if degree >= 4 && self.third_highest > 0.0 {
+            (top / self.third_highest).sqrt()
+        } else {
+            by_one_degree
+        };
+        by_one_degree.max(by_two_degrees).clamp(0.02, 0.8)
     }
 
-    /// Energy beyond the highest degree.
-    fn beyond(&self, degree: usize, at_edge: bool) -> f64 {
-        let [before, top] = self.surplus;
+    /// The energy that the element is estimated to miss: that of all higher degrees; or, if it is to be
+    /// split, the energy of its highest degree.
+    fn missed(&self, degree: usize, is_split: bool) -> f64 {
+        let [second, top] = self.surplus;
         let rate = self.rate(degree);
-        let top = top.max(before * rate * rate);
-        if at_edge { top } else { top * rate / (1.0 - rate) }
+        let top = top.max(second * rate * rate);
+        if is_split { top } else { top * rate / (1.0 - rate) }
     }
 }
 
 /// One element, and the changes planned for it.
 struct Item {
+    /// Energy that the element should miss after the planned changes.
     missing: f64,
+    /// The factor by which one more degree lowers that energy.
     rate: f64,
+    /// Where the element is split, as a share of its length; `None` where its degree is raised instead.
     split: Option<f64>,
+    /// Number of changes planned.
     planned: usize,
     /// Largest number of changes at a time.
     max_planned: usize,
@@ -137,7 +146,7 @@ impl Item {
             }
             _ => None,
         };
-        let missing = missing.beyond(degree, split.is_some());
+        let missing = missing.missed(degree, split.is_some());
         let added = if split.is_some() { degree as f64 + 1.0 } else { 1.0 };
         let max_planned = if split.is_some() { 2 } else { 4 };
         Self { missing, rate, split, planned: 0, max_planned, cost: added / functions }
@@ -148,6 +157,7 @@ impl Item {
         if self.planned == self.max_planned { 0.0 } else { self.missing / self.cost }
     }
 
+    /// Plans one more change.
     fn plan(&mut self) {
         self.planned += 1;
         self.missing *= if self.split.is_some() { SPLIT } else { self.rate };
@@ -159,6 +169,7 @@ pub(crate) fn missing(grid: &Grid, indicator: &Indicator) -> f64 {
     items(grid, indicator).iter().map(|(_, i)| i.missing).sum()
 }
 
+/// All elements of a grid, without changes, each after its axis and its number.
 fn items(grid: &Grid, indicator: &Indicator) -> Vec<((usize, usize), Item)> {
     let elements = |a: usize| indicator[a].iter().enumerate().map(move |(e, m)| ((a, e), m));
     (0..3).flat_map(elements).map(|((a, e), m)| ((a, e), Item::new(&grid.axes[a], e, m))).collect()
@@ -247,14 +258,14 @@ pub(crate) fn refine_weighted(
         let axis = &mut grid.axes[a];
         let first: Vec<(usize, Change)> = changes[a].iter().map(|(e, c)| (*e, *c)).collect();
         axis.change(&first);
-        // A second split goes to the part at the edge: behind as many elements as the first splits made below
-        // it.
+        // A second split goes to the part at the edge. The number of that part has grown by the number of the
+        // first splits below it.
         let splits_before =
             |e: usize| first.iter().filter(|(s, c)| *s < e && matches!(c, Change::Split(_))).count();
         let mut second: Vec<(usize, Change)> = Vec::new();
         for &e in &again[a] {
-            let at = e + splits_before(e);
-            for part in [at, at + 1] {
+            let lower_part = e + splits_before(e);
+            for part in [lower_part, lower_part + 1] {
                 match axis.touches(part) {
                     [true, false] => second.push((part, Change::Split(RATIO))),
                     [false, true] => second.push((part, Change::Split(1.0 - RATIO))),

@@ -23,11 +23,12 @@ const SAME: f64 = 1e-13;
 const FROM_AFAR: [f64; 2] = [4.0 * f64::EPSILON, 1e-9];
 
 /// The error that the coordinate `at` of a plane may have where the farthest plane is at `farthest`.
-fn same(at: f64, farthest: f64) -> f64 {
+fn coordinate_error(at: f64, farthest: f64) -> f64 {
     let [share, most] = FROM_AFAR;
     (SAME * at.abs().max(1.0)).max((share * farthest).min(most))
 }
 
+/// Distance of the farthest plane from the origin.
 fn farthest(planes: impl Iterator<Item = f64>) -> f64 {
     planes.map(f64::abs).fold(0.0, f64::max)
 }
@@ -37,9 +38,9 @@ fn farthest(planes: impl Iterator<Item = f64>) -> f64 {
 /// It is not tuned.
 const ALIKE: f64 = 1e-11;
 
-/// Distance of the centre of the walls from that of the conductors, over the size of these, up to which the
-/// former is the origin of the coordinates. With a farther origin, coordinates of conductors would lose
-/// digits. This one loses two digits at most.
+/// Distance of the centre of the walls from the centre of the conductors, over the size of the conductors, up
+/// to which the centre of the walls is the origin of the coordinates. With a farther origin, coordinates of
+/// conductors would lose digits. This one loses two digits at most.
 const NEAR: f64 = 100.0;
 
 /// A break of a map closer than this to a plane of a body, over the unit of length, is taken to lie on it.
@@ -50,13 +51,13 @@ const SAME_BREAK: f64 = 1e-9;
 /// `origin`.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
-    /// m.
+    /// The unit of length, m.
     pub unit: f64,
-    /// m.
+    /// The origin of the scaled coordinates, m.
     pub origin: [f64; 3],
     /// Planes of each axis, ascending, scaled.
     pub planes: [Vec<Plane>; 3],
-    /// `walls[axis][side]`.
+    /// The wall at each end of each axis, `[axis][side]`.
     pub walls: [[Wall; 2]; 3],
     /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the
     /// conductor.
@@ -82,16 +83,16 @@ pub(crate) struct Layout {
 pub(crate) struct Turned {
     /// The planes in the middle of the first and of the last axis.
     pub(crate) planes: [usize; 2],
-    /// For each conductor, the one whose place it takes.
+    /// For each conductor, the index of the one that the turn takes it to.
     pub(crate) images: Vec<usize>,
 }
 
 /// The origin of a layout's coordinates, and their unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
-    /// m.
+    /// The origin, m.
     pub origin: [f64; 3],
-    /// m.
+    /// The unit of length, m.
     pub unit: f64,
 }
 
@@ -117,6 +118,7 @@ impl Frame {
     }
 }
 
+/// The boxes and sheets that a body consists of.
 fn boxes(body: &Body) -> Result<Vec<Box3>, SolveError> {
     body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() })
 }
@@ -224,7 +226,7 @@ impl Layout {
     /// Computes the blocks of conductors, given as their boxes, the permittivity and the reach for the
     /// current planes.
     fn fill(&mut self, scene: &Scene, conductors: &[Vec<Box3>]) {
-        let find = |a: usize, x: f64| {
+        let nearest_plane = |a: usize, x: f64| {
             let s = (x - self.origin[a]) / self.unit;
             let (mut best, mut distance) = (0, f64::INFINITY);
             for (i, p) in self.planes[a].iter().enumerate() {
@@ -235,8 +237,8 @@ impl Layout {
             best + usize::from(self.walls[a][0] == Wall::Open)
         };
         let block = |region: &Box3| Block {
-            lo: [0, 1, 2].map(|a| find(a, region.min[a])),
-            hi: [0, 1, 2].map(|a| find(a, region.max[a])),
+            lo: [0, 1, 2].map(|a| nearest_plane(a, region.min[a])),
+            hi: [0, 1, 2].map(|a| nearest_plane(a, region.max[a])),
         };
         let conductors = conductors
             .iter()
@@ -255,8 +257,9 @@ impl Layout {
         let mut material = vec![0; cells];
         // Painted one over the other: later dielectrics take precedence. To look up the body of every cell
         // would take the number of cells times that of bodies.
-        let places = [0, 1, 2]
-            .map(|a| centres[a].iter().map(|at| self.origin[a] + self.unit * at).collect::<Vec<f64>>());
+        let places = [0, 1, 2].map(|a| {
+            centres[a].iter().map(|centre| self.origin[a] + self.unit * centre).collect::<Vec<f64>>()
+        });
         for dielectric in scene.dielectrics() {
             let boxes = dielectric.body.boxes().unwrap_or_default();
             for b in boxes.iter().filter(|b| b.sheet_normal().is_none()) {
@@ -292,14 +295,20 @@ impl Layout {
             // pole is there.
             [true, true] => {
                 let last = self.cells()[a] - 1;
-                let at = |m: usize| {
+                let permittivity_in = |m: usize| {
                     let mut cell = [0; 3];
                     cell[a] = m;
                     self.permittivity.get(self.cell(cell)).copied()
                 };
                 let nearest = |x: f64, y: f64| if y.abs() < x.abs() { y } else { x };
-                let faces = (0..last).filter(|&m| at(m) != at(m + 1)).map(|m| self.planes[a][m].at);
-                if at(0) == at(last) { 0.0 } else { faces.reduce(nearest).unwrap_or(0.0) }
+                let faces = (0..last)
+                    .filter(|&m| permittivity_in(m) != permittivity_in(m + 1))
+                    .map(|m| self.planes[a][m].at);
+                if permittivity_in(0) == permittivity_in(last) {
+                    0.0
+                } else {
+                    faces.reduce(nearest).unwrap_or(0.0)
+                }
             }
             _ => 0.0,
         }
@@ -332,6 +341,7 @@ impl Layout {
             .map(|a| self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count())
     }
 
+    /// The index of a cell in [`Layout::permittivity`].
     fn cell(&self, c: [usize; 3]) -> usize {
         let n = self.cells();
         (c[0] * n[1] + c[1]) * n[2] + c[2]
@@ -352,7 +362,7 @@ impl Layout {
         }
         let size = farthest(p.iter().map(|p| p.at));
         let apart = |i: usize| (p[i].at + p[n - 1 - i].at).abs();
-        if (0..n).any(|i| apart(i) > same(p[i].at, size) || p[i].edge != p[n - 1 - i].edge) {
+        if (0..n).any(|i| apart(i) > coordinate_error(p[i].at, size) || p[i].edge != p[n - 1 - i].edge) {
             return false;
         }
         let cells = self.cells();
@@ -386,9 +396,9 @@ impl Layout {
         n / 2
     }
 
-    /// For each conductor, the one whose place it takes under a half turn about the second axis; `None`
+    /// For each conductor, the index of the one that a half turn about the second axis takes it to; `None`
     /// unless the turn takes the layout to itself and no mirror across the two other axes does. Permittivity
-    /// and map must be mirror-symmetric across either of these.
+    /// and map must be mirror-symmetric across either of these two axes.
     fn turned(&self) -> Option<Vec<usize>> {
         let is_mirrored = |a: usize| self.map.as_ref().is_none_or(|map| map.is_mirrored(a));
         if !ACROSS.iter().all(|&a| self.mirror[a].is_none() && self.is_even(a) && is_mirrored(a)) {
@@ -563,8 +573,8 @@ impl Grid {
         Self { axes, radius: self.radius }
     }
 
-    /// Largest degree, and largest number of layers: the elements between a plane and the middle of an
-    /// interval, minus one.
+    /// Largest degree, and largest number of layers at an edge: the elements of an interval, or half of them
+    /// where both of its ends are edges, minus one.
     pub(crate) fn level(&self) -> ResolutionLevel {
         let lines = || self.axes.iter();
         let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);
@@ -600,15 +610,16 @@ enum Side {
     Upper,
 }
 
+/// The planes in ascending order, with those merged that differ by rounding alone.
 fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
     planes.sort_by(|(p, _), (q, _)| p.at.total_cmp(&q.at));
     // Between two faces with the same outward normal there is neither a body nor a gap.
     let size = farthest(planes.iter().map(|(p, _)| p.at));
-    let same = |at: f64, alike: bool| same(at, size).max(if alike { ALIKE } else { 0.0 });
+    let largest_gap = |at: f64, alike: bool| coordinate_error(at, size).max(if alike { ALIKE } else { 0.0 });
     let mut out: Vec<(Plane, Side)> = Vec::new();
     for (p, side) in planes {
         match out.last_mut() {
-            Some((last, before)) if p.at - last.at <= same(p.at, side == *before) => {
+            Some((last, before)) if p.at - last.at <= largest_gap(p.at, side == *before) => {
                 last.edge |= p.edge;
                 *before = side;
             }

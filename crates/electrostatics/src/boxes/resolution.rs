@@ -5,12 +5,12 @@ use crate::solution::ResolutionLevel;
 use elastocap_fem::tensor::Dims;
 use elastocap_geometry::meshing::grid::Resolution;
 
-/// Size of a layer over the next larger one: between 0.12 (best below 1e-4) and 0.15 (best above), measured
-/// on the in-plane pair. Measured: `cargo bench --bench targets`, the table of layers.
+/// Size of a layer of elements over that of the next larger one. On the in-plane pair 0.12 is best for
+/// tolerances below 1e-4, and 0.15 above. Measured: `cargo bench --bench targets`, the table of layers.
 const RATIO: f64 = 0.13;
 
-/// Largest number of unknowns of a part, primal plus dual: about a minute's work on two cores. It is not
-/// tuned.
+/// Largest number of unknowns of a symmetric part, primal plus dual: about a minute's work on two cores. It
+/// is not tuned.
 pub(crate) const MAX_UNKNOWNS: usize = 24_000_000;
 
 /// Approximate smallest spread that double precision allows. Grids are not refined further.
@@ -20,7 +20,8 @@ pub(crate) const MIN_TOLERANCE: f64 = 2e-12;
 /// `benches/outlines.py comb`.
 const MAX_FIRST_UNKNOWNS: usize = 30_000;
 
-/// The first grid of a layout.
+/// The first grid of a layout: with one layer at every edge, or with none where that takes more than
+/// [`MAX_FIRST_UNKNOWNS`]. Rays to infinity begin `far` times as far from the pole as the farthest conductor.
 pub(crate) fn first(layout: &Layout, far: f64) -> Grid {
     let resolution = |levels: usize| graded(ResolutionLevel { order: levels + 2, levels });
     let layered = layout.grid(&resolution(1), far);

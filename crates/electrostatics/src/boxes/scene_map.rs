@@ -99,6 +99,7 @@ pub struct SceneMap {
     displacement: [Vec<f64>; 3],
     /// For each interval of the third axis, whether the displacement is the same all along it.
     steady: Vec<bool>,
+    /// The box whose image has no edges, if there is one.
     rounded: Option<Rounded>,
 }
 
@@ -316,8 +317,9 @@ impl SceneMap {
 /// slabs: from values at the nodes to values and slopes, of even and of odd functions.
 pub(crate) struct MapGradients<'m> {
     map: &'m SceneMap,
+    /// The matrices of the first axis, `[even or odd][value or slope]`.
     first: [[SparseRows<f64>; 2]; 2],
-    /// The matrices of the second and the third axis.
+    /// The matrices of the second and the third axis, `[axis][even or odd][value or slope]`.
     across: [[[Strips; 2]; 2]; 2],
 }
 
@@ -340,6 +342,8 @@ impl MapGradients<'_> {
                 plane
             });
             let (second, third) = (&self.across[0][parity(1)], &self.across[1][parity(2)]);
+            // For each column of the gradient, the part of the first axis, and for each of the other two axes
+            // 1 where the slope is taken along it.
             for (column, (plane, by)) in
                 [(&slope, [0, 0]), (&value, [1, 0]), (&value, [0, 1])].into_iter().enumerate()
             {
@@ -357,7 +361,8 @@ fn chebyshev(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| -(std::f64::consts::PI * k as f64 / degree as f64).cos()).collect()
 }
 
-/// Values and slopes at `s` of the polynomials that are 1 at one of the extrema and 0 at the others.
+/// Values and slopes at `s` of the polynomials that are 1 at one of the points of [`chebyshev`] and 0 at the
+/// others.
 fn lagrange(degree: usize, s: f64) -> Vec<(f64, f64)> {
     let nodes = chebyshev(degree);
     let polynomial = |k: usize| {

@@ -10,7 +10,7 @@ use crate::projection::projected;
 pub(crate) struct Part {
     /// The reduced layout.
     pub layout: Layout,
-    /// Odd across the mirror plane of each axis.
+    /// Whether the potentials are odd across the mirror plane of each axis.
     pub odd: [bool; 3],
     /// Number of copies that make up the whole scene, and the factor from the part's energies to the scene's.
     pub copies: f64,
@@ -95,9 +95,9 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
     out
 }
 
-/// Leaves of the parts only the state with opposite potentials of two conductors, and all others at potential
-/// zero, to be solved. This needs a part on half of the scene that has the state: a half turn, or a mirror
-/// besides, exchanges the two conductors. Returns whether there is one.
+/// Leaves only one state of the parts to be solved: that with opposite potentials of two conductors, and all
+/// others at potential zero. This needs a part that is solved on half of the scene, by a half turn, and has
+/// the state. Returns whether there is such a part; if not, nothing is changed.
 pub(crate) fn leave_opposite(parts: &mut [Part], [one, other]: [usize; 2]) -> bool {
     let is_opposite = |v: &Vec<f64>| {
         v.iter().enumerate().all(|(c, x)| (*x != 0.0) == (c == one || c == other)) && v[one] == -v[other]

@@ -20,11 +20,14 @@ pub(super) fn with_open_sides(walls: [Wall; 2], open: Wall) -> [Wall; 2] {
     walls.map(|wall| if wall == Wall::Open { open } else { wall })
 }
 
-/// Largest distance of open sides, in sizes of the scene: along the axis, whose elements grow with the
-/// distance; in a plan that grows with it in both directions; and in one whose closed sides do not let
-/// triangles grow.
+/// Largest distance of open sides along the axis, whose elements grow with the distance, in sizes of the
+/// scene.
 const FARTHEST_ALONG_AXIS: f64 = 4e3;
+/// Largest distance of open sides in a plan that is open in both directions, so that triangles grow with the
+/// distance; in sizes of the scene.
 const FARTHEST_IN_PLAN: f64 = 1e3;
+/// Largest distance of open sides in a plan whose closed sides do not let triangles grow, in sizes of the
+/// scene.
 const FARTHEST_IN_CHANNEL: f64 = 60.0;
 
 /// Where open sides end for a tolerance, in units of the scene; `walls` are those of the whole scene.
@@ -37,13 +40,13 @@ pub(super) fn distance_of_ends(layout: &Layout, walls: [[Wall; 2]; 3], tolerance
     let is_closed = |a: &usize| !walls[*a].contains(&Wall::Open);
     let closed: Vec<usize> = (0..3).filter(is_closed).collect();
     let grounded = closed.iter().any(|a| walls[*a].contains(&Wall::Grounded));
-    let sides = walls.iter().flatten().filter(|wall| **wall == Wall::Open).count();
+    let open_count = walls.iter().flatten().filter(|wall| **wall == Wall::Open).count();
     let reach = layout.reach.max(1.0);
     // The slowest mode of a field between walls one of which is grounded falls by exp(-pi / 2) over their
     // distance, and its energy by the square of that.
     let width = closed.iter().map(|a| layout.width(*a)).fold(0.0, f64::max);
     let exponential = reach + width * (1.0 / allowed).ln().max(1.0) / PI;
-    let far = match (grounded, closed.len(), sides) {
+    let far = match (grounded, closed.len(), open_count) {
         (true, ..) | (false, 2, 1) => exponential,
         (false, 1, _) => reach * (0.5 / allowed).sqrt(),
         (false, ..) => reach * (0.5 / allowed),
@@ -72,7 +75,7 @@ pub(super) fn without_common_potential(upper: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - share(j))
 }
 
-/// A form in other potentials.
+/// The form in V that `form` takes at the potentials `change` V.
 pub(super) fn changed(form: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
     product(change.transpose(), product(form.as_ref(), change.as_ref()).as_ref())
 }

@@ -1,18 +1,19 @@
-//! The meshes that a scene may be solved on, and the error expected on each. It follows from how far the
-//! upper bound falls on the first meshes, and from the energy in the last functions along the axis there.
+//! The meshes that a scene may be solved on, and the error expected on each. The expectation follows from how
+//! far the upper bound falls on the first meshes, and from the energy in the last functions along the axis
+//! there.
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
     /// The degree of the polynomials on triangles.
     pub degree: usize,
-    /// Layers toward corners of the plan.
+    /// Number of layers toward corners of the plan.
     pub layers: usize,
-    /// Strips toward edges.
+    /// Number of strips of triangles toward edges.
     pub strips: usize,
     /// The degree of the polynomials along the axis.
     pub axis_degree: usize,
-    /// Layers toward the places of the axis where something begins or ends.
+    /// Number of layers toward the places of the axis where something begins or ends.
     pub axis_layers: usize,
 }
 
@@ -61,10 +62,12 @@ const OF_LAST: [f64; 2] = [1.0, 0.45];
 /// to cause more. Tuned: `benches/outlines.py`.
 const MIN_SHARES_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
-/// The factor by which each degree beyond the third multiplies the error; and the error with the second
-/// degree over that with the third. Measured:
+/// The factor by which each degree beyond the third multiplies the error. Measured:
 /// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const BY_DEGREE: f64 = 0.18;
+
+/// The error with the second degree over that with the third. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const SECOND_DEGREE: f64 = 10.0;
 
 /// The factor by which each strip multiplies the error without strips; without and with sheets. Tuned:
@@ -94,6 +97,7 @@ pub(super) struct Expectation {
     third_degree: [f64; 2],
     /// The relative error that comes from the edges on meshes without strips, at the third degree.
     without_strips: f64,
+    /// Whether conductors are sheets, as [`Layout::has_sheets`](super::layout::Layout::has_sheets) says.
     sheets: bool,
     /// Numbers of triangles of the first three meshes.
     triangles: [f64; 3],
@@ -145,10 +149,10 @@ impl Expectation {
         self.without_strips *= factor;
     }
 
-    /// The mesh with the fewest unknowns that is expected to meet a tolerance, or, where none is, the one
-    /// with the least error; of those that are in no way coarser than `least` and have fewer than
-    /// `max_unknowns`. `functions` gives the number of functions of the line for a degree and a number of
-    /// layers of the axis.
+    /// The mesh with the fewest unknowns that is expected to meet a tolerance or, where none is, the one with
+    /// the least expected error; and its number of unknowns. Only meshes count that are in no way coarser
+    /// than `least` and have fewer unknowns than `max_unknowns`. `functions` gives the number of functions of
+    /// the line for a degree and a number of layers of the axis.
     pub(super) fn cheapest(
         &self,
         tolerance: f64,

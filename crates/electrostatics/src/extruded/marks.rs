@@ -13,7 +13,8 @@ const SMOOTH: [f64; 2] = [12.0, 30.0];
 /// rounding errors and below angles that matter.
 const UPRIGHT: f64 = 1e-9;
 
-/// Corners and edges near which the field is singular.
+/// The corners and edges of a plan near which the field is singular; `at_dielectrics` says whether edges of
+/// dielectrics count.
 pub(super) fn marks(
     coarse: &Coarse,
     of_triangle: &[u32],
@@ -35,7 +36,7 @@ pub(super) fn marks(
     for (side, adjacent) in &beside {
         let (one, other) = match adjacent[..] {
             [one, other] => (one, other),
-            // On the frame.
+            // A side on the frame.
             [one] => (one, one),
             _ => continue,
         };
@@ -74,8 +75,8 @@ pub(super) fn marks(
             }
             // A boundary that meets the frame at a right angle continues straight in its mirror image.
             [(a, _)] => {
-                let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
-                !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
+                let on_frame = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
+                !on_frame.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
             }
             _ => true,
         })
@@ -98,8 +99,9 @@ pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl I
 /// The two columns, or the two sides of a chain, that a side of triangles separates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Boundary {
-    /// Ascending.
+    /// The numbers of the columns on both sides, ascending.
     columns: [u32; 2],
+    /// The chain that stands on it, if any does.
     chain: Option<u32>,
 }
 

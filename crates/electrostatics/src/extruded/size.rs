@@ -10,11 +10,12 @@ pub(super) struct Size {
     pub unknowns: usize,
     /// Entries of the factors of one mode of the whole plan, both problems.
     entries: f64,
-    /// Functions of the line.
+    /// Number of functions of the line, which is that of the modes.
     modes: usize,
 }
 
 impl Size {
+    /// The size of the problems of a degree on a mesh.
     pub(super) fn of(mesh: &PlanMesh, axis: &Axis, degree: usize) -> Self {
         let (points, edges, triangles) = (mesh.points.len(), mesh.edges.len(), mesh.triangles.len());
         let modes = axis.functions().len();

@@ -17,9 +17,12 @@ use std::time::Instant;
 /// Seconds per unknown and right-hand side on two cores. Measured: `benches/forecast.py`.
 const SECONDS: f64 = 1.0e-6;
 
-/// Largest sum of unknowns times right-hand sides of the first meshes, and largest memory in bytes, with
-/// which they are solved for a forecast: that takes some seconds. Not tuned: what `check` may take.
+/// Largest sum over the first meshes of unknowns times right-hand sides with which they are solved for a
+/// forecast, which takes some seconds. Not tuned: what `check` may take.
 const MAX_EXPLORED: f64 = 3e6;
+
+/// Largest memory, bytes, with which the first meshes are solved for a forecast. Not tuned: what `check` may
+/// take.
 const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 
 /// Approximate ratio of the unknowns of the last mesh to those of the finest of the first ones at a relative
@@ -28,9 +31,9 @@ const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 /// Measured: `benches/forecast.py`.
 const USUAL_GROWTH: (f64, f64) = (10.0, 0.75);
 
-/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if
-/// there is such an axis; of those the one along which the fewest conductors begin or end, and of several the
-/// one along which they reach farthest. `None` if there is none.
+/// The axis along which the bodies of a scene are outlines pulled; `None` if there is none. Of several such
+/// axes it is one to which all sheets are normal, if possible; of those, the one with the fewest planes at
+/// which conductors begin or end; and of those, the one along which the conductors reach farthest.
 pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
     let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
     let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
@@ -93,7 +96,7 @@ const SPARE: f64 = 1.7;
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.
 ///
 /// # Errors
-/// As [`solve_extruded()`].
+/// Those of [`solve_extruded()`].
 pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
     let explore = Settings { field: false, ..settings.clone() };
@@ -139,8 +142,8 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
 /// Outlines may differ from slab to slab; conductors may have no thickness along the axis.
 ///
 /// # Errors
-/// A scene of other bodies; a mesh whose matrices cannot be factorised or do not fit the memory; a request to
-/// stop.
+/// If the scene has other bodies, if the matrices of a mesh cannot be factorised or do not fit the memory, if
+/// a stop is requested before there are bounds, or if proved bounds contradict each other.
 pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
     let begin = Instant::now();
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
@@ -152,6 +155,6 @@ pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolu
 
 /// The scene, turned about the axis where that gives it more mirror planes.
 fn turned(scene: &Scene, axis: usize, symmetry: bool) -> (Option<Turn>, Cow<'_, Scene>) {
-    let found = if symmetry { to_mirror_planes(scene, axis) } else { None };
-    found.map_or((None, Cow::Borrowed(scene)), |(turn, scene)| (Some(turn), Cow::Owned(scene)))
+    let better = if symmetry { to_mirror_planes(scene, axis) } else { None };
+    better.map_or((None, Cow::Borrowed(scene)), |(turn, scene)| (Some(turn), Cow::Owned(scene)))
 }

@@ -3,8 +3,8 @@
 //!
 //! On each mesh the potentials give the upper bound ([`crate::tets::potentials`]) and fluxes made from them
 //! the lower one ([`crate::tets::flux`]). The gap between the two is a sum over tetrahedra. They are bisected
-//! so that all hold equally much of it ([`Refinement`]). This is repeated until the tolerance is met or the
-//! next mesh would not fit into memory.
+//! so that all of them hold equally much of the gap ([`Refinement`]). This is repeated until the tolerance is
+//! met or the next mesh would not fit into memory.
 //!
 //! One part of a symmetric scene is solved once for each parity of potentials ([`crate::tets::parity`]), on
 //! one mesh.
@@ -30,8 +30,8 @@ const MAX_USEFUL_SPREAD: f64 = 0.3;
 ///
 /// # Errors
 ///
-/// A mesh that is not what [`TetMesh`] promises, a linear solver that fails on the first meshes, a request to
-/// stop.
+/// If the mesh is not what [`TetMesh`] promises, if the solve fails or is stopped before there are useful
+/// bounds, or if proved bounds contradict each other.
 pub fn solve_mesh(
     mesh: TetMesh,
     scene: MeshScene<'_>,

@@ -8,7 +8,7 @@ use faer::Mat;
 pub(super) struct State {
     /// The potentials of all conductors, or the shares of all right-hand sides, V.
     pub(super) potentials: Vec<f64>,
-    /// The energy form V . C V, F V^2.
+    /// Twice the energy, V . C V, F V^2.
     pub(super) energy: f64,
 }
 
@@ -50,9 +50,11 @@ const RANGE: f64 = 1e-12;
 
 /// How much of the gap each tetrahedron holds.
 pub(super) struct Gaps {
-    /// Relative to the energy, summed over all states.
+    /// The gap of each tetrahedron relative to the energy, summed over all states.
     of_tets: Vec<f64>,
+    /// The sum of these gaps.
     total: f64,
+    /// The largest of these gaps.
     largest: f64,
 }
 
@@ -85,29 +87,31 @@ impl Gaps {
     }
 
     /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it
-    /// takes to leave this share of the whole gap by forecast, but with no more tetrahedra than `growth`
+    /// takes to leave this share of the whole gap by forecast, but with hardly more tetrahedra than `growth`
     /// allows.
     pub(super) fn bisected_to(&self, share: f64, growth: &Growth) -> Bisections {
+        // For each class of gaps of about one size, by descending size, their number and their sum.
         let mut sizes: Vec<(usize, f64)> = Vec::new();
-        let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
+        let class = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
         for &gap in self.of_tets.iter().filter(|gap| **gap > RANGE * self.largest) {
-            let place = place(gap);
-            if sizes.len() <= place {
-                sizes.resize(place + 1, (0, 0.0));
+            let class = class(gap);
+            if sizes.len() <= class {
+                sizes.resize(class + 1, (0, 0.0));
             }
-            sizes[place].0 += 1;
-            sizes[place].1 += gap;
+            sizes[class].0 += 1;
+            sizes[class].1 += gap;
         }
-        // Each of the smallest may be bisected as often as any.
-        let places = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
-        let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
-        // The limit and the remaining share of the finest mesh that is allowed as one of several.
+        // Limits descend so far that even the smallest gap may be bisected three times.
+        let classes = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
+        let middle = |class: usize| self.largest * STEP.powf(-(class as f64) - 0.5);
+        // Limits, each with the share of the gap that it leaves: the first one whose mesh grows beyond
+        // `growth.usual`, and the first one that leaves no more than `share`.
         let mut usual = None;
         let mut last = None;
-        for limit in (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))) {
+        for limit in (1..=classes).map(|class| self.largest * STEP.powi(-(class as i32))) {
             let (mut left, mut more) = (self.total, 0.0);
-            for (place, (count, gap)) in sizes.iter().enumerate() {
-                let times = Self::bisections(middle(place), limit);
+            for (class, (count, gap)) in sizes.iter().enumerate() {
+                let times = Self::bisections(middle(class), limit);
                 left -= (1.0 - LEFT[usize::from(times)]) * gap;
                 more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
             }
@@ -123,15 +127,15 @@ impl Gaps {
                 break;
             }
         }
-        // If that is not enough, all gaps that matter.
+        // If no limit does either, all gaps that matter are divided.
         let (limit, left) = last.or(usual).unwrap_or((RANGE * self.largest, LEFT[3]));
         let times = self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect();
         Bisections { times, left }
     }
 }
 
-/// Largest ratios of the tetrahedra of a mesh to those of the mesh before, without the bisections for
-/// conformity.
+/// Ratios of the tetrahedra of a mesh to those of the mesh before at which a mesh counts as fine enough,
+/// without the bisections for conformity.
 pub(super) struct Growth {
     /// Where further meshes follow: gaps on a coarse mesh say little about where a much finer one should be
     /// fine.

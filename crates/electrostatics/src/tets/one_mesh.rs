@@ -32,6 +32,7 @@ pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1
 
 /// The results on the mesh before the last refinement.
 pub(super) struct Coarser {
+    /// The mesh and the capacitances on it.
     pub(super) solved: MeshSolution,
     /// The potentials of each parity with a field.
     pub(super) potentials: Vec<CoarserPotentials>,
@@ -56,7 +57,7 @@ pub(super) struct Task<'a> {
     pub(super) parities: Vec<Parity>,
     /// The parity without a field, if there is one.
     constant: Vec<Parity>,
-    /// Farad per metre of the energies on the mesh: the mirrored copies count too.
+    /// The factor, F/m, from energies on the mesh to those of the whole scene in farads.
     scale: f64,
 }
 
@@ -70,10 +71,12 @@ pub(super) struct MeshBounds {
     pub(super) two_terminal: Option<Bounded>,
     /// The capacitance that the target names, F.
     pub(super) measured: Option<Bounded>,
+    /// How far apart the bounds on the target are.
     pub(super) spread: Spread,
 }
 
 impl<'a> Task<'a> {
+    /// The data for the meshes that begin with `mesh`.
     pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of(scene.potentials);
         let parities = parities(mesh, scene.planes, scene.potentials);
@@ -123,7 +126,7 @@ impl<'a> Task<'a> {
         let share = (ITERATION * settings.relative_tolerance).min(1e-6);
         let potential_settings =
             PotentialSettings { order: settings.order, share, cancel: settings.cancel.as_deref() };
-        let one = |(k, parity): (usize, &Parity)| {
+        let solve_parity = |(k, parity): (usize, &Parity)| {
             let begin = Instant::now();
             let mesh = mesh_of(parity, mesh);
             let problem = PotentialProblem { mesh: &mesh, permittivity, conductors: parity.sides() };
@@ -143,7 +146,7 @@ impl<'a> Task<'a> {
             seconds.dual += begin.elapsed().as_secs_f64();
             Ok(SolvedParity { potentials, flux: flux? })
         };
-        self.parities.iter().enumerate().map(one).collect()
+        self.parities.iter().enumerate().map(solve_parity).collect()
     }
 
     /// Bounds from the potentials and the fluxes on one mesh.
@@ -171,7 +174,7 @@ impl<'a> Task<'a> {
     pub(super) fn potentials(&self, solved: &[SolvedParity], points: usize) -> Vec<Vec<f64>> {
         let n = self.scene.potentials.len();
         let unit = |c: usize| (0..n).map(|k| f64::from(u8::from(k == c))).collect::<Vec<f64>>();
-        let one = |c: usize| {
+        let of_conductor = |c: usize| {
             let unit = unit(c);
             let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
             let mut sum = vec![constant; points];
@@ -182,7 +185,7 @@ impl<'a> Task<'a> {
             }
             sum
         };
-        (0..n).map(one).collect()
+        (0..n).map(of_conductor).collect()
     }
 
     /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their
@@ -221,14 +224,15 @@ impl<'a> Task<'a> {
         };
         let on_sides: Vec<State> = states.iter().map(on_sides).collect();
         let gaps: Vec<&[f64]> =
-            solved.iter().flat_map(|one| one.flux.gaps.iter().map(Vec::as_slice)).collect();
+            solved.iter().flat_map(|parity| parity.flux.gaps.iter().map(Vec::as_slice)).collect();
         let mut gap = Mat::zeros(bounds.upper.nrows(), bounds.upper.nrows());
-        for (parity, one) in self.parities.iter().zip(solved) {
-            gap += parity.form_of_conductors(&one.flux.gap);
+        for (parity, SolvedParity { flux, .. }) in self.parities.iter().zip(solved) {
+            gap += parity.form_of_conductors(&flux.gap);
         }
         (Gaps::new(&on_sides, &gaps), beyond(&states, bounds, &gap, self.scale))
     }
 
+    /// The shortfall of a target that includes a capacitance which may be zero.
     pub(super) fn may_be_zero(&self) -> Shortfall {
         Shortfall::MayBeZero { share: self.settings.relative_tolerance }
     }

@@ -28,8 +28,8 @@ pub(super) fn parities(
 /// The mesh of the part with the boundary conditions of one parity. Conductors are numbered by right-hand
 /// sides.
 pub(super) fn mesh_of<'m>(parity: &Parity, mesh: &'m TetMesh) -> Cow<'m, TetMesh> {
-    let same = parity.side.iter().enumerate().all(|(c, side)| *side == Some(c as u32));
-    if same && parity.grounded == [None; 3] {
+    let is_numbered_alike = parity.side.iter().enumerate().all(|(c, side)| *side == Some(c as u32));
+    if is_numbered_alike && parity.grounded == [None; 3] {
         return Cow::Borrowed(mesh);
     }
     let mut out = mesh.clone();
@@ -59,11 +59,11 @@ fn faces_in_plane(mesh: &TetMesh, axis: usize, at: f64) -> Vec<BoundaryFace> {
         face
     };
     let extent = mesh.points.iter().map(|p| (p[axis] - at).abs()).fold(0.0, f64::max);
-    let inside = |face: &[u32; 3]| {
+    let in_plane = |face: &[u32; 3]| {
         face.iter().all(|&p| (mesh.points[p as usize][axis] - at).abs() <= ROUNDING * extent)
     };
-    let taken: HashSet<[u32; 3]> = mesh.boundary.iter().map(|f| sorted(f.face)).filter(inside).collect();
+    let taken: HashSet<[u32; 3]> = mesh.boundary.iter().map(|f| sorted(f.face)).filter(in_plane).collect();
     let faces = mesh.tets.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]);
-    let free = faces.filter(|face| inside(face) && !taken.contains(&sorted(*face)));
+    let free = faces.filter(|face| in_plane(face) && !taken.contains(&sorted(*face)));
     free.map(|face| BoundaryFace { face, role: FaceRole::Grounded }).collect()
 }

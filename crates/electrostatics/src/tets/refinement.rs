@@ -34,8 +34,9 @@ const MAX_BEYOND: f64 = 0.66;
 /// Largest number of refinements of one solve. Not tuned: a limit that ordinary cases do not reach.
 const MAX_REFINEMENTS: usize = 60;
 
-/// The state of a refinement.
+/// The refinements of one solve.
 pub(super) struct Refinement {
+    /// Where edges are divided in bisections.
     grading: Grading,
     /// Number of refinements so far.
     count: usize,
@@ -46,6 +47,7 @@ pub(super) struct Refinement {
 }
 
 impl Refinement {
+    /// The state before the first refinement, of `mesh`.
     pub(super) fn new(mesh: &TetMesh) -> Self {
         Self { grading: Grading::towards_edges(mesh), count: 0, spread: f64::INFINITY, forecast: None }
     }

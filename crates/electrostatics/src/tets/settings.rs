@@ -20,8 +20,8 @@ pub struct TetrahedraSettings {
     pub order: usize,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
-    /// Set from outside to stop at the next opportunity, with
-    /// [`SolveError::Cancelled`](crate::SolveError::Cancelled).
+    /// Set from outside to stop at the next opportunity, with the best bounds by then, or with
+    /// [`SolveError::Cancelled`](crate::SolveError::Cancelled) if there are no useful ones.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 

@@ -23,6 +23,7 @@ pub(super) fn closed_form_force(compression: f64, contact: f64, length: f64) -> 
     Ok(LayerState::new(1.0, RUBBER, compression, settings)?.force() / RUBBER.shear_modulus())
 }
 
+/// Draws Fig. 16 for both contacts.
 pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let contacts = [

@@ -143,12 +143,14 @@ pub enum FigureError {
     ClosedForm(#[from] MechanicsError),
 }
 
-/// A finite-element run: contact, end of the layer, last compression, and elements over the thickness.
+/// A finite-element run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
     contact: Contact,
+    /// The condition at the end of the layer.
     end: End,
     compressions: &'static [f64],
+    /// The number of elements over the thickness.
     elements: usize,
 }
 
@@ -180,6 +182,7 @@ const SMALL: f64 = 1e-4;
 /// Draws items and keeps the finite-element runs that they share.
 #[derive(Debug, Default)]
 pub struct Session {
+    /// The results of the runs, by the text of their settings.
     runs: HashMap<String, Rc<ShearLengths>>,
 }
 
@@ -205,6 +208,7 @@ impl Session {
         }
     }
 
+    /// The result of a run, which is computed when it is first asked for.
     fn run(&mut self, run: Run) -> Result<Rc<ShearLengths>, FigureError> {
         let key = format!("{run:?}");
         if let Some(found) = self.runs.get(&key) {

@@ -26,6 +26,7 @@ pub(super) fn peak_and_end(edge: &[Sample]) -> Option<(f64, f64)> {
     Some((peak.reference[0], end.reference[0]))
 }
 
+/// Draws Fig. 7.
 pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
     const COUNT: usize = 121;
     let found = session.run(Run::punch(QUARTER))?;
@@ -89,6 +90,7 @@ fn figure_short(value: f64) -> String {
     format!("{}", (100.0 * value).round() / 100.0)
 }
 
+/// Draws the shear lengths of several contacts over the compression, by the balance and by the force.
 pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let mut csv = "contact,contact_half_length_over_h,layer_end,compression,shear_length_from_balance_over_h,\
@@ -144,6 +146,7 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
     Ok(drawn)
 }
 
+/// Appends the rows of one run to the table.
 fn rows(csv: &mut String, found: &ShearLengths, kind: &str, end: &str) -> Result<(), FigureError> {
     let contact = found.contact.half_length();
     let [length_difference, force_difference] = found.disagreement.unwrap_or([f64::NAN; 2]);

@@ -38,10 +38,11 @@ pub struct Entry {
     pub name: String,
     /// The expected answer.
     pub expect: Expect,
-    /// Whether it belongs to the quick selection.
+    /// Whether the entry belongs to the quick selection.
     pub quick: bool,
     /// The case files to be solved.
     pub cases: Vec<String>,
+    /// The claims on the outcomes of the cases.
     claims: ClaimsOf,
 }
 
@@ -70,6 +71,7 @@ pub struct Report {
 }
 
 impl Entry {
+    /// An entry whose numbers must be right; `claims` makes the claims from the outcomes of its cases.
     fn new(
         subject: &'static str,
         name: impl Into<String>,
@@ -81,11 +83,13 @@ impl Entry {
         Self { subject, name: name.into(), expect: Expect::Number, quick: false, cases, claims }
     }
 
+    /// An entry of one case that must be refused; it belongs to the quick selection.
     fn refused(subject: &'static str, name: impl Into<String>, case: String) -> Self {
         let entry = Self::new(subject, name, [case], |_| Ok(Vec::new()));
         Self { expect: Expect::Refusal, quick: true, ..entry }
     }
 
+    /// The same entry in the quick selection.
     fn quick(self) -> Self {
         Self { quick: true, ..self }
     }
@@ -97,9 +101,9 @@ impl Entry {
         let mut answers = Vec::new();
         for case in &self.cases {
             let answer = answer::answer(case, threads, limit, stop);
-            let last = !matches!(answer, answer::Answer::Run(..));
+            let is_last = !matches!(answer, answer::Answer::Run(..));
             answers.push(answer);
-            if last {
+            if is_last {
                 break;
             }
         }

@@ -1,4 +1,4 @@
-//! The polynomials on the reference triangle.
+//! The polynomials on the reference triangle: orthonormal ones, continuous potentials and fluxes.
 
 use super::SIDES;
 use crate::jet::{Jet, barycentric};
@@ -62,7 +62,7 @@ pub fn divergences(p: usize) -> usize {
     p * (p + 1) / 2
 }
 
-/// The continuous functions of degree `p` at a point: corners, sides, inside.
+/// The continuous functions of degree `p` at a point: those of the corners, of the sides and of the inside.
 pub(super) fn continuous(p: usize, point: [f64; 2]) -> Vec<Jet> {
     let corners = barycentric(point);
     let mut out = corners.to_vec();
@@ -91,10 +91,10 @@ pub(super) fn fluxes(p: usize, point: [f64; 2]) -> (Vec<[f64; 2]>, Vec<f64>) {
         values.extend([[q.value, 0.0], [0.0, q.value]]);
         divergences.extend(q.slope);
     }
-    let from = [point[0] - 1.0 / 3.0, point[1] - 1.0 / 3.0];
+    let from_centroid = [point[0] - 1.0 / 3.0, point[1] - 1.0 / 3.0];
     for q in &polynomials[polynomials.len() - p..] {
-        values.push(from.map(|x| x * q.value));
-        divergences.push(2.0 * q.value + from[0] * q.slope[0] + from[1] * q.slope[1]);
+        values.push(from_centroid.map(|x| x * q.value));
+        divergences.push(2.0 * q.value + from_centroid[0] * q.slope[0] + from_centroid[1] * q.slope[1]);
     }
     (values, divergences)
 }

@@ -10,7 +10,7 @@ use vtkio::model::CellType;
 use super::unstructured::{Array, UnstructuredGrid};
 use super::vtk_error::VtkError;
 
-/// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then
+/// The elements of a mesh. The nodes of a curved element are numbered along its first local axis first, then
 /// along the second, then along the third.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
@@ -22,12 +22,16 @@ pub enum Element {
     Tetrahedron,
 }
 
-/// Our number of each of VTK's nodes: corners, middles of edges, of faces and of the element, in VTK's order.
+/// For each node of a quadrilateral in VTK's order (corners, middles of edges, of the element), its number in
+/// the order of [`Element`].
 const QUADRILATERAL: [usize; 9] = [0, 2, 8, 6, 1, 5, 7, 3, 4];
+/// The same for a hexahedron, whose nodes in VTK's order are corners, middles of edges, of faces and of the
+/// element.
 const HEXAHEDRON: [usize; 27] =
     [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15, 12, 14, 10, 16, 4, 22, 13];
 
 impl Element {
+    /// For each node in VTK's order, its number in the order of [`Element`].
     fn order(self) -> &'static [usize] {
         match self {
             Self::Quadrilateral => &QUADRILATERAL,
@@ -36,6 +40,7 @@ impl Element {
         }
     }
 
+    /// VTK's type of the element.
     fn vtk_type(self) -> CellType {
         match self {
             Self::Quadrilateral => CellType::BiquadraticQuad,

@@ -13,6 +13,7 @@ pub struct ImportError {
 }
 
 impl ImportError {
+    /// The error of a fault of this file.
     pub(super) fn new(file: &str, problem: ImportProblem) -> Self {
         Self { file: file.to_owned(), problem }
     }

@@ -24,7 +24,9 @@ impl OptionalIndex {
 /// Consecutive new numbers for those points that are used, in the order of their first use.
 #[derive(Debug)]
 pub(crate) struct Renumbering {
+    /// The new number of each old one.
     numbers: Vec<OptionalIndex>,
+    /// The next new number.
     next: u32,
 }
 

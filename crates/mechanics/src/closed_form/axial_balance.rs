@@ -6,8 +6,8 @@
 //!
 //! `B / mu = M (1 + theta^2 a^2 / 2) - tanh(n) / (4n) - 1 / (4 lambda^2)`, `a = L / H`.
 //!
-//! `B` is `mu/2` without load. All functions here return what is left after that, as sums of parts that
-//! vanish with the compression, so that the smallest load keeps its digits.
+//! `B` is `mu/2` without load. The parts of `B` are computed here without this constant, as sums of terms
+//! that vanish with the compression, so that the smallest load keeps its digits.
 //!
 //! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
 //! compressive loading for a MEMS tactile sensor application".

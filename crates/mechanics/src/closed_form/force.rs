@@ -35,12 +35,12 @@ impl ForceCurve {
         phase.lambda() * self.mean_pressure(phase)
     }
 
-    /// `L / H` of (45) with which the force over `2 w L mu` on a contact of half-length `b H` is
-    /// `normalised`. `None` without compression, and where that force is below the one without any shear on
-    /// the bottom.
+    /// The ratio `L / H` of (45) with which a contact of half-length `contact_ratio` times `H` has this
+    /// `normalised` force, over `2 w L mu`. `None` without compression, and where even without any shear on
+    /// the bottom the force would be larger.
     pub(crate) fn shear_ratio_for(phase: &Phase, contact_ratio: f64, normalised: f64) -> Option<f64> {
-        let none = Self { scale: 1.0, contact_ratio, shear_ratio: 0.0 };
-        let lacking = normalised / phase.lambda() - none.mean_pressure(phase);
+        let without_shear = Self { scale: 1.0, contact_ratio, shear_ratio: 0.0 };
+        let lacking = normalised / phase.lambda() - without_shear.mean_pressure(phase);
         let square = 2.0 * lacking / (phase.theta.powi(2) * mean_ratio(phase.n));
         (square >= 0.0).then(|| square.sqrt())
     }

@@ -15,7 +15,9 @@ use crate::numerics::integrate_from_zero;
 /// rounding error outside is mapped smoothly, one far outside has no meaning and may give `NaN`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerMap {
+    /// Reference thickness `H` in m.
     thickness: f64,
+    /// The state of compression.
     phase: Phase,
 }
 

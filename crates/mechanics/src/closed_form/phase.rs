@@ -7,7 +7,7 @@ use crate::error::MechanicsError;
 use crate::numerics::integrate_from_zero;
 
 /// Up to this angle `1 - h/H` is integrated (no cancellation); above it the direct form loses less than two
-/// bits. The 16-point rule is exact to rounding well beyond: its error falls as 4^-32 at 1 rad.
+/// bits. The 16-point rule is exact to rounding up to larger angles: at 1 rad its error is about 4^-32.
 const LARGEST_INTEGRATED_ANGLE: f64 = 1.0;
 
 /// The state of compression, as the numbers that the formulas contain. All without unit.

@@ -18,11 +18,12 @@ use elastocap_materials::MooneyRivlin;
 use super::map::LayerMap;
 use crate::numerics::integrate_from_zero;
 
-/// Pieces of the thickness over which the rule of [`integrate_from_zero`] is used. It is not tuned.
+/// The number of pieces of the thickness, over each of which [`integrate_from_zero`] is used. It is not
+/// tuned.
 const PIECES: u32 = 16;
 
-/// The force over the shift, along x1 and along x3, N/m, of a contact with this reference area, m^2. `None`
-/// along x3 where the rubber has no positive stiffness against that shear at some height: one of its
+/// The force over the shift, along x1 and along x3, in N/m, of a contact with this reference `area` in m^2.
+/// `None` along x3 where the rubber has no positive stiffness against that shear at some height: one of its
 /// constants is negative then.
 pub(crate) fn shear_stiffness(map: &LayerMap, rubber: MooneyRivlin, area: f64) -> (f64, Option<f64>) {
     let thickness = map.thickness();

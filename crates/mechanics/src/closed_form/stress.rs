@@ -18,9 +18,12 @@ use elastocap_materials::MooneyRivlin;
 /// digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerStress {
+    /// The deformation that the stress belongs to.
     map: LayerMap,
+    /// The constants `C1` and `C2` of the paper in Pa; see [`paper_constants`].
     c1: f64,
     c2: f64,
+    /// Shear modulus `mu` of the layer in Pa.
     shear_modulus: f64,
     /// `B / mu - 1/2`.
     constant_excess: f64,

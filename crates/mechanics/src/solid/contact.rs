@@ -7,11 +7,11 @@
 //!
 //! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
 //!
-//! so that a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian `H` of the distance, and the force
-//! `n w s / g`. The pattern of the matrix does not depend on which points touch. The steps of
-//! [`super::newton`] keep `g` and `l` positive and reduce `s` until the remaining gaps do not matter. The
-//! distance from a convex body is a convex function, so that a step that keeps the linear gap positive keeps
-//! the gap positive, around any corner.
+//! where `n` is the normal of the obstacle. So a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian
+//! `H` of the distance, and the force `n w s / g`. The pattern of the matrix does not depend on which points
+//! touch. The steps of [`super::newton`] keep `g` and `l` positive and reduce `s` until the remaining gaps do
+//! not matter. The distance from a convex body is a convex function, so that a step that keeps the linear gap
+//! positive keeps the gap positive, around any corner.
 //!
 //! A guessed configuration has points inside obstacles, and gaps whose errors are larger than the gaps. From
 //! there the same solutions are found without the bounds `g, l > 0`: see [`Linearisation::Smoothed`].
@@ -41,12 +41,13 @@ const DEEPEST: f64 = 0.5;
 /// Distance, force and tangent of one pair.
 struct PairState {
     gap: Gap,
+    /// The contact force `l`.
     force: f64,
     /// The force after a step in which the point stays where it is.
     staying: f64,
     /// The decrease of the force for each metre that the point moves away.
     slope: f64,
-    /// Derivative of the contact force by the distance vector, its sign changed.
+    /// Minus the derivative of the vector of the contact force by the position of the point.
     stiffness: [[f64; 3]; 3],
 }
 
@@ -80,6 +81,7 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
+    /// The gap of a pair in `state`.
     fn gap(&self, pair: &Pair<S>, state: &State<S>) -> Gap {
         let mut y = pair.reference;
         for &(d, k, factor) in &pair.slots {
@@ -91,6 +93,7 @@ impl<S: Dimension> Equations<S> {
         self.body.obstacles[pair.obstacle].shape.gap(S::in_space(&y))
     }
 
+    /// Distance, force and tangent of pair number `c` in `state`.
     fn pair_state(&self, c: usize, state: &State<S>) -> PairState {
         let pair = &self.pairs[c];
         let gap = self.gap(pair, state);
@@ -113,7 +116,7 @@ impl<S: Dimension> Equations<S> {
         PairState { gap, force, staying, slope, stiffness }
     }
 
-    /// Sets every contact force to the product `s` over the gap, as before the first contact.
+    /// Sets every contact force that is not positive, as before the first contact, to `w s` over the gap.
     pub(crate) fn start_contact(&self, state: &mut State<S>) {
         for (c, pair) in self.pairs.iter().enumerate() {
             if state.contact[c] <= 0.0 {
@@ -152,15 +155,16 @@ impl<S: Dimension> Equations<S> {
             let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
                 self.unbalanced[d] -= sign * force * gap.normal[k];
-                let for_way_up = sign * stiffness[k][1];
+                // When the obstacle moves up by 1 m.
+                let force_per_rise = sign * stiffness[k][1];
                 let Some(row) = self.unknowns.index(d) else {
                     if let Some(given) = &mut given {
-                        given.add_held(for_way_up, load.displacement[d] - state.displacement[d]);
+                        given.add_held(force_per_rise, load.displacement[d] - state.displacement[d]);
                     }
                     continue;
                 };
                 if let Some(given) = &mut given {
-                    given.add_to_column(row, for_way_up);
+                    given.add_to_column(row, force_per_rise);
                 }
                 self.right[row] += sign * right[k];
                 for (m, &(e, l, other)) in slots.iter().enumerate() {
@@ -190,17 +194,18 @@ impl<S: Dimension> Equations<S> {
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of its value, or need
-    /// not, and otherwise the fraction of the step to try next. Contact forces that the step would make zero
-    /// or negative are each limited to a positive value, since they only weight the next step.
+    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of its value, or if
+    /// the method takes gaps of any sign, and otherwise the fraction of the step to try next. A contact force
+    /// that the step would make zero or negative is set to a small positive value, since it only weights the
+    /// next step.
     pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
         if self.linearisation != Linearisation::Interior {
             return 1.0;
         }
         let least = 1.0 - BOUNDARY_FRACTION;
-        let left = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
-        let left =
-            self.pairs.iter().map(left).fold(f64::INFINITY, |m, r| if r.is_nan() { r } else { m.min(r) });
+        let ratio = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
+        let smallest = |m: f64, r: f64| if r.is_nan() { r } else { m.min(r) };
+        let left = self.pairs.iter().map(ratio).fold(f64::INFINITY, smallest);
         if left.is_nan() || left <= least {
             // This is the fraction for a linear gap. The distance is convex, so that the gap closes no
             // earlier elsewhere.
@@ -228,8 +233,8 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// Sets every contact force to that of the nodal pressures `nodal` in Pa, or to the product `s` over the
-    /// gap where that is larger.
+    /// Sets every contact force to that of the nodal pressures `nodal` in Pa, or to `w s` over the gap where
+    /// that is larger.
     pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
         self.press_with_nodal(state, nodal);
         for (c, pair) in self.pairs.iter().enumerate() {
@@ -255,7 +260,7 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// The force in N/m that obstacle `o` exerts on the body in `state`.
+    /// The force (N, in the plane N/m) that obstacle `o` exerts on the body in `state`.
     pub fn contact_force(&self, o: usize, state: &State<S>) -> S::Point {
         let mut sum = S::Point::default();
         for (pair, force) in self.pairs.iter().zip(&state.contact) {
@@ -269,8 +274,8 @@ impl<S: Dimension> Equations<S> {
         sum
     }
 
-    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact
-    /// pressure in Pa of the reference area.
+    /// For each point that may touch obstacle `o`: its reference position, along `x1` relative to the carrier
+    /// of the obstacle if it has one, its distance in m and the contact pressure in Pa of the reference area.
     pub fn contact_pressure(&self, o: usize, state: &State<S>) -> Vec<(S::Point, f64, f64)> {
         let pairs = self.pairs.iter().zip(&state.contact).filter(|(pair, _)| pair.obstacle == o);
         pairs.map(|(p, force)| (p.reference, self.gap(p, state).distance, force / p.weight)).collect()
@@ -283,7 +288,8 @@ impl<S: Dimension> Equations<S> {
         let (mut force, mut area) = (vec![0.0; nodes], vec![0.0; nodes]);
         for (pair, l) in self.pairs.iter().zip(&state.contact) {
             for &(d, k, factor) in &pair.slots {
-                // Carriers and the far ends of a parabola have negative factors. Neither is near the point.
+                // Carriers have negative factors, and so have nodes at the far end of the side. Neither is
+                // near the point.
                 if k == 0 && factor > 0.0 {
                     force[d / S::AXES] += factor * l;
                     area[d / S::AXES] += factor * pair.weight;

@@ -36,7 +36,8 @@ pub struct ReferenceElement {
     pub mass_inverse: [[f64; 3]; 3],
     /// Centre of area in m.
     centre: [f64; 2],
-    /// The largest distance of a quadrature point from the centre along each axis, in m.
+    /// The largest distance of a quadrature point from the centre along each axis, in m: the unit of the
+    /// coordinates of the pressure.
     size: [f64; 2],
 }
 
@@ -83,6 +84,8 @@ impl Mapped {
     }
 }
 
+/// Deformation gradient at a point with the `gradients` of the shape functions (1/m) under the nodal
+/// displacements `u` (m).
 fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64]) -> Tensor {
     let mut f = [1.0, 0.0, 0.0, 1.0];
     for (a, g) in gradients.iter().enumerate() {

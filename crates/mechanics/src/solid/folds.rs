@@ -21,7 +21,7 @@ const GROWTH: f64 = 4.0;
 /// `cargo run --release -p elastocap-mechanics --example free_end`, which counts the linear systems solved.
 const ON_THE_WAY: f64 = 1e-3;
 /// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative
-/// pivots are reported. Not tuned: limits that ordinary cases do not reach.
+/// pivots are reported. Not tuned: a limit that ordinary cases do not reach.
 const MAX_UNSTABLE: usize = 3;
 /// The largest drag, over the shear modulus, and the largest number of steps under one load. Not tuned:
 /// limits that ordinary cases do not reach.
@@ -29,14 +29,16 @@ const MAX_DRAG: f64 = 1e4;
 const MAX_STEPS: usize = 400;
 
 impl NewtonSettings<'_> {
-    /// For bodies whose surface folds: twelve steps, then a drag.
+    /// Settings for bodies whose surface folds. After twelve Newton steps without convergence a drag is
+    /// added.
     pub fn through_folds() -> Self {
         Self { through_folds: true, from_coarser: false, max_iterations: 12, ..Self::default() }
     }
 }
 
 impl<S: Dimension> Equations<S> {
-    /// [`Equations::advance`] with load steps of [`NewtonSettings::first_step`], none of them cut.
+    /// Does what [`Equations::advance`] does, in equal load steps of about [`NewtonSettings::first_step`],
+    /// none of which is cut.
     pub(crate) fn advance_through_folds(
         &mut self,
         state: &mut State<S>,

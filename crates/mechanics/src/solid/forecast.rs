@@ -10,9 +10,9 @@ use super::model::Equations;
 /// The size of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshSize {
-    /// Elements.
+    /// The number of elements.
     pub elements: usize,
-    /// Displacements, including prescribed ones, and pressures.
+    /// The number of displacements, including prescribed ones, and of pressures.
     pub unknowns: usize,
 }
 
@@ -32,8 +32,8 @@ const SPARE: f64 = 1.25;
 /// Bytes that the program takes without a layer. Measured: `benches/forecast.py`.
 const PROGRAM: f64 = 32e6;
 
-/// Bytes for each row of the matrix, the memory that grows with it included: in the plane and in space.
-/// Measured: `benches/forecast.py`.
+/// Bytes for each row of the matrix, including all memory in proportion to the number of rows, in the plane
+/// and in space. Measured: `benches/forecast.py`.
 const ROW: [f64; 2] = [560.0, 2800.0];
 /// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space. Measured:
 /// `benches/forecast.py`.
@@ -52,6 +52,7 @@ const ON_TWO_THREADS: f64 = 0.6;
 const TRIES: f64 = 4.0;
 
 impl MeshSize {
+    /// The number of displacements.
     fn displacements<S: Dimension>(self) -> f64 {
         self.unknowns.saturating_sub(S::Pressure::COUNT * self.elements) as f64
     }
@@ -66,10 +67,11 @@ impl MeshSize {
 }
 
 /// Upper estimate of the bytes that pressing a layer to `loads` loads on all of `meshes` takes. On all meshes
-/// but the first, two loads are searched for at the same time on two layers, where that takes no more than
-/// `limit`.
+/// but the first, the equilibria under two loads are searched for at the same time on two layers, where that
+/// takes no more than `limit` bytes.
 pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64) -> u64 {
-    let each = |mesh: &MeshSize| {
+    // The bytes that are kept until the end, and those of the factors.
+    let of_one_mesh = |mesh: &MeshSize| {
         let displacements = mesh.displacements::<S>();
         // The equilibrium at each load is stored twice, with closed and with open gaps, and so is the load.
         let of_states = 8.0 * 5.0 * mesh.unknowns as f64 * loads as f64;
@@ -77,17 +79,17 @@ pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64)
         let stored = Equations::<S>::element_bytes(mesh.elements) as f64 + ROW[S::AXES - 2] * displacements;
         (stored + of_states, 8.0 * factor * displacements.powf(power))
     };
-    // The factors of one mesh are released before the next mesh begins, and the second layer on it with them.
-    let at_once = |level: usize, (stored, factors): (f64, f64)| {
-        let two = stored + 2.0 * factors;
-        let fits = SPARE * (stored + two) <= limit as f64;
-        if level > 0 && loads > 1 && fits { two } else { factors }
+    // The factors of one mesh, and the second layer on it, are released before the next mesh begins.
+    let while_solving = |level: usize, (stored, factors): (f64, f64)| {
+        let two_layers = stored + 2.0 * factors;
+        let fits = SPARE * (stored + two_layers) <= limit as f64;
+        if level > 0 && loads > 1 && fits { two_layers } else { factors }
     };
     let (mut stored, mut passing) = (0.0, 0.0_f64);
     for (level, mesh) in meshes.iter().enumerate() {
-        let of_mesh = each(mesh);
+        let of_mesh = of_one_mesh(mesh);
         stored += of_mesh.0;
-        passing = passing.max(at_once(level, of_mesh));
+        passing = passing.max(while_solving(level, of_mesh));
     }
     (SPARE * (stored + passing) + PROGRAM) as u64
 }

@@ -107,17 +107,18 @@ impl Indenter {
 const START: f64 = 0.02;
 
 /// The relative distance from a force within which the place of the indenter becomes an unknown. From farther
-/// away, the contact would grow by more than Newton's method can follow. Tuned:
+/// away, the contact would grow too much at once for Newton's method. Tuned:
 /// `time elastocap run cases/comb-on-board.toml`.
 const ROUGHLY: f64 = 0.3;
 
 /// A safety factor on the errors that are estimated from stresses in the plane, where the surface passes a
 /// corner or leaves the indenter: they do not include the errors of the contact. In randomly drawn layers the
-/// ratio was up to 2.3. Meshes in space are coarser, and the errors of the stresses prevail there. Tuned:
+/// true error was up to 2.3 times the estimate. Meshes in space are coarser, and there the errors of the
+/// stresses prevail. Tuned:
 /// `benches/layer_errors.py --plane`.
 const CAUTION: f64 = 3.0;
-/// The factor of [`CAUTION`] under a patch that is held or bonded, for the singular stress at its edge.
-/// Tuned: `benches/layer_errors.py --plane`.
+/// The safety factor in place of [`CAUTION`] under a patch that is held or bonded, for the singular stress at
+/// its edge. Tuned: `benches/layer_errors.py --plane`.
 const CAUTION_AT_EDGE: f64 = 1.5;
 
 /// A layer under an indenter, ready to be pressed.
@@ -125,12 +126,17 @@ const CAUTION_AT_EDGE: f64 = 1.5;
 pub struct LayerModel<S: Dimension = Plane> {
     equations: Equations<S>,
     pub(super) indenter: Indenter,
+    /// The thickness at rest in m.
     pub(super) thickness: f64,
+    /// The last equilibrium.
     pub(super) state: State<S>,
+    /// The load of the last equilibrium.
     load: Load<S>,
     /// Indices of the obstacles of a smooth indenter: one for each side of its middle that the mesh covers.
     indenters: Range<usize>,
+    /// The index of the obstacle under an end that may fold over, if there is one.
     substrate: Option<usize>,
+    /// The part of the layer that is modelled.
     symmetry: Symmetry,
 }
 
@@ -196,8 +202,9 @@ pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<
 }
 
 impl<S: Dimension> LayerModel<S> {
-    /// The layer `body` at rest; the faces that satisfy `outside` may fold over. Of the planes of symmetry
-    /// only `x1 = 0` is held here.
+    /// The layer `body` of thickness `top` (m) at rest, under an indenter whose middle is at `x1 = position`
+    /// (m). Faces that satisfy `outside` may fold over onto the substrate. Of the planes of symmetry only
+    /// `x1 = 0` is held here.
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
@@ -215,18 +222,20 @@ impl<S: Dimension> LayerModel<S> {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
             body.hold(0, |x| x[0].abs() > length - tiny);
         }
-        let (mut substrate, mut hold) = (None, None);
+        // Of a part of the top that is held: its largest |x1|, and whether it is bonded to the indenter.
+        let mut held_part = None;
+        let mut substrate = None;
         let mut obstacles = match indenter {
             Indenter::WholeTop => {
-                hold = Some((f64::INFINITY, false));
+                held_part = Some((f64::INFINITY, false));
                 Vec::new()
             }
             Indenter::Held { half_width } => {
-                hold = Some((half_width + tiny, false));
+                held_part = Some((half_width + tiny, false));
                 flanks(&body, half_width, top, symmetry, false)
             }
             Indenter::Bonded { half_width } => {
-                hold = Some((half_width + tiny, true));
+                held_part = Some((half_width + tiny, true));
                 flanks(&body, half_width, top, symmetry, true)
             }
             Indenter::Smooth(profile) => {
@@ -247,7 +256,7 @@ impl<S: Dimension> LayerModel<S> {
             obstacles.push(Obstacle { shape: ObstacleShape::Substrate, sides, carrier: None });
         }
         body.obstacles = obstacles;
-        if let Some((limit, bonded)) = hold {
+        if let Some((limit, bonded)) = held_part {
             for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
                 body.hold(axis, |x| x[1] > top - tiny && x[0].abs() <= limit);
             }
@@ -333,8 +342,8 @@ impl<S: Dimension> LayerModel<S> {
         &self.state
     }
 
-    /// Sets the layer to an equilibrium that was found for another layer on the same mesh.
-    pub(super) fn put(&mut self, state: State<S>, load: Load<S>) {
+    /// Sets the layer to an equilibrium that was found on the same mesh, for this layer or a copy of it.
+    pub(super) fn set_equilibrium(&mut self, state: State<S>, load: Load<S>) {
         (self.state, self.load) = (state, load);
     }
 
@@ -432,7 +441,7 @@ impl<S: Dimension> LayerModel<S> {
     /// exactly that force from there. `None` if that fails; the model is then in an intermediate equilibrium.
     fn push(&mut self, target: f64, settings: &NewtonSettings, last: LayerStep) -> Option<LayerStep> {
         let mut effort = Effort::default();
-        // The effort is that of all attempts together, and so is its limit.
+        // The effort is counted over all attempts together, and so is the limit of linear systems.
         let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, _| {
             let to = self.load_at(next);
             self.equations.march(&mut self.state, &mut self.load, &to, settings, &mut effort)?;
@@ -449,7 +458,7 @@ impl<S: Dimension> LayerModel<S> {
     pub fn compression(&self) -> f64 {
         let top = self.thickness;
         let moved = match self.indenters.clone().next() {
-            Some(part) => top - self.load.shift[part][1],
+            Some(obstacle) => top - self.load.shift[obstacle][1],
             None => {
                 let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
                 let n = self.equations.body().mesh.nearest_node(axis);

@@ -3,7 +3,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`element`] | biquadratic displacement, discontinuous linear pressure, condensed |
+//! | [`element`] | the quadrilateral: biquadratic displacement, condensed linear pressure |
 //! | `shape_functions` | the shape functions of all elements, and the fit to their quadrature points |
 //! | [`dimension`] | the common interface of plane strain and space |
 //! | [`mesh`] | meshes, mapped patches, fans around corners |
@@ -14,6 +14,7 @@
 //! | [`model`] | a body, its equations and contact conditions |
 //! | [`newton`] | Newton's method with load steps |
 //! | [`side`] | the surface and its quadrature |
+//! | `nodes_by_place` | lookup of nodes by their positions |
 //! | [`plane`] | plane strain only: layers of which a section is modelled, sharp punches |
 //! | [`space`] | three dimensions only: stresses, the hexahedron, swept meshes, layers of finite width |
 //! | `point_stress` | Cauchy stress at a point, from the deformation gradient there |
@@ -24,6 +25,7 @@
 //! | [`shear_length`] | the length `L` that the closed form does not determine, from finite elements |
 //! | [`layer`] | the layer of the paper under an indenter |
 //! | `layer_step` | the results for a layer in an equilibrium |
+//! | `layer_mesh` | meshes of a layer in the plane, with fans at singular corners |
 //! | `symmetry` | the part of the layer that a mesh covers |
 //! | `flanks` | the flanks beside a held or bonded patch, as obstacles |
 //! | `first_mesh` | the first mesh of a layer |
@@ -52,8 +54,8 @@
 //!   inside out.
 //! - Around the corner of a sharp punch the surface is stretched without limit, and a mesh stretches it as
 //!   far as its smallest ring allows. Beyond 40 % compression, or under punches wider than three thicknesses,
-//!   finer meshes may not get to the load; the step is then marked or refused. In space there are rounded
-//!   punches and patches that are held or bonded only.
+//!   finer meshes may not get to the load; the step is then marked or refused. In space, punches are
+//!   rounded, or patches that are held or bonded.
 //! - A held patch is not a punch: its points move down together and spread, 13 to 43 % too stiff for a punch
 //!   of its width at 5 to 20 %. The points under it crowd towards its edge. Two conditions make this
 //!   possible: a flank that moves with the last point, and no point of the patch may pass that point. The

@@ -81,8 +81,9 @@ impl Gap {
         Self { distance, normal, hessian: [[0.0; 3]; 3] }
     }
 
-    /// The distance from a surface that is `radius` away from a point, line or plane: `from` is the way from
-    /// its nearest point, in which the coordinates along the line are zero and marked `false` in `across`.
+    /// The distance from a surface all of whose points are `radius` away from a point, line or plane. `from`
+    /// is the vector to the given point from the nearest point of these; its coordinates along the line or
+    /// plane are zero, and marked `false` in `across`.
     fn round(from: [f64; 3], across: [bool; 3], radius: f64) -> Self {
         let r = from.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         let normal = from.map(|x| x / r);
@@ -149,8 +150,8 @@ impl IndenterProfile {
     }
 }
 
-/// Distance from a flat-faced block: from its rounded face where the point is below the middle of the edges'
-/// rounding, else from the nearest flank.
+/// Distance of the point `x` from a block with a flat lower face and with edges and corners of this `radius`.
+/// Above the centre lines of the rounded lower edges, it is the distance from the flank or upright edge.
 fn block(half_widths: [f64; 2], radius: f64, x: [f64; 3]) -> Gap {
     let side = [x[0], x[2]].map(|x| if x < 0.0 { -1.0 } else { 1.0 });
     let out = [side[0] * x[0] - (half_widths[0] - radius), side[1] * x[2] - (half_widths[1] - radius)];

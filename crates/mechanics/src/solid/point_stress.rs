@@ -1,7 +1,7 @@
 //! Cauchy stress at a point, from the deformation gradient there and the pressure field.
 //!
 //! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane,
-//! `sigma_33`, is not in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three
+//! `sigma_33`, does not follow from `w(I, J)`, which does not depend on `F33`, but from the energy in three
 //! dimensions.
 
 use elastocap_materials::{Rubber, plane, space};
@@ -30,10 +30,10 @@ impl PointStress {
         let j = plane::determinant(f);
         let d = rubber.derivatives(f);
         let field = if rubber.pressure_compliance().is_some() { pressure } else { 0.0 };
-        let (along, all) = (2.0 * d.i / j, d.j + field);
-        let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
-        let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
-        let s12 = along * (f[0] * f[2] + f[1] * f[3]);
+        let (stretching, isotropic) = (2.0 * d.i / j, d.j + field);
+        let s11 = stretching * (f[0] * f[0] + f[1] * f[1]) + isotropic;
+        let s22 = stretching * (f[2] * f[2] + f[3] * f[3]) + isotropic;
+        let s12 = stretching * (f[0] * f[2] + f[1] * f[3]);
         Self { s11, s22, s12, s33: rubber.third_normal_stress(f, &d, field, s11 + s22), j, deformation: *f }
     }
 
@@ -55,7 +55,7 @@ impl PointStress {
         ]
     }
 
-    /// `factor` times `other` is added.
+    /// Adds `factor` times `other`.
     pub(super) fn add(&mut self, factor: f64, other: &Self) {
         self.s11 += factor * other.s11;
         self.s22 += factor * other.s22;
@@ -107,7 +107,7 @@ impl SpaceStress {
         -(self.cauchy[0] + self.cauchy[1] + self.cauchy[2]) / 3.0
     }
 
-    /// `factor` times `other` is added.
+    /// Adds `factor` times `other`.
     pub(super) fn add(&mut self, factor: f64, other: &Self) {
         for (a, b) in self.cauchy.iter_mut().zip(&other.cauchy) {
             *a += factor * b;

@@ -46,7 +46,7 @@ pub struct ShearLength {
     pub from_force: Option<f64>,
     /// Compressive force `N` through the cross-section `x1 = 0` over `mu H`, per width.
     pub axial_force: f64,
-    /// Force of the indenter over `mu H`, per width, both halves.
+    /// Force of the indenter on both halves of the layer, over `mu H`, per width.
     pub force: f64,
 }
 
@@ -102,9 +102,10 @@ pub enum Contact {
     Punch(f64),
 }
 
-/// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the
-/// rings of the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver
-/// stops. Measured: `cargo run --release -p elastocap-mechanics --example shear_length`.
+/// The fans of elements around the singular corner at the end of the layer or of the punch, from fine to
+/// coarse: the ratio in which the rings of each shrink, and their number. With a finer fan the result is more
+/// exact, but the solver stops at a smaller compression. Measured:
+/// `cargo run --release -p elastocap-mechanics --example shear_length`.
 pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
 /// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer
@@ -141,7 +142,7 @@ impl Contact {
     }
 }
 
-/// The meshes that [`shear_lengths`] solves on, one for each of [`FANS`], side by side.
+/// The sizes of the meshes that [`shear_lengths`] solves on at the same time, one for each of [`FANS`].
 ///
 /// # Errors
 /// See [`ModelError`].
@@ -187,10 +188,11 @@ pub struct ShearLengths {
     pub contact: Contact,
     /// The layer, once for each of [`FANS`] that was used.
     pub models: Vec<LayerModel>,
-    /// One for each compression that was reached.
+    /// The results, one for each compression that was reached.
     pub points: Vec<StudiedPoint>,
-    /// Relative differences of `from_balance` and of the force between the coarsest fan and the finest that
-    /// got as far as a finer one did at all, there: how much the points of the coarsest may be wrong.
+    /// The relative differences of `from_balance` and of the force between the coarsest fan and the finest
+    /// one that got equally far, at the largest compression that the coarsest and a finer fan both reached.
+    /// They indicate the errors of the points that only the coarsest fan reached.
     pub disagreement: Option<[f64; 2]>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,
@@ -201,7 +203,7 @@ pub struct ShearLengths {
 pub struct StudiedPoint {
     /// The shear length.
     pub shear: ShearLength,
-    /// Place in [`FANS`] and in [`ShearLengths::models`] of the finest fan that reached the compression.
+    /// Index in [`FANS`] and in [`ShearLengths::models`] of the finest fan that reached the compression.
     pub fan: usize,
     /// The state of that model.
     pub state: State,
@@ -233,9 +235,9 @@ pub fn shear_lengths(
     n: usize,
     cancel: Option<&AtomicBool>,
 ) -> Result<ShearLengths, ModelError> {
-    // Load steps so small that nobody would want to wait for them are not tried.
+    // Smaller load steps would take too long.
     let settings = NewtonSettings { smallest_step: 1e-2, cancel, ..NewtonSettings::default() };
-    let each = |fan: (f64, usize)| -> Result<_, ModelError> {
+    let run = |fan: (f64, usize)| -> Result<_, ModelError> {
         let mut model = contact.model(n, end, fan)?;
         let mut points = Vec::new();
         for compression in compressions {
@@ -248,26 +250,26 @@ pub fn shear_lengths(
         }
         Ok((model, points, None))
     };
-    let runs = FANS.par_iter().map(|fan| each(*fan)).collect::<Result<Vec<_>, _>>()?;
-    let mut found =
+    let runs = FANS.par_iter().map(|fan| run(*fan)).collect::<Result<Vec<_>, _>>()?;
+    let mut lengths =
         ShearLengths { contact, models: Vec::new(), points: Vec::new(), disagreement: None, stopped: None };
     for (fan, (model, points, stopped)) in runs.into_iter().enumerate() {
         for (k, (shear, state)) in points.into_iter().enumerate() {
-            if let Some(finer) = found.points.get(k) {
+            if let Some(finer) = lengths.points.get(k) {
                 let relative = |a: f64, b: f64| (b / a - 1.0).abs();
                 let pair = finer.shear.from_balance.zip(shear.from_balance);
                 let difference =
                     pair.map(|(a, b)| [relative(a, b), relative(finer.shear.force, shear.force)]);
-                found.disagreement = difference.or(found.disagreement);
+                lengths.disagreement = difference.or(lengths.disagreement);
             } else {
-                found.points.push(StudiedPoint { shear, fan, state });
+                lengths.points.push(StudiedPoint { shear, fan, state });
             }
         }
-        found.models.push(model);
-        found.stopped = stopped;
+        lengths.models.push(model);
+        lengths.stopped = stopped;
     }
-    if found.points.len() == compressions.len() {
-        found.stopped = None;
+    if lengths.points.len() == compressions.len() {
+        lengths.stopped = None;
     }
-    Ok(found)
+    Ok(lengths)
 }

@@ -43,7 +43,7 @@ use shell::{Page, Part};
 
 pub use compare::{WordTable, comparison_page};
 
-/// The name of the file.
+/// The name of the report's file.
 pub const REPORT: &str = "report.html";
 
 /// A capacitance that was measured under a force, to be drawn over the curve.
@@ -81,11 +81,13 @@ pub(crate) struct Report<'a> {
     pub(crate) seconds: RunSeconds,
     /// Names of the files beside the page.
     pub(crate) files: &'a [String],
+    /// The bodies for the 3D view.
     pub(crate) shown: &'a Shown,
     /// The text of the case file, where the caller has it.
     pub(crate) case_text: Option<&'a str>,
     /// The command that repeats the run, where there was one.
     pub(crate) command: Option<&'a str>,
+    /// The measured points to be drawn over the curve.
     pub(crate) measured: &'a [MeasuredPoint],
 }
 
@@ -146,6 +148,7 @@ impl Report<'_> {
         (!names.is_empty()).then(|| format!("Shown in part: {}, which {go} on.", names.join(", ")))
     }
 
+    /// The warnings of the run and of its steps as an HTML list, each text once; `None` without any.
     fn warning_list(&self) -> Option<String> {
         let of_run = self.outcome.plan.warnings.iter().chain(self.warnings).cloned();
         let of_steps = self.outcome.steps.iter().filter(|step| step.same_as.is_none()).flat_map(|step| {

@@ -85,7 +85,9 @@ fn scaling(domain: &Domain, block: &Block) -> Option<Vec<f32>> {
     Some(out)
 }
 
-/// Modes of the intervals `lo..hi` between two obstacles; `held` for sheets that lie on an outer plane.
+/// Modes of the intervals `lo..hi` between two obstacles, with the permittivity `factor` of each interval of
+/// the axis. `held` marks ends at which a sheet lies on an outer plane. The energy of flux that continues to
+/// infinity is `obliqueness` times that of straight lines.
 pub(super) fn modes_of(
     axis: &Axis,
     basis: Option<&Basis>,

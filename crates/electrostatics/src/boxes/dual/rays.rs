@@ -10,14 +10,15 @@
 use super::{Basis, others};
 use elastocap_fem::mixed::MixedSegment;
 
-/// The oblique part of the continuation beyond the open ends of one segment.
+/// The oblique part of the continuation beyond the open ends of one segment. For an open end, e is the vector
+/// by which a flux is multiplied to give the flow through that end.
 #[derive(Debug, Clone)]
 pub(super) struct Leaving {
     /// D M^-1 e of each open end, M with the straight part of the continuation.
     pub(super) vectors: Vec<Vec<f64>>,
-    /// Lower or upper end.
+    /// The open ends: 0 for the lower one, 1 for the upper one.
     pub(super) sides: Vec<usize>,
-    /// e M^-1 e between the open ends.
+    /// The products e M^-1 e of the open ends.
     gram: [[f64; 2]; 2],
     /// Energy of the straight continuation of each open end, by which the share of the squared distance is
     /// multiplied.
@@ -25,8 +26,8 @@ pub(super) struct Leaving {
 }
 
 impl Leaving {
-    /// `straight` is the energy of the straight continuation per squared flux at either end, in the scale of
-    /// the segment. `None` if no flux leaves it.
+    /// The open ends of a segment. `straight` is the energy of the straight continuation per squared flux at
+    /// either end, in the scale of the segment. `None` if no flux leaves it.
     pub(super) fn new(segment: &MixedSegment, straight: [f64; 2]) -> Option<Self> {
         let sides: Vec<usize> = (0..2).filter(|&s| straight[s] > 0.0).collect();
         if sides.is_empty() {
@@ -71,6 +72,7 @@ impl Leaving {
     }
 }
 
+/// The inner product of two vectors.
 pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

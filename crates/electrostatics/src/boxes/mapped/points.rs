@@ -10,13 +10,15 @@ use std::ops::Range;
 /// Gauss points on a run of finite elements.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisPoints {
-    /// Coordinates on the reference element, and on the axis in the unit of the layout.
+    /// Coordinates on the reference element, from -1 to 1.
     reference: Vec<f64>,
+    /// Coordinates on the axis, in the unit of the layout.
     pub(crate) places: Vec<f64>,
     /// Weights of integrals along the axis.
     pub(crate) weights: Vec<f64>,
-    /// The element of each point, counted from the first finite one, and its interval.
+    /// The element of each point, counted from the first finite one.
     pub(crate) element: Vec<usize>,
+    /// The interval of each point.
     pub(crate) interval: Vec<usize>,
 }
 

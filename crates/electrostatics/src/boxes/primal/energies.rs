@@ -16,8 +16,8 @@ use std::ops::Range;
 /// Least number of entries of slabs for a parallel task. Tuned: `cargo bench --bench solver`.
 const SMALL_TASK: usize = 8192;
 
-/// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T
-/// diag(coefficient) D.
+/// The derivatives along an axis of the functions of a window, as a matrix D and a coefficient for each of
+/// its rows: the stiffness of the axis is D^T diag(coefficient) D.
 #[derive(Debug)]
 pub(super) struct Gradient {
     matrix: SparseRows<f64>,
@@ -45,7 +45,7 @@ impl Gradient {
 }
 
 impl Primal {
-    /// Energies u_i A u_j of potentials, a symmetric matrix; under a map no less than these.
+    /// Energies u_i A u_j of potentials, a symmetric matrix; under a map an upper bound on them.
     ///
     /// # Errors
     /// A map that turns space inside out.
@@ -80,8 +80,8 @@ impl Primal {
         matrix
     }
 
-    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not
-    /// under a map.
+    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. What
+    /// a map adds is left out.
     pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
         let terms = self.terms.terms.iter();
         let total: f64 = terms.map(|term| term.products(&[u], &[v], |_, _| true, self.dims)[(0, 0)]).sum();
@@ -99,13 +99,16 @@ struct Pieces<'t> {
     mass: [Strips; 2],
     /// The matrices D of the second and the third axis: see [`Gradient`].
     gradient: [Strips; 2],
+    /// Dimensions of the arrays of coefficients.
     dims: Dims,
 }
 
 /// One of the pieces.
 #[derive(Clone, Copy)]
 enum Piece {
+    /// A row of the derivatives along the first axis.
     Row(usize),
+    /// The derivatives of a slab along the other two axes.
     Slab(usize),
 }
 
@@ -119,12 +122,13 @@ impl<'t> Pieces<'t> {
         }
     }
 
-    fn all(&self) -> Vec<Piece> {
+    /// The pieces that make up all derivatives.
+    fn list(&self) -> Vec<Piece> {
         let rows = (0..self.term.gradient[0].matrix.rows()).map(Piece::Row);
         rows.chain((0..self.term.window[0].len()).map(Piece::Slab)).collect()
     }
 
-    /// Functions of the second and the third axis.
+    /// Numbers of functions of the second and the third axis.
     fn shape(&self) -> [usize; 2] {
         [self.term.window[1].len(), self.term.window[2].len()]
     }
@@ -199,13 +203,16 @@ impl<'t> Pieces<'t> {
 /// Working memory in which one thread differentiates, kept from one piece to the next.
 #[derive(Default)]
 struct Work {
+    /// A sum of slabs.
     slab: Vec<f64>,
+    /// That slab after products along one of its axes.
     once: Vec<f64>,
 }
 
 impl Term {
-    /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of
-    /// all of a potential, which take as much memory as itself, are never held.
+    /// Products of the potentials `x` with the potentials `y`, for the pairs that are `wanted`; the others
+    /// are zero. They are computed piece by piece, so that all derivatives of a potential, which take as much
+    /// memory as the potential itself, are never held.
     fn products(
         &self,
         x: &[&[f64]],
@@ -229,7 +236,7 @@ impl Term {
         let plane = pieces.shape().iter().product::<usize>();
         // Added in order: the sum does not depend on the number of threads.
         let parts: Vec<Vec<f64>> = pieces
-            .all()
+            .list()
             .into_par_iter()
             .with_min_len((SMALL_TASK / plane.max(1)).max(1))
             .map_init(buffers, of_piece)

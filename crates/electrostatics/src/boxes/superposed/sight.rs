@@ -18,12 +18,13 @@ use elastocap_geometry::meshing::grid::GradedAxis;
 use elastocap_geometry::scene::{Box3, Role, Scene, Wall};
 use std::f64::consts::PI;
 
-/// A body in the middle of a ball that holds nothing else.
+/// A body in the middle of a ball that holds nothing else. It tells how much of the error of a base the body
+/// sees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight {
     /// The middle, in a frame.
     pub(crate) middle: [f64; 3],
-    /// Radius of the ball, in the unit of the frame.
+    /// Radius of the ball that holds nothing else, in the unit of the frame.
     pub(crate) clear: f64,
     /// Radius of a ball that holds the body, over `clear`.
     near: f64,
@@ -36,7 +37,7 @@ pub(crate) struct Sight {
 /// (Ehlich and Zeller 1964).
 const FINER: usize = 4;
 
-/// That factor for two axes.
+/// The square of that factor, rounded up: it holds for polynomials of two coordinates.
 const BETWEEN: f64 = 1.18;
 
 /// Radius of the ball over the distance of the nearest other thing. The error of the base in the ball grows

@@ -44,7 +44,7 @@ pub(super) struct Passages {
     pub(super) to_open: Vec<u32>,
     /// Faces to open space.
     pub(super) open: Vec<Beyond>,
-    /// Conductors of the mesh.
+    /// Number of conductors, up to the last one with a face in the mesh.
     pub(super) conductors: usize,
 }
 
@@ -124,6 +124,7 @@ impl Passages {
         Ok(passages)
     }
 
+    /// The cost of a passage: see the field `cost`.
     fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
         let adjacent = self.tets[passage].into_iter().filter(|&t| t != NONE);
         let costs = adjacent.map(|t| {
@@ -140,6 +141,7 @@ impl Passages {
         costs.sum()
     }
 
+    /// Adds the passage between these sides, each a tetrahedron and the number of its face.
     fn add(&mut self, sides: &[(u32, u8)], conductor: u32) {
         let passage = self.tets.len() as u32;
         let mut tets = [NONE; 2];
@@ -151,15 +153,17 @@ impl Passages {
         self.conductor.push(conductor);
     }
 
+    /// Adds to `open` the next passage, a face to open space that is given by its corners, its tetrahedron
+    /// and the corner opposite to it there.
     fn add_open(
         &mut self,
         mesh: &TetMesh,
         &(face, tet, opposite): &([u32; 3], u32, u8),
         permittivity: f64,
     ) -> Result<(), FluxError> {
-        let place = |p: u32| [0, 1, 2].map(|a| mesh.points[p as usize][a] - mesh.center[a]);
-        let corners = face.map(place);
-        let inner = place(self.corners[tet as usize][opposite as usize]);
+        let from_center = |p: u32| [0, 1, 2].map(|a| mesh.points[p as usize][a] - mesh.center[a]);
+        let corners = face.map(from_center);
+        let inner = from_center(self.corners[tet as usize][opposite as usize]);
         let inside = determinant(inner, corners[0], corners[1], corners[2]);
         // 2 area x distance of the face's plane from the centre, positive where the centre is on the inner
         // side.
@@ -190,6 +194,7 @@ pub(super) struct Forest {
     pub(super) parent: Vec<u8>,
     /// Number of tetrahedra, the first in `order`, that are connected to a passage out of the mesh.
     pub(super) drained: usize,
+    /// The next steps, while trees grow.
     heap: BinaryHeap<Step>,
 }
 
@@ -206,8 +211,12 @@ pub(super) enum Growth {
 /// A tetrahedron that can be reached, and the cost of reaching it; the greatest step is the cheapest.
 #[derive(Debug, PartialEq)]
 struct Step {
+    /// By [`Growth`], that of the passage or of the whole path out of the mesh.
     cost: f64,
+    /// The tetrahedron that can be reached.
     tet: u32,
+    /// The face of the tetrahedron through which it is reached; 4 for a root without a passage out of the
+    /// mesh.
     face: u8,
 }
 

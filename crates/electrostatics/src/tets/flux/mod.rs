@@ -13,12 +13,12 @@
 //! sum to one: the divergences cancel, and a discrete flux that needs no repair comes back as it was.
 //!
 //! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal
-//! component cannot jump. Its basis has functions of constant divergence and functions without; only those
-//! are used, so that the divergence in a tetrahedron is the sum of four face moments. A potential solved to a
-//! finite residual leaves some divergence there. It is carried from tetrahedron to tetrahedron along the
-//! cheapest path to a face where flux may leave, and is then zero up to rounding, see [`Flux::divergence`].
-//! Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on them.
-//! The flux is zero in a part of the mesh that no flux can leave.
+//! component cannot jump. Of its basis, only functions of constant divergence and functions without
+//! divergence are used, so that the divergence in a tetrahedron is the sum of four face moments. A potential
+//! solved to a finite residual leaves some divergence there. It is carried from tetrahedron to tetrahedron
+//! along the cheapest path to a face where flux may leave, and is then zero up to rounding, see
+//! [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the
+//! bound is depends on them. The flux is zero in a part of the mesh that no flux can leave.
 //!
 //! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy
 //! is taken with the smallest permittivity that the rays cross.
@@ -90,9 +90,10 @@ const CHUNK: usize = 1024;
 
 /// Computes the fluxes of discrete potentials of order 1, 2 or 3.
 ///
-/// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state the gradients,
-/// V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order - 1`: one value, or those at
-/// the four corners, or those followed by the middles of the edges 01, 02, 03, 12, 13, 23, tetrahedron after tetrahedron.
+/// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state
+/// the gradients, V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order
+/// - 1`: one value, or those at the four corners, or those followed by the middles of the edges 01, 02, 03,
+/// 12, 13, 23, tetrahedron after tetrahedron.
 ///
 /// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state
 /// follows from the others.
@@ -125,12 +126,13 @@ pub(crate) fn equilibrate(
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
     if independent.len() < gradients.len() {
-        let rest = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
-        moments.push((0..passages.tets.len() * reference.on_face).map(rest).collect());
+        let minus_sum = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
+        moments.push((0..passages.tets.len() * reference.on_face).map(minus_sum).collect());
     }
     Ok(measure(&FluxProblem { gradients, ..problem }, &moments))
 }
 
+/// Checks that lists fit the mesh and that numbers are sound.
 fn check(
     mesh: &TetMesh,
     permittivity: &[f64],
@@ -156,13 +158,13 @@ fn check(
     for state in gradients {
         length("gradients", state.len(), nodes * mesh.tets.len())?;
     }
-    let finite = |t: usize| {
-        let sound = gradients
+    let is_sound = |t: usize| {
+        let finite = gradients
             .iter()
             .all(|g| g[t * nodes..(t + 1) * nodes].as_flattened().iter().all(|g| g.is_finite()));
-        sound && mesh.determinant(t) > 0.0
+        finite && mesh.determinant(t) > 0.0
     };
-    match (0..mesh.tets.len()).into_par_iter().find_first(|&t| !finite(t)) {
+    match (0..mesh.tets.len()).into_par_iter().find_first(|&t| !is_sound(t)) {
         Some(tetrahedron) => Err(FluxError::NotFinite { tetrahedron }),
         None => Ok(()),
     }
@@ -173,6 +175,7 @@ fn collect(problem: &FluxProblem) -> Vec<Vec<f64>> {
     let per = problem.reference.on_face;
     let corners = &problem.passages.corners;
     let vertices = problem.mesh.points.len();
+    // The tetrahedra around each vertex, one vertex after the other, and where those of each begin.
     let mut starts = vec![0_usize; vertices + 1];
     corners.iter().flatten().for_each(|&c| starts[c as usize + 1] += 1);
     for v in 0..vertices {
@@ -230,7 +233,7 @@ fn drain(problem: &FluxProblem, moments: &mut [Vec<f64>]) {
     });
 }
 
-/// The sum of the outward first moments of a tetrahedron, and the largest of them.
+/// The sum of the outward first moments of the faces of a tetrahedron, and the largest magnitude among them.
 fn outflow(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
     passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, largest): (f64, f64), &p| {
         let out = passages.sign(p, t) * x[p as usize * per];
@@ -238,11 +241,15 @@ fn outflow(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
     })
 }
 
-/// Energies of a chunk of tetrahedra for all pairs of states, and the gap of each tetrahedron.
+/// Sums over a chunk of tetrahedra, and the gap of each of them.
 struct Sums {
+    /// The part of [`Flux::energy`], row by row.
     energy: Vec<f64>,
+    /// The part of [`Flux::gap`], row by row.
     gap: Vec<f64>,
+    /// The contribution to the diagonal of `gap`, tetrahedron after tetrahedron, for each state.
     gaps: Vec<f64>,
+    /// See [`Flux::divergence`].
     divergence: f64,
 }
 
@@ -267,10 +274,10 @@ fn measure(problem: &FluxProblem, moments: &[Vec<f64>]) -> Flux {
     }
     for beyond in &passages.open {
         let form = beyond.energy(reference);
-        let at = |s: usize| &moments[s][beyond.passage as usize * per..][..per];
+        let on_face = |s: usize| &moments[s][beyond.passage as usize * per..][..per];
         for i in 0..states {
             for j in 0..states {
-                energy[i * states + j] += product(&form, at(i), at(j));
+                energy[i * states + j] += product(&form, on_face(i), on_face(j));
             }
         }
     }
@@ -292,6 +299,7 @@ fn product(table: &[f64], x: &[f64], y: &[f64]) -> f64 {
     table.chunks_exact(y.len()).zip(x).map(|(a, x)| x * row(a)).sum()
 }
 
+/// The sums over the tetrahedra of chunk `chunk`.
 fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     let (passages, reference) = (problem.passages, problem.reference);
     let (states, per, size) = (moments.len(), reference.on_face, reference.size());

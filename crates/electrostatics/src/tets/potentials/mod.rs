@@ -54,8 +54,8 @@ pub struct Potentials {
     pub(crate) space: Space,
     /// Per conductor the coefficients of its potential, V, held ones included.
     pub values: Vec<Vec<f64>>,
-    /// a(u_i, u_j), m, open space included. Times [`crate::VACUUM_PERMITTIVITY`] it is the Maxwell matrix of
-    /// this space, F, and as a quadratic form an upper bound on the true one.
+    /// The energy form of each two potentials, m, open space included. Times [`crate::VACUUM_PERMITTIVITY`]
+    /// it is the Maxwell matrix of this space, F, and as a quadratic form an upper bound on the true one.
     pub energies: Mat<f64>,
     /// Largest number of iterations of a right-hand side.
     pub iterations: usize,
@@ -64,6 +64,7 @@ pub struct Potentials {
     /// How far the linear solver ended from its goal, if it did not meet it. The energies are upper bounds
     /// all the same.
     pub shortfall: Option<NotReached>,
+    /// The energy form, from which energies and gradients are computed.
     stiffness: Stiffness,
 }
 
@@ -79,7 +80,7 @@ impl Potentials {
         Self::solve_from(problem, settings, None)
     }
 
-    /// As [`Potentials::solve`], starting from potentials on a coarser mesh.
+    /// Solves as [`Potentials::solve`] does, starting from potentials on a coarser mesh.
     pub(crate) fn solve_from(
         problem: PotentialProblem<'_>,
         settings: PotentialSettings<'_>,
@@ -142,14 +143,14 @@ impl Potentials {
         } else {
             None
         };
-        let grid = Multigrid::new(system.matrix, linear);
+        let multigrid = Multigrid::new(system.matrix, linear);
         let start = stiffness.energies(&space, &data);
-        let one = |(k, mut u): (usize, Vec<f64>)| {
+        let solve_one = |(k, mut u): (usize, Vec<f64>)| {
             let mut b = vec![0.0; space.unknowns()];
             system.held.product(&u, &mut b, |product, _| -product);
             let free = || u.iter().zip(space.unknown()).filter(|(_, unknown)| **unknown != space::NONE);
-            let first: Vec<f64> = free().map(|(u, _)| *u).collect();
-            grid.matrix().product(&first, &mut b, |product, b| b - product);
+            let free_values: Vec<f64> = free().map(|(u, _)| *u).collect();
+            multigrid.matrix().product(&free_values, &mut b, |product, b| b - product);
             let mut x = vec![0.0; space.unknowns()];
             let goal = Goal {
                 share: settings.share,
@@ -157,7 +158,7 @@ impl Potentials {
                 iteration_limit: ITERATION_LIMIT,
                 cancel: settings.cancel,
             };
-            let end = conjugate_gradients::solve(&mut grid.cycle(), &b, &mut x, &mut Vec::new(), goal);
+            let end = conjugate_gradients::solve(&mut multigrid.cycle(), &b, &mut x, &mut Vec::new(), goal);
             for (u, &unknown) in u.iter_mut().zip(space.unknown()) {
                 if unknown != space::NONE {
                     *u += x[unknown as usize];
@@ -165,7 +166,7 @@ impl Potentials {
             }
             (u, end)
         };
-        let solved: Vec<_> = data.into_par_iter().enumerate().map(one).collect();
+        let solved: Vec<_> = data.into_par_iter().enumerate().map(solve_one).collect();
         let mut values = Vec::new();
         let mut iterations = 0;
         let mut shortfall = None;

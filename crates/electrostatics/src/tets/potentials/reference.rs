@@ -48,7 +48,7 @@ pub(super) fn lattice(order: usize, corners: usize) -> Vec<[u8; 4]> {
 }
 
 /// Value and derivatives by the barycentric coordinates, taken as independent, of the function of order
-/// `order` that is one at `point`.
+/// `order` that is one at the lattice point `point`, at the point with the barycentric coordinates `at`.
 pub(super) fn shape(order: usize, point: [u8; 4], at: [f64; 4]) -> (f64, [f64; 4]) {
     let p = order as f64;
     let (mut value, mut slope) = ([1.0; 4], [0.0; 4]);
@@ -102,7 +102,7 @@ fn unit_rule() -> (Vec<f64>, Vec<f64>) {
 /// Integrals over the reference tetrahedron, and gradients at its lattice points.
 #[derive(Debug, Clone)]
 pub(super) struct Reference {
-    /// Functions of a tetrahedron.
+    /// The number of functions of a tetrahedron.
     pub(super) functions: usize,
     /// `[i][m][j]`: the integral of d_a phi_i d_b phi_j + d_b phi_i d_a phi_j, halved where a = b; m counts
     /// the pairs a <= b: 11, 12, 13, 22, 23, 33.
@@ -112,6 +112,7 @@ pub(super) struct Reference {
 }
 
 impl Reference {
+    /// The integrals of the functions of order `order`, 1 to 3.
     pub(super) fn new(order: usize) -> Self {
         let points = lattice(order, 4);
         let n = points.len();

@@ -23,22 +23,29 @@ pub(super) struct Stiffness {
     reference: Reference,
     /// eps det(J) J^-1 J^-T of each tetrahedron, as [`PAIRS`] lists it.
     metrics: Vec<[f64; 6]>,
+    /// The faces to open space.
     open: Vec<OpenFace>,
 }
 
+/// The energy beyond a face to open space.
 #[derive(Debug, Clone)]
 struct OpenFace {
+    /// The functions on the face.
     dofs: Vec<u32>,
+    /// The form of the energy in these functions, row by row.
     matrix: Vec<f64>,
 }
 
-/// The equations: unknowns times unknowns, and unknowns times all functions that are held.
+/// The equations of the unknowns.
 pub(super) struct System {
+    /// The matrix between the unknowns.
     pub(super) matrix: SparseMatrix,
+    /// The matrix between the unknowns (rows) and the held functions; it has a column for every function.
     pub(super) held: SparseMatrix,
 }
 
 impl Stiffness {
+    /// Computes the parts of the form for the functions of a space.
     pub(super) fn new(mesh: &TetMesh, permittivity: &[f64], space: &Space) -> Result<Self, PotentialError> {
         let metric = |t: usize| {
             let eps =
@@ -68,8 +75,9 @@ impl Stiffness {
             .iter()
             .zip(space.of_faces(&corners)?)
             .map(|(&(face, eps), dofs)| {
-                let at = face.map(|p| minus(mesh.points[p as usize], mesh.center));
-                let matrix = open_matrix(at, eps, space.order()).ok_or(PotentialError::OpenFace(face))?;
+                let from_center = face.map(|p| minus(mesh.points[p as usize], mesh.center));
+                let matrix =
+                    open_matrix(from_center, eps, space.order()).ok_or(PotentialError::OpenFace(face))?;
                 Ok(OpenFace { dofs, matrix })
             })
             .collect::<Result<_, PotentialError>>()?;
@@ -120,8 +128,8 @@ impl Stiffness {
         }
     }
 
-    /// a(u_i, u_j), m. Differences to the first corner are taken first, so that a common constant does not
-    /// cost accuracy.
+    /// The energy form of each two potentials, m. Differences to the first corner are taken first, so that a
+    /// common constant does not cost accuracy.
     pub(super) fn energies(&self, space: &Space, potentials: &[Vec<f64>]) -> Mat<f64> {
         let (n, k) = (self.reference.functions, potentials.len());
         let of_tets = |first: usize, metrics: &[[f64; 6]]| {
@@ -183,6 +191,7 @@ impl Stiffness {
 }
 
 impl OpenFace {
+    /// The form of two potentials.
     fn product(&self, u: &[f64], v: &[f64]) -> f64 {
         let n = self.dofs.len();
         let row = |i: usize| -> f64 {
@@ -192,7 +201,7 @@ impl OpenFace {
     }
 }
 
-/// Functions of a face.
+/// The number of functions on a face.
 fn lattice_size(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
@@ -241,18 +250,22 @@ fn barycentric_gradients(mesh: &TetMesh, t: usize) -> ([[f64; 3]; 3], f64) {
     ([cross(v, w), cross(w, u), cross(u, v)].map(|g| g.map(|x| x / determinant)), determinant)
 }
 
-/// Which places of a list hold each function.
+/// For each function its places in a list of functions.
 struct Incidence {
+    /// For each function the index in `place` at which its places begin; then the length of `place`.
     start: Vec<u32>,
+    /// The places, function after function.
     place: Vec<u32>,
 }
 
 impl Incidence {
+    /// The places of a function.
     fn of(&self, dof: u32) -> &[u32] {
         &self.place[self.start[dof as usize] as usize..self.start[dof as usize + 1] as usize]
     }
 }
 
+/// The places of each function in the list `dofs`.
 fn incidence(dofs: &[u32], functions: usize) -> Incidence {
     let mut start = vec![0_u32; functions + 1];
     for &d in dofs {

@@ -36,6 +36,8 @@ fn laws(out: &[Outcome], count: usize) -> Claims {
     Ok(claims)
 }
 
+/// An entry with the claims of [`laws`], and with `mirror` the claims that conductors have the same
+/// capacitances as their mirror images, which are numbered from the other end.
 fn lawful(name: String, case: String, count: usize, mirror: bool) -> Entry {
     Entry::new(SUBJECT, name, [case], move |out| {
         let mut claims = laws(out, count)?;

@@ -34,7 +34,7 @@ pub use units::round_length;
 /// The kind of a body, which determines its material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
-    /// Metal that is held at a potential: opaque, each body in another colour.
+    /// Metal that is held at a potential: opaque, in colours that take turns.
     Conductor,
     /// Metal that floats: opaque, in shades of green.
     FloatingConductor,
@@ -42,7 +42,7 @@ pub enum BodyRole {
     GroundedConductor,
     /// The elastomer: translucent, so that the electrodes in it show.
     Layer,
-    /// Any other dielectric: translucent, each body in another colour.
+    /// Any other dielectric: translucent, in pale colours that take turns.
     Dielectric,
     /// The substrate, on which the layer lies: translucent.
     Substrate,
@@ -119,6 +119,7 @@ pub struct SceneBody {
 }
 
 impl SceneBody {
+    /// Whether the body has another pose at some step.
     fn moves(&self) -> bool {
         self.poses.windows(2).any(|pair| pair[0] != pair[1])
     }
@@ -209,6 +210,7 @@ pub(in crate::export) fn centre(region: &Box3) -> [f64; 3] {
     [0, 1, 2].map(|a| 0.5 * region.min[a] + 0.5 * region.max[a])
 }
 
+/// The middle of a body at the first step, m.
 fn centre_of_first(body: &SceneBody) -> [f64; 3] {
     body.poses.first().map_or([0.0; 3], centre)
 }

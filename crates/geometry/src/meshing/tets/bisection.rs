@@ -46,33 +46,42 @@ impl TetMesh {
         if grading.places.len() != self.points.len() {
             *grading = Grading::none(self);
         }
-        let mut work = Work::of(self, grading);
-        work.refine(generations);
-        work.finish(self)
+        let mut refinement = Refinement::of(self, grading);
+        refinement.refine(generations);
+        refinement.finish(self)
     }
 }
 
-/// The order of edges: by length, and among equally long ones the newer before the older. No two edges have
-/// the same rank.
+/// The order of edges by length. Of edges of the same length, the older one ranks higher, so that no two
+/// edges have the same rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
+    /// The bits of the square of the length, rounded.
     length: u64,
+    /// The ends, the newer one first.
     age: [std::cmp::Reverse<u32>; 2],
 }
 
 /// A mesh that is being refined.
-struct Work<'a> {
+struct Refinement<'a> {
+    /// Positions of all points, m.
     points: Vec<[f64; 3]>,
+    /// Where edges are cut.
     grading: &'a mut Grading,
+    /// Corners of all tetrahedra.
     tets: Vec<[u32; 4]>,
-    /// Which of [`EDGES`] is the longest.
+    /// Which of [`EDGES`] is the longest of each tetrahedron.
     longest: Vec<u8>,
+    /// As [`Bisected::origin`].
     origin: Vec<u32>,
+    /// The number of bisections that have led to each tetrahedron.
     depth: Vec<u8>,
+    /// As [`Bisected::parents`].
     parents: Vec<[u32; 2]>,
     /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have
     /// lost the point since.
     first: Vec<OptionalIndex>,
+    /// The entries of all lists.
     entries: Vec<Entry>,
     /// Edges on the propagation path to one that can be bisected; empty in between.
     path: Vec<[u32; 2]>,
@@ -86,15 +95,17 @@ struct Work<'a> {
 /// An entry of a list of tetrahedra.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
+    /// The tetrahedron.
     tet: u32,
     /// The next entry of the same list.
     next: OptionalIndex,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Refinement<'a> {
+    /// A mesh that has not been refined yet.
     fn of(mesh: &TetMesh, grading: &'a mut Grading) -> Self {
         let count = mesh.tets.len();
-        let mut work = Self {
+        let mut refinement = Self {
             points: mesh.points.clone(),
             grading,
             tets: mesh.tets.clone(),
@@ -110,21 +121,22 @@ impl<'a> Work<'a> {
             looked_at: 0,
         };
         for t in 0..count {
-            work.longest.push(longest(&work.grading.places, work.tets[t]));
-            for p in work.tets[t] {
-                work.enter(p, t as u32);
+            refinement.longest.push(longest(&refinement.grading.places, refinement.tets[t]));
+            for p in refinement.tets[t] {
+                refinement.enter(p, t as u32);
             }
         }
-        work
+        refinement
     }
 
+    /// Adds a tetrahedron to the list of a point.
     fn enter(&mut self, point: u32, tet: u32) {
         let entry = self.entries.len() as u32;
         self.entries.push(Entry { tet, next: self.first[point as usize] });
         self.first[point as usize] = OptionalIndex::some(entry);
     }
 
-    /// Bisects tetrahedra as many times as the list has for those that they are parts of.
+    /// Bisects tetrahedra as many times as `generations` says for the old tetrahedron that each is a part of.
     fn refine(&mut self, generations: &[u8]) {
         for generation in 1..=generations.iter().copied().max().unwrap_or(0) {
             let mut t = 0;
@@ -166,8 +178,8 @@ impl<'a> Work<'a> {
     fn gather(&mut self, [a, b]: [u32; 2]) {
         self.star.clear();
         // The newer point has the shorter list.
-        let (at, other) = (a.max(b), a.min(b));
-        let mut entry = self.first[at as usize];
+        let (newer, older) = (a.max(b), a.min(b));
+        let mut entry = self.first[newer as usize];
         while let Some(k) = entry.get() {
             let Entry { tet: t, next } = self.entries[k as usize];
             #[cfg(test)]
@@ -175,7 +187,7 @@ impl<'a> Work<'a> {
                 self.looked_at += 1;
             }
             let tet = &self.tets[t as usize];
-            if tet.contains(&other) && tet.contains(&at) {
+            if tet.contains(&older) && tet.contains(&newer) {
                 self.star.push(t);
             }
             entry = next;
@@ -214,6 +226,7 @@ impl<'a> Work<'a> {
         self.star = star;
     }
 
+    /// The refined mesh, given the old one.
     fn finish(self, old: &TetMesh) -> Bisected {
         let boundary = self.boundary(&old.boundary, old.points.len());
         let regions = self.origin.iter().map(|&t| old.regions[t as usize]).collect();
@@ -406,7 +419,7 @@ mod tests {
         let looked_at = [2, 4].map(|n| {
             let mesh = plate(n, 1.0);
             let mut grading = Grading::none(&mesh);
-            let mut work = Work::of(&mesh, &mut grading);
+            let mut work = Refinement::of(&mesh, &mut grading);
             work.refine(&vec![3; mesh.tets.len()]);
             let (count, looked_at) = (work.tets.len(), work.looked_at);
             println!("{} to {count} tetrahedra, {looked_at} entries", mesh.tets.len());

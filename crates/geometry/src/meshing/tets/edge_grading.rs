@@ -18,13 +18,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
 /// Cuts are graded towards edges at which the potential grows with a lower power of the distance than this.
+/// Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const SINGULAR: f64 = 0.9;
 
-/// Largest value of b.
+/// Largest value of the exponent b (see the head of this file). Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const MAX_EXPONENT: f64 = 1.5;
 
 /// No grading towards an edge that is this many times longer than the tetrahedra at it are wide: these are
-/// graded already.
+/// graded already. Tuned: `cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3`.
 const LONG: f64 = 3.0;
 
 /// The grading of a mesh towards the edges of conductors. It belongs to one mesh, and bisection updates it.
@@ -84,8 +86,7 @@ impl Grading {
 /// For each mesh edge on a conductor or a grounded wall, the power of the distance with which the potential
 /// grows if the permittivity is the same all around; infinite for an edge that calls for no grading.
 fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
-    // Per edge the third corners of faces at a fixed potential, and the two other corners of the tetrahedra
-    // around it.
+    // For each edge, the third corners of the faces at a fixed potential that meet in it.
     let mut held: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for face in mesh.boundary.iter().filter(|f| !matches!(f.role, FaceRole::Open { .. })) {
         let [a, b, c] = face.face;
@@ -93,6 +94,7 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
             held.entry([p.min(q), p.max(q)]).or_default().push(r);
         }
     }
+    // For each of these edges, the two other corners of each tetrahedron around it.
     let mut around: BTreeMap<[u32; 2], Vec<[u32; 2]>> = BTreeMap::new();
     for &[a, b, c, d] in &mesh.tets {
         for [p, q, r, s] in
@@ -106,10 +108,10 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
     }
     let power = |(edge, tets): ([u32; 2], Vec<[u32; 2]>)| {
         let ends = &held[&edge];
-        let wide =
+        let width =
             tets.iter().flatten().map(|&p| distance(mesh, edge, p)).sum::<f64>() / (2 * tets.len()) as f64;
         let [p, q] = edge.map(|p| mesh.points[p as usize]);
-        if length(minus(q, p)) > LONG * wide {
+        if length(minus(q, p)) > LONG * width {
             return (edge, f64::INFINITY);
         }
         let sectors = sectors(tets, ends);
@@ -133,8 +135,8 @@ fn distance(mesh: &TetMesh, edge: [u32; 2], point: u32) -> f64 {
     length(cross(along, out)) / length(along)
 }
 
-/// The tetrahedra around an edge, each given by its two other corners, in groups between which lie faces to
-/// one of `ends`.
+/// The tetrahedra around an edge, each given by its two other corners, in groups. Between the groups lie the
+/// faces whose third corner is one of `ends`.
 fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
     let mut sectors = Vec::new();
     while let Some(first) = tets.pop() {
@@ -155,9 +157,9 @@ fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
 
 /// The angle of a tetrahedron at an edge, from its two other corners, rad.
 fn angle(mesh: &TetMesh, edge: [u32; 2], sides: [u32; 2]) -> f64 {
-    let at = |p: u32| mesh.points[p as usize];
-    let along = minus(at(edge[1]), at(edge[0]));
-    let [n, m] = sides.map(|p| cross(along, minus(at(p), at(edge[0]))));
+    let point = |p: u32| mesh.points[p as usize];
+    let along = minus(point(edge[1]), point(edge[0]));
+    let [n, m] = sides.map(|p| cross(along, minus(point(p), point(edge[0]))));
     length(cross(n, m)).atan2(dot(n, m))
 }
 

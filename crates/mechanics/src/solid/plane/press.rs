@@ -76,7 +76,7 @@ const PATCH_SHRINK: f64 = 0.6;
 /// `cargo run --release -p elastocap-mechanics --example free_end`, whose third and fourth argument they are.
 const ROLL: f64 = 0.1;
 const ROLL_GROWTH: f64 = 1.5;
-/// Size of the elements of that mesh at the edges of inclusions, over the thickness.
+/// Size of the elements at the edges of inclusions on the mesh for an end that folds, over the thickness.
 const AT_EDGES: f64 = 0.1;
 
 /// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`]. Tuned:
@@ -101,7 +101,7 @@ impl Refinement {
 }
 
 impl PlaneLayer {
-    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
+    /// Presses the layer to each of `goals`, which are all compressions or all forces.
     ///
     /// Each mesh is the one before with the elements cut that have the largest errors in the force and in
     /// `places`. `cancel` stops the work before the next linear system; `report` is called with the number of
@@ -137,11 +137,12 @@ impl PlaneLayer {
             folds: self.folds(),
             least_errors: self.least_errors(),
             limits: LIMITS,
-            memory_limit: u64::MAX, // they are small in the plane
+            memory_limit: u64::MAX, // meshes are small in the plane
         };
         adaptive.press(goals, refinement, places, cancel, report, &|_| ())
     }
 
+    /// The least errors that are stated under this indenter.
     fn least_errors(&self) -> LeastErrors {
         match self.indenter.corner_radius(0.0) {
             Some(radius) if radius <= SHARP * self.thickness => ERRORS_OF_SHARP,
@@ -185,7 +186,7 @@ impl PlaneLayer {
         }
     }
 
-    /// Ends of the inclusions along an axis.
+    /// The coordinates along an axis at which inclusions begin and end.
     fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
         self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
@@ -208,8 +209,8 @@ impl PlaneLayer {
         mesh
     }
 
-    /// How far from the middle inclusions may reach along `x1`, in m: the elements beyond are made for the
-    /// end of the layer.
+    /// The largest distance from the middle along `x1` to which inclusions may extend, in m: the elements
+    /// beyond are shaped by the end of the layer.
     pub fn room(&self) -> f64 {
         self.half_length - end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
     }
@@ -223,8 +224,8 @@ impl PlaneLayer {
         if room > LEAST_ROOM * self.thickness { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 
-    /// The sizes of the meshes that may be solved on, coarse to fine: of those that are refined the first as
-    /// it is, the finer ones about.
+    /// The sizes of the meshes that may be solved on, coarse to fine: that of the first mesh, and approximate
+    /// sizes of the finer ones.
     ///
     /// # Errors
     /// [`ModelError`] where there is no first mesh.

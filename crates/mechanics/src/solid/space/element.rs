@@ -14,11 +14,11 @@ use crate::solid::shape_functions::quadratic;
 use elastocap_materials::space::{Tensor, add_cofactor_slope, cofactor, determinant};
 use elastocap_materials::{Response, Rubber};
 
-/// Nodes of an element.
+/// The number of nodes of an element.
 pub const NODES: usize = 27;
-/// Quadrature points of an element.
+/// The number of quadrature points of an element.
 pub const POINTS: usize = 27;
-/// Displacements of an element.
+/// The number of displacements of an element.
 pub const DISPLACEMENTS: usize = 81;
 
 /// The data that an element keeps of the reference configuration.
@@ -34,7 +34,8 @@ pub struct ReferenceElement {
     mass_inverse: [[f64; 4]; 4],
     /// Centre of volume in m.
     centre: [f64; 3],
-    /// How far the quadrature points reach from there, in m.
+    /// The largest distance of a quadrature point from the centre along each axis, in m: the unit of the
+    /// coordinates of the pressure.
     size: [f64; 3],
 }
 
@@ -159,8 +160,8 @@ impl Element<Space> for ReferenceElement {
         let mut volumes = [0.0; POINTS];
         let mut place = [[0.0; 3]; POINTS];
         for q in 0..POINTS {
-            let at = [q % 3, q / 3 % 3, q / 9];
-            let line = at.map(|k| quadratic(points[k]));
+            let indices = [q % 3, q / 3 % 3, q / 9];
+            let line = indices.map(|k| quadratic(points[k]));
             // Value and slopes of the shape function of node n.
             let shape = |n: usize| {
                 let (k, [a, b, c]) = ([n % 3, n / 3 % 3, n / 9], &line);
@@ -195,7 +196,7 @@ impl Element<Space> for ReferenceElement {
                     gradients[(3 * q + k) * NODES + n] = (0..3).map(|m| inverse[3 * k + m] * slopes[m]).sum();
                 }
             }
-            volumes[q] = volume * at.iter().map(|&k| weights[k]).product::<f64>();
+            volumes[q] = volume * indices.iter().map(|&k| weights[k]).product::<f64>();
         }
         let volume: f64 = volumes.iter().sum();
         let centre: [f64; 3] =

@@ -4,7 +4,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`element`] | triquadratic displacement, discontinuous linear pressure, condensed |
+//! | [`element`] | the hexahedron: triquadratic displacement, condensed linear pressure |
 //! | [`mesh`] | plane meshes swept along the third direction |
 //! | [`layer`] | a quarter of a layer, with fans around the bonded edges of its end and its side |
 //! | [`press`] | that layer pressed to given loads on finer and finer meshes |

@@ -8,9 +8,11 @@ use std::collections::{HashMap, HashSet};
 
 /// A mesh on its way from coarse to graded.
 pub(super) struct Grading {
+    /// The points, with all triangles straight.
     points: Vec<[f64; 2]>,
     /// The triangles outside of bands, each with the number of the coarse triangle that it is a part of.
     triangles: Vec<([u32; 3], u32)>,
+    /// The pairs of triangles that are divided together.
     bands: Vec<Band>,
     /// For each point whether it is a marked corner.
     corner: Vec<bool>,
@@ -22,10 +24,12 @@ pub(super) struct Grading {
     chains: HashMap<[u32; 2], u32>,
     /// The sides that stand for curves, as in [`Coarse::arcs`].
     arcs: HashMap<[u32; 2], RoundSide>,
+    /// The parameters of the grading.
     layers: Layers,
     /// The points at which sides have been cut in two, by the sides.
     middles: HashMap<[u32; 2], u32>,
-    /// The points between layers: that of layer `k` from one point towards another, by the two and `k`.
+    /// The points between layers: that of layer `k` from one point towards another, by the numbers of the two
+    /// and `k`.
     nodes: HashMap<(u32, u32, usize), u32>,
 }
 
@@ -72,6 +76,7 @@ impl Grading {
     /// Cuts triangles until each of them has either one marked edge, at most one end of which is a corner, or
     /// no marked edge and at most one point that the mesh is graded towards.
     pub(super) fn separate(&mut self) {
+        // A triangle with several curved sides, or with three marked ones, is divided from its middle.
         for ([a, b, c], parent) in std::mem::take(&mut self.triangles) {
             let sides = [key(a, b), key(b, c), key(c, a)];
             let arcs = sides.iter().filter(|side| self.arcs.contains_key(*side)).count();
@@ -152,9 +157,9 @@ impl Grading {
             };
             self.triangles.extend(pieces.into_iter().map(|t| (t, parent)));
         }
-        let any = !middles.is_empty();
+        let has_split = !middles.is_empty();
         self.middles.extend(middles);
-        any
+        has_split
     }
 
     fn distance(&self, p: u32, q: u32) -> f64 {
@@ -234,19 +239,19 @@ impl Grading {
         if self.chains.is_empty() {
             return out;
         }
-        let mut on: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
+        let mut sides_at: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
         for side in self.chains.keys() {
-            side.iter().for_each(|end| on.entry(*end).or_default().push(*side));
+            side.iter().for_each(|end| sides_at.entry(*end).or_default().push(*side));
         }
         for ((from, to, _), node) in &self.nodes {
             let side = key(*from, *to);
             if self.chains.contains_key(&side) {
-                on.entry(*node).or_default().push(side);
+                sides_at.entry(*node).or_default().push(side);
             }
         }
         for [a, b, c] in triangles {
             for part in [key(*a, *b), key(*b, *c), key(*c, *a)] {
-                let [Some(one), Some(other)] = part.map(|end| on.get(&end)) else { continue };
+                let [Some(one), Some(other)] = part.map(|end| sides_at.get(&end)) else { continue };
                 if let Some(side) = one.iter().find(|side| other.contains(side)) {
                     out.insert(part, self.chains[side]);
                 }

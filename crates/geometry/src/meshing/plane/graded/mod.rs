@@ -53,23 +53,24 @@ pub struct Layers {
 pub struct Graded {
     /// The points, those in bent triangles moved with them, and the triangles.
     pub mesh: Triangles,
-    /// For each triangle the one of the coarse mesh that it is a part of.
+    /// For each triangle the triangle of the coarse mesh that it is a part of.
     pub parents: Vec<u32>,
-    /// For each triangle the bent one that it is a part of, if it is.
+    /// For each triangle the bent triangle that it is a part of, if there is one.
     pub bent: Vec<Option<Bent>>,
     /// The position of each point if no triangle were bent.
     pub straight: Vec<[f64; 2]>,
-    /// As [`Marks::chains`], of the divided sides.
+    /// The sides of divided triangles that belong to chains, as in [`Marks::chains`].
     pub chains: HashMap<[u32; 2], u32>,
 }
 
 /// Divides the triangles of a mesh towards marked corners and edges.
 pub fn graded(coarse: &Coarse, marks: &Marks, layers: Layers) -> Graded {
-    let mut work = Grading::new(coarse, marks, layers);
-    work.separate();
-    work.divide()
+    let mut grading = Grading::new(coarse, marks, layers);
+    grading.separate();
+    grading.divide()
 }
 
+/// A side of a triangle, as the numbers of its two ends in ascending order.
 fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }

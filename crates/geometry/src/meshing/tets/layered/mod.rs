@@ -4,10 +4,10 @@
 //! through graded layers, and each of the resulting prisms is divided into three tetrahedra. Layers and
 //! triangles are sized independently, so that a thin gap does not call for small triangles.
 
-use super::TetMesh;
 mod layer_planes;
 mod prisms;
 
+use super::TetMesh;
 use crate::meshing::plane::{self, Outline, OutlineFault, PlaneMesh, triangulate};
 use crate::outline::on_circle;
 use crate::scene::{Box3, Scene, Wall, across};
@@ -38,7 +38,7 @@ impl Default for LayeredSizing {
     }
 }
 
-/// The least [`LayeredSizing::reach`]; a smaller one is raised to it.
+/// The least [`LayeredSizing::reach`]; a smaller one is raised to it. It is not tuned.
 const MIN_REACH: f64 = 1.5;
 
 /// Why a scene in layers cannot be meshed.
@@ -105,7 +105,7 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
     // The fewer triangles along outlines, the better; then the fewer layers.
     let length = |axis: usize| lengths_of_outlines(scene, sizing, axis);
     let axis = (0..3)
-        .filter(|&axis| scene.shapes().all(|s| stands(s, axis)))
+        .filter(|&axis| scene.shapes().all(|s| is_extruded(s, axis)))
         .min_by(|&a, &b| length(a).total_cmp(&length(b)).then(extent(a).total_cmp(&extent(b))))?;
     Some(mesh(scene, sizing, axis))
 }
@@ -128,7 +128,7 @@ fn width(corners: &[[f64; 2]]) -> f64 {
 }
 
 /// Whether a shape is a plane figure extruded along an axis.
-fn stands(shape: &Shape, along: usize) -> bool {
+fn is_extruded(shape: &Shape, along: usize) -> bool {
     match shape {
         Shape::Box(b) => b.sheet_normal().is_none_or(|normal| normal == along),
         Shape::Cylinder { axis, .. } | Shape::Extrusion { axis, .. } => *axis == along,
@@ -166,14 +166,14 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
 struct Body {
     /// The conductor or region that fills it.
     filling: Filling,
-    /// Its outline, by its place in the list of outlines; `None` for a body that fills the whole plane.
+    /// The index of its outline in the list of outlines; `None` for a body that fills the whole plane.
     outline: Option<usize>,
     /// Ends along the axis, m. [`layer_planes()`] makes them equal to the planes between layers in which they
     /// lie.
     ends: [f64; 2],
 }
 
-/// Where the mesh ends, and where the rays to infinity start, m.
+/// The box in which the mesh ends, and the point where the rays to infinity start, m.
 fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
@@ -237,7 +237,7 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
     }
 }
 
-/// Whether coordinates are in order, sizes positive and, for a conductor, everything finite.
+/// Whether the coordinates of a shape are in order, sizes positive and, for a conductor, everything finite.
 fn valid(shape: &Shape, conductor: bool) -> bool {
     let ordered = (0..3).filter_map(|a| ends(shape, a)).all(|[low, high]| {
         (low < high || (conductor && low == high)) && (!conductor || (low.is_finite() && high.is_finite()))
@@ -262,6 +262,7 @@ fn valid(shape: &Shape, conductor: bool) -> bool {
     ordered && flat <= 1 && inner
 }
 
+/// Meshes a scene in layers along this axis.
 fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, LayeredError> {
     let conductors = scene
         .conductors()
@@ -307,7 +308,7 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
             outline = Some(outlines.len());
             outlines.push(Outline { corners, near });
         }
-        // Between the ends of a box that is cut off there is nothing.
+        // A box that is cut off gets ends between which there is nothing.
         let ends = if corners.is_empty() || outline.is_some() { ends } else { [f64::INFINITY; 2] };
         bodies.push(Body { filling, outline, ends });
     }
@@ -329,13 +330,14 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
     Ok(mesh)
 }
 
+/// The lower and the upper corner of the smallest rectangle around some points, m.
 fn bounds(corners: &[[f64; 2]]) -> [[f64; 2]; 2] {
     corners.iter().fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], p| {
         [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
     })
 }
 
-/// Which triangles lie in an outline.
+/// For each triangle whether it lies in an outline.
 fn covered(planar: &PlaneMesh, corners: &[[f64; 2]]) -> Vec<bool> {
     let middle = |t: &[u32; 3]| {
         let p = t.map(|p| planar.points[p as usize]);

@@ -8,12 +8,15 @@ use super::region::Region;
 use super::{MeshError, Point, Sizing};
 use crate::scene::{Box3, Scene};
 
-/// Largest number of cells of the grid that the planes of all boxes make: some seconds' work.
+/// Largest number of cells of the grid that the planes of all boxes make: some seconds' work. Not tuned: a
+/// limit that ordinary cases do not reach.
 const MAX_CELLS: usize = 10_000_000;
 
 /// A box and what fills it.
 struct FilledBox {
+    /// The box, or a sheet.
     region: Box3,
+    /// The body that fills it.
     filling: Region,
 }
 
@@ -29,6 +32,7 @@ struct GridFace {
 }
 
 impl GridFace {
+    /// The regions on both sides, and the sheet.
     fn fillings(self) -> impl Iterator<Item = Region> {
         [self.below, self.above, self.sheet].into_iter().flatten()
     }
@@ -49,7 +53,8 @@ struct BoxGrid {
     parts: Vec<Region>,
     /// Coordinates of the planes per axis, ascending, m; the first and the last are walls.
     planes: [Vec<f64>; 3],
-    /// Numbers of the planes. Signed, because the cells next to the walls have neighbours outside.
+    /// Numbers of the planes per axis. They are signed, because the cells next to the walls have neighbours
+    /// outside.
     counts: [isize; 3],
     /// The region that fills each cell; the last axis runs fastest.
     cells: Vec<Region>,
@@ -57,8 +62,8 @@ struct BoxGrid {
     sheets: [Vec<Vec<usize>>; 3],
 }
 
-/// The region that fills each of so many cells between planes: the boxes that are not flat, painted one over
-/// the other.
+/// The region that fills each cell between planes, given the numbers of cells per axis: where boxes that are
+/// not flat overlap, the last one counts.
 fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec<Region> {
     let middles = planes
         .each_ref()
@@ -77,6 +82,10 @@ fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec
 }
 
 impl BoxGrid {
+    /// The grid of the boxes of a scene.
+    ///
+    /// # Errors
+    /// [`MeshError::TooMany`] where it has too many cells.
     fn new(scene: &Scene, domain: &Box3) -> Result<Self, MeshError> {
         let conductors = scene.conductor_parts().map(|(c, part)| (Region::Conductor(c as u32), part));
         let dielectrics = scene.dielectric_parts().map(|(d, part)| (Region::Dielectric(d as u32), part));
@@ -119,6 +128,7 @@ impl BoxGrid {
         self.parts.iter().position(|&part| part == body).map(|part| part as u32)
     }
 
+    /// The position of a grid point, m.
     fn point(&self, at: [isize; 3]) -> Point {
         [0, 1, 2].map(|a| self.planes[a][at[a] as usize])
     }
@@ -190,6 +200,7 @@ pub(super) fn add_boxes(
     Ok(())
 }
 
+/// Adds a face of the grid that belongs to a surface, normal to `axis` and with its lowest corner `at`.
 fn add_face(
     out: &mut PiecewiseLinearComplex,
     grid: &BoxGrid,

@@ -20,10 +20,11 @@ use crate::meshing::tets::tetrahedron::EDGES;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// The largest number of times that half of a cavity may grow before the exchange is given up.
+/// The largest number of times that half of a cavity may grow before the exchange is given up. Not tuned: a
+/// limit that ordinary cases do not reach.
 const MAX_GROWTHS: usize = 200;
 
-/// The largest number of diagonals of a region to try.
+/// The largest number of diagonals of a region to try. It is not tuned.
 const MAX_DIAGONALS: usize = 12;
 
 /// The part of a cavity on one side of a region.
@@ -40,6 +41,7 @@ struct Half {
 /// The tetrahedra that a region pierces.
 #[derive(Default)]
 struct PiercedTets {
+    /// The tetrahedra.
     tets: Vec<u32>,
     /// Edges that pierce the region, upper end first.
     edges: BTreeSet<[u32; 2]>,
@@ -59,7 +61,7 @@ impl MeshInProgress {
         if self.exchange(f, triangles, region) {
             return Some(Region { triangles: region.triangles.clone() });
         }
-        let pairs = pairs(&region.triangles);
+        let pairs = adjacent_pairs(&region.triangles);
         for [s, t] in pairs.into_iter().take(MAX_DIAGONALS) {
             let Some(flipped) = self.flipped(f, region, s, t) else { continue };
             if self.exchange(f, triangles, &flipped) {
@@ -90,8 +92,8 @@ impl MeshInProgress {
         Some(Region { triangles })
     }
 
-    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces; says whether
-    /// that was possible.
+    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces. Returns
+    /// whether that was possible.
     fn exchange(&mut self, f: usize, triangles: &[[u32; 3]], region: &Region) -> bool {
         let widest = self.widest(triangles);
         let Some(mut cavity) = self.pierced(f, widest, region).map(|pierced| pierced.tets) else {
@@ -159,7 +161,7 @@ impl MeshInProgress {
                 if side != 0.0 {
                     halves[usize::from(side < 0.0)].corners.insert(p);
                 } else if !halves[0].corners.contains(&p) {
-                    // It is a point of the facet, but none of the region.
+                    // The point lies on the facet, but is no corner of the region.
                     return None;
                 }
             }
@@ -181,17 +183,19 @@ impl MeshInProgress {
     }
 
     /// Lets one half of a cavity grow across those faces of its rim that have an edge, or else a corner, in
-    /// common with the face at which filling it got stuck; says whether it could. Corners on a common sphere
-    /// may call for that.
+    /// common with the face at which filling it got stuck. Returns whether it could. Corners on a common
+    /// sphere may call for that.
     fn grow_half(&self, half: &mut Half, cavity: &mut Vec<u32>, stuck: [u32; 3]) -> bool {
         let common = |face: &[u32; 3]| face.iter().filter(|p| stuck.contains(p)).count();
-        let crossable = |at: &TetFace| {
-            let across = self.mesh.neighbour(at.tet, at.opposite);
-            self.mesh.kept_face(at.tet, at.opposite).is_none() && across.is_some_and(|n| !cavity.contains(&n))
+        let is_crossable = |face: &TetFace| {
+            let across = self.mesh.neighbour(face.tet, face.opposite);
+            self.mesh.kept_face(face.tet, face.opposite).is_none()
+                && across.is_some_and(|n| !cavity.contains(&n))
         };
         let next_to = |least: usize| -> Vec<TetFace> {
-            let near = half.rim.iter().filter(|(face, at)| common(face) >= least && crossable(at));
-            near.map(|(_, at)| *at).collect()
+            let near =
+                half.rim.iter().filter(|(corners, face)| common(corners) >= least && is_crossable(face));
+            near.map(|(_, face)| *face).collect()
         };
         let mut faces = next_to(2);
         if faces.is_empty() {
@@ -218,7 +222,7 @@ impl MeshInProgress {
         grown
     }
 
-    /// Whether the kept edges of the tetrahedra `before` the exchange are edges of those `after` it, too.
+    /// Whether the kept edges of the tetrahedra `before` the exchange are also edges of those `after` it.
     fn keeps_edges(&self, before: &[u32], after: &[[u32; 4]]) -> bool {
         let edges = |t: [u32; 4]| {
             EDGES
@@ -274,10 +278,10 @@ impl MeshInProgress {
     /// Whether an edge pierces a triangle of a region. It cannot meet the outline of the region, which
     /// consists of edges too.
     fn pierces(&self, edge: [u32; 2], region: &Region) -> bool {
-        let at = |p: u32| self.mesh.points[p as usize];
-        let [p, q] = edge.map(at);
+        let point = |p: u32| self.mesh.points[p as usize];
+        let [p, q] = edge.map(point);
         region.triangles.iter().any(|t| {
-            let sides = [0, 1, 2].map(|k| orientation(p, q, at(t[k]), at(t[(k + 1) % 3])));
+            let sides = [0, 1, 2].map(|k| orientation(p, q, point(t[k]), point(t[(k + 1) % 3])));
             (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
                 && sides.iter().any(|&s| s != 0.0)
         })
@@ -302,13 +306,13 @@ impl MeshInProgress {
     }
 }
 
-/// The pairs of triangles with a common side, by their places in the list.
-fn pairs(triangles: &[[u32; 3]]) -> Vec<[usize; 2]> {
+/// The pairs of triangles with a common side, by their indices in the list.
+fn adjacent_pairs(triangles: &[[u32; 3]]) -> Vec<[usize; 2]> {
     let mut sides: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (k, t) in triangles.iter().enumerate() {
         for i in 0..3 {
             sides.entry(sorted(t[i], t[(i + 1) % 3])).or_default().push(k);
         }
     }
-    sides.into_values().filter_map(|both| <[usize; 2]>::try_from(both).ok()).collect()
+    sides.into_values().filter_map(|beside| <[usize; 2]>::try_from(beside).ok()).collect()
 }

@@ -60,15 +60,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use thin_edges::{points_along, thin_edges};
 
-/// A point, or a difference of two, m.
+/// A point, or the difference between two points, m.
 type Point = [f64; 3];
 
-/// Points on surfaces make no tetrahedra that are less round: points of one plane, rounded, may span some
-/// without volume.
+/// The least roundness of tetrahedra that a new point on a surface may make: points of one plane, rounded,
+/// may span tetrahedra without volume.
 ///
-/// Not so where thin metal gets fine edges: a side that is split around a flat tetrahedron gets triangles so
-/// obtuse that the lower bound does not converge. Should a tetrahedron without volume remain there, it ends
-/// the mesh.
+/// There is no such limit where thin metal gets fine edges: a side that is split around a flat tetrahedron
+/// gets triangles so obtuse that the lower bound does not converge. Should a tetrahedron without volume
+/// remain there, it ends the mesh. It is not tuned.
 const LEAST_ROUNDNESS: f64 = 1e-9;
 
 /// The requirements on the size and shape of the elements of a mesh.
@@ -139,8 +139,9 @@ pub struct Meshed {
 ///
 /// # Errors
 ///
-/// [`MeshError`]: conductors that meet each other or a grounded wall, round bodies whose surfaces almost coincide, open
-/// space between opposite walls, and surfaces that cannot be built from faces within the limit on points.
+/// [`MeshError`]: conductors that meet each other or a grounded wall, round bodies whose surfaces almost
+/// coincide, open space between opposite walls, and surfaces that cannot be built from faces within the limit
+/// on points.
 pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     mesh_unless(scene, sizing, None)
 }

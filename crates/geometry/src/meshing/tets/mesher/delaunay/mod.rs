@@ -56,13 +56,18 @@ pub(super) struct Delaunay {
     pub(super) must_remove: Option<u32>,
     /// The number of attempts to insert a point.
     pub(super) insertions: usize,
+    /// Whether each slot holds a tetrahedron.
     alive: Vec<bool>,
     /// Some tetrahedron at each point.
     tet_of_point: Vec<u32>,
+    /// Slots of removed tetrahedra that are not used again yet.
     free: Vec<u32>,
-    /// Marks of the current search; each search uses numbers above those of all searches before.
+    /// Marks of tetrahedra by the current search; each search uses numbers above those of all searches
+    /// before.
     stamps: Vec<u32>,
+    /// Marks of points, in the same way.
     point_stamps: Vec<u32>,
+    /// The largest number used as a mark so far.
     stamp: u32,
     /// State of a linear congruential generator: a walk that tries faces in a fixed order may not end.
     random: u32,
@@ -85,8 +90,8 @@ impl Delaunay {
         }
         for (a, b) in [(1, 2), (2, 1), (1, 4), (4, 1), (2, 4), (4, 2)] {
             let mut tet = [0, a, a + b, 7];
-            let at = tet.map(|p: u32| out.points[p as usize]);
-            if orientation(at[0], at[1], at[2], at[3]) < 0.0 {
+            let [p, q, r, s] = tet.map(|p: u32| out.points[p as usize]);
+            if orientation(p, q, r, s) < 0.0 {
                 tet.swap(2, 3);
             }
             let slot = out.slot();
@@ -231,8 +236,8 @@ impl Delaunay {
         None
     }
 
-    /// Moves a point by the best of `offsets` if this raises the least `worth` of the tetrahedra at it; says
-    /// whether it did.
+    /// Moves a point by the best of `offsets` if this raises the least `worth` of the tetrahedra at it.
+    /// Returns whether the point moved.
     ///
     /// `worth` must be negative for tetrahedra with a negative volume.
     pub(super) fn improve(&mut self, v: u32, worth: impl Fn([Point; 4]) -> f64, offsets: &[Point]) -> bool {
