@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `elastocap check` predicts and what `elastocap run` takes, for case files; prints the table of docs/forecasts.md.
+"""What `elastocap check` predicts and what `elastocap run` takes, for case files; docs/forecasts.md has some of the rows.
 
     benches/forecast.py [--binary target/release/elastocap] [CASE ...]
     benches/forecast.py --drawn 200 [--seed 2]   cases drawn from the schema: peak and time over forecast, worst and median

@@ -5,8 +5,8 @@
 //!
 //! 1. The layer on its substrate at the size of the paper's mesh (22,902 unknowns) to 40 %: 30 s asked.
 //! 2. Its force at 20 % good to 0.5 %, on as many meshes as that takes: 1 s asked.
-//! 3. A held patch on a layer of finite width, a quarter of it with about 60,000 displacements, to 30 %: 120 s asked. Taken
-//!    once, since it is long, and printed.
+//! 3. A held patch on a layer of finite width, a quarter of it with about 60,000 displacements, to 30 %: 120
+//!    s asked. Taken once, since it is long, and printed.
 
 mod common;
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Times of scenes of outlines and boxes against the targets that were set for them; prints the table of docs/extruded.md.
+"""Times of scenes of outlines and boxes against the targets that were set for them; docs/extruded.md has some of the rows.
 
     benches/outlines.py [--binary target/release/elastocap] [--times 3] [--keep FOLDER] [NAME ...]
 

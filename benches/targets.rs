@@ -1,7 +1,8 @@
-//! One line for each target: what was aimed at, what is measured, whether it is met. The table of docs/performance.md.
+//! One line for each target: what was aimed at, what is measured, whether it is met. Some of the lines are
+//! in docs/performance.md.
 //!
 //!     cargo bench --bench targets
-//!     ELASTOCAP_LARGE=1 cargo bench --bench targets     (scaling up to ten million unknowns too: some GB, a minute)
+//!     ELASTOCAP_LARGE=1 cargo bench --bench targets     (up to ten million unknowns too: some GB, a minute)
 
 mod common;
 

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 pub(crate) enum Exit {
     /// Success.
     Done,
-    /// Any other failure: results cannot be written, for instance.
+    /// A failure through no fault of the input: results cannot be written, for instance.
     Failure,
     /// An unusable case file or argument; nothing was written.
     BadInput,

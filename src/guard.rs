@@ -14,6 +14,7 @@ use elastocap_results::Unfinished;
 /// The files that must not be left behind; threads of the guard remove them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guard {
+    /// The files of the run, once there are any.
     unfinished: Arc<Mutex<Option<Unfinished>>>,
 }
 
@@ -36,7 +37,7 @@ impl Guard {
         *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = unfinished;
     }
 
-    /// Returns at once, but never returns if another thread is ending the process.
+    /// Returns at once, unless another thread is ending the process: then it never returns.
     pub(crate) fn let_end(&self) {
         drop(self.unfinished.lock().unwrap_or_else(PoisonError::into_inner));
     }
@@ -57,6 +58,7 @@ impl Guard {
     }
 }
 
+/// The threads of the guard, and the signals that wake them.
 #[cfg(unix)]
 mod unix {
     use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read as _, Write as _};
@@ -156,7 +158,7 @@ mod unix {
         }
     }
 
-    /// Wakes before a limit is reached.
+    /// Wakes the ending thread before a limit is reached.
     fn watch(mut wakes: PipeWriter, reason: &OnceLock<String>) {
         let limit = loop {
             if let Some(limit) = limit_reached() {

@@ -1,14 +1,14 @@
 //! Computes the capacitance of soft touch and pressure sensors under load, with proved bounds.
 //!
-//! This crate is the library behind the `elastocap` command. A case describes an elastomer layer, the electrodes in it, the
-//! surroundings and the load. The library deforms the layer, moves the electrodes, solves Laplace's equation in 3D around them,
-//! and returns the capacitance of each load step with a proved lower and upper bound. Solving writes no file: matrices,
-//! fields and meshes are values in memory.
+//! This crate is the library behind the `elastocap` command. A case describes an elastomer layer, the
+//! electrodes in it, the surroundings and the load. The library deforms the layer, moves the electrodes,
+//! solves Laplace's equation in 3D around them, and returns the capacitance of each load step with a proved
+//! lower and upper bound. Solving writes no file: matrices, fields and meshes are values in memory.
 //!
 //! # Example
 //!
-//! A unit cube in the middle of a grounded cube twice its size, to one per cent. Its capacitance is known: 169.35524558 pF. The
-//! observer takes the field of each step as soon as it is solved.
+//! A unit cube in the middle of a grounded cube twice its size, to one per cent. Its capacitance is known:
+//! 169.35524558 pF. The observer takes the field of each step as soon as it is solved.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -98,10 +98,10 @@
 //!
 //! # Conventions
 //!
-//! All numbers are in SI units. x1 is in the plane of the layer, x2 points up from the substrate, x3 runs along the width. Three
-//! capacitances are kept apart: the *Maxwell matrix* (Q = C V), the *mutual capacitance* (minus an off-diagonal entry of it) and
-//! the *two-terminal capacitance* (charge over voltage with equal and opposite charges). The same case gives the same numbers at
-//! any number of threads.
+//! All numbers are in SI units. x1 is in the plane of the layer, x2 points up from the substrate, x3 runs
+//! along the width. Three capacitances are kept apart: the *Maxwell matrix* (Q = C V), the *mutual
+//! capacitance* (minus an off-diagonal entry of it) and the *two-terminal capacitance* (charge over voltage
+//! with equal and opposite charges). The same case gives the same numbers at any number of threads.
 //!
 //! # Limits
 //!

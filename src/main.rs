@@ -61,7 +61,8 @@ enum Command {
     Check(commands::check::Arguments),
     /// Give the force that belongs to a measured capacitance, with its limits, by the curve of a run
     Force(commands::force::Arguments),
-    /// Lay results side by side: what differs in the cases, in the capacitances with their bounds, and in time
+    /// Lay results side by side: what differs in the cases, in the capacitances with their bounds, and in
+    /// time
     Compare(commands::compare::Arguments),
     /// Write a model of a solved sensor for circuit and system simulators: SPICE, Verilog-A, FMI 3.0, tables
     Export(commands::export::Arguments),
@@ -100,7 +101,8 @@ fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            // Help and version arrive here too, but are not errors: clap knows the stream and the status of each.
+            // Help and version arrive here too, but are not errors: clap knows the stream and the status of
+            // each.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }

@@ -117,8 +117,8 @@ impl Accuracy {
 
     /// Settings that reach it, and the solution they give.
     ///
-    /// A spread is asked for as it is. The true error is smaller than the estimate that the solver holds under its
-    /// tolerance: the loosest tolerance with which the true error is met is taken.
+    /// A spread is asked for as it is. The true error is smaller than the estimate that the solver holds
+    /// under its tolerance: the loosest tolerance with which the true error is met is taken.
     pub(crate) fn reached_on(self, known: &Known) -> Result<(Settings, Solution)> {
         let tolerances: Vec<f64> = match self {
             Self::ProvedSpread(spread) => vec![spread],

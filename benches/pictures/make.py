@@ -25,12 +25,11 @@ WIDTH = 560  # of each picture of a row
 
 HEAD = """# Pictures
 
-What a run of each shipped case shows: `scene.glb` in three.js (the first and the last load step), the sections `section_NNN.svg`
-through the gap, and `curve.svg`. `benches/pictures/make.py` runs the cases and makes this page.
+This page shows what a run of each shipped case looks like: `scene.glb` at the first and the last load step, the sections `section_NNN.svg` through the gap,
+and `curve.svg`. `benches/pictures/make.py` runs the cases and makes this page.
 
-In the scenes the layer is light blue, the substrate sand-coloured, floating conductors are green and the indenter grey. In the
-sections, metal is dark grey, bands and lines are those of equal potential, and arrows point along the field; the longer ones are
-stronger, but not in proportion.
+In the scenes the layer is light blue, the substrate sand-coloured, floating conductors are green and the indenter grey. In the sections, metal is dark grey,
+bands and lines are those of equal potential, and arrows point along the field; longer ones are stronger, but not in proportion.
 """
 
 
@@ -82,7 +81,7 @@ def main():
             picture = on_top_of_each_other(rows)
             picture.save(PICTURES / f"{case.stem}.png", optimize=True)
             title = re.search(r'^title\s*=\s*"(.*)"', case.read_text(), re.MULTILINE).group(1)
-            text.append(f"## {title}\n\n`cases/{case.name}`\n\n![{title}](pictures/{case.stem}.png)\n")
+            text.append(f"## {title}\n\n[{case.stem}](../cases/{case.name})\n\n![{case.stem}](pictures/{case.stem}.png)\n")
     (ROOT / "docs" / "pictures.md").write_text("\n".join(text))
     total = sum(path.stat().st_size for path in PICTURES.iterdir())
     print(f"{len(cases)} cases, {total / 1e6:.2f} MB")

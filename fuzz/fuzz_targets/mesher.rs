@@ -1,6 +1,7 @@
 //! `cargo +nightly fuzz run mesher`: any bytes as a scene of bodies, which is meshed.
 //!
-//! Most coordinates lie on a coarse lattice, so that bodies touch, coincide and cross; some are of another order of magnitude.
+//! Most coordinates lie on a coarse lattice, so that bodies touch, coincide and cross; some are of another
+//! order of magnitude.
 
 #![no_main]
 

@@ -8,7 +8,7 @@ use elastocap::results::scene_files::field_grid;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::numbers::all;
+use crate::numbers::slice_bytes;
 
 /// The field of a step; `None` if a grid has no scene.
 pub(crate) fn of<'py>(
@@ -27,25 +27,25 @@ pub(crate) fn of<'py>(
 
 fn on_grid<'py>(py: Python<'py>, grid: &FieldGrid) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let axes = grid.axes.iter().map(|axis| all(py, axis)).collect::<PyResult<Vec<_>>>()?;
+    let axes = grid.axes.iter().map(|axis| slice_bytes(py, axis)).collect::<PyResult<Vec<_>>>()?;
     dict.set_item("axes", axes)?;
-    let bent = grid.bent.as_ref().map(|points| all(py, points.as_flattened())).transpose()?;
+    let bent = grid.bent.as_ref().map(|points| slice_bytes(py, points.as_flattened())).transpose()?;
     dict.set_item("points", bent)?;
-    dict.set_item("potential", all(py, &grid.potential)?)?;
-    dict.set_item("electric_field", all(py, grid.electric_field.as_flattened().as_flattened())?)?;
-    dict.set_item("relative_permittivity", all(py, &grid.relative_permittivity)?)?;
-    dict.set_item("body_id", all(py, &grid.body_id)?)?;
+    dict.set_item("potential", slice_bytes(py, &grid.potential)?)?;
+    dict.set_item("electric_field", slice_bytes(py, grid.electric_field.as_flattened().as_flattened())?)?;
+    dict.set_item("relative_permittivity", slice_bytes(py, &grid.relative_permittivity)?)?;
+    dict.set_item("body_id", slice_bytes(py, &grid.body_id)?)?;
     dict.set_item("body_names", &grid.body_names)?;
     Ok(dict)
 }
 
 fn on_mesh<'py>(py: Python<'py>, mesh: &BodyMesh) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    dict.set_item("points", all(py, mesh.points.as_flattened())?)?;
-    dict.set_item("cells", all(py, &mesh.nodes)?)?;
+    dict.set_item("points", slice_bytes(py, mesh.points.as_flattened())?)?;
+    dict.set_item("cells", slice_bytes(py, &mesh.nodes)?)?;
     dict.set_item("point_data", named(py, &mesh.arrays)?)?;
     dict.set_item("cell_data", named(py, &mesh.in_elements)?)?;
-    dict.set_item("body_id", all(py, &mesh.body_id)?)?;
+    dict.set_item("body_id", slice_bytes(py, &mesh.body_id)?)?;
     dict.set_item("body_names", &mesh.body_names)?;
     Ok(dict)
 }
@@ -54,7 +54,7 @@ fn on_mesh<'py>(py: Python<'py>, mesh: &BodyMesh) -> PyResult<Bound<'py, PyDict>
 fn named<'py>(py: Python<'py>, arrays: &[NamedArray]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for array in arrays {
-        dict.set_item(array.name, (array.components, all(py, &array.values)?))?;
+        dict.set_item(array.name, (array.components, slice_bytes(py, &array.values)?))?;
     }
     Ok(dict)
 }

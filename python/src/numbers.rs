@@ -55,6 +55,6 @@ pub(crate) fn bytes<'py, T: Number>(
 ///
 /// # Errors
 /// As [`bytes`].
-pub(crate) fn all<'py, T: Number>(py: Python<'py>, numbers: &[T]) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn slice_bytes<'py, T: Number>(py: Python<'py>, numbers: &[T]) -> PyResult<Bound<'py, PyBytes>> {
     bytes(py, numbers.len(), numbers.iter().copied())
 }

@@ -26,6 +26,7 @@ pub(crate) struct PyOutcome {
     pub(crate) outcome: Outcome,
     pub(crate) options: Options,
     pub(crate) fields: StepFields,
+    /// The time that planning took.
     pub(crate) planning: Duration,
     /// The text of the case.
     pub(crate) text: String,
@@ -39,6 +40,7 @@ impl PyOutcome {
         })
     }
 
+    /// A value of each step.
     fn of_steps<T>(&self, value: impl Fn(&StepResult) -> T) -> Vec<T> {
         self.outcome.steps.iter().map(value).collect()
     }
@@ -113,15 +115,16 @@ impl PyOutcome {
         self.outcome.measurement.map(|measured| named(measured, &self.outcome.conductors))
     }
 
-    /// Maxwell matrices of all steps, their lower bounds and their upper bounds, each of shape (steps, terminals, terminals); NaN where a
-    /// step was not solved.
+    /// Maxwell matrices of all steps, their lower bounds and their upper bounds, each of shape (steps,
+    /// terminals, terminals); NaN where a step was not solved.
     fn maxwell<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyBytes>; 3]> {
         let order = self.outcome.conductors.len();
         let steps = &self.outcome.steps;
         let part = |pick: fn(&Bounded) -> f64| {
             let entries = steps.iter().flat_map(|step| {
                 (0..order * order).map(move |k| {
-                    let entry = step.maxwell.as_ref().and_then(|all| all.get(k / order)?.get(k % order));
+                    let entry =
+                        step.maxwell.as_ref().and_then(|matrix| matrix.get(k / order)?.get(k % order));
                     entry.map_or(f64::NAN, pick)
                 })
             });
@@ -151,7 +154,8 @@ impl PyOutcome {
         self.outcome.stopped
     }
 
-    /// The warnings that the command prints: the plan's warnings, those of the run, and steps that lack something.
+    /// The warnings that the command prints: the plan's warnings, those of the run, and steps that lack
+    /// something.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let Outcome { plan, warnings, steps, .. } = &self.outcome;

@@ -67,16 +67,18 @@ impl Observer for Messenger {
     }
 }
 
-/// The result of a finished run.
+/// The result of a finished run, the fields that were kept, and the time that planning took.
 type Done = (Outcome, StepFields, Duration);
 
 /// Runs a case on `threads` threads; without a number on as many as the command takes.
 ///
-/// `notify` is called with the number of steps done, the number of steps, and what is being done, each time one of them changes, by the
-/// thread that called. `max_seconds` stops the run after that time, and so does `cancelled`, which is asked often, when it gives true. `at_once`
-/// is how many runs of this process share its memory. `model_error` says whether a simple model of the layer is compared with a better one.
+/// `notify` is called with the number of steps done, the number of steps, and what is being done, each time
+/// one of them changes, by the thread that called. `max_seconds` stops the run after that time, and so does
+/// `cancelled`, which is asked often, when it gives true. `at_once` is how many runs of this process share
+/// its memory. `model_error` says whether a simple model of the layer is compared with a better one.
 ///
-/// Returns what was found, and the exception that stopped the run: KeyboardInterrupt, or what `notify` raised.
+/// Returns what was found, and the exception that stopped the run: KeyboardInterrupt, or what `notify`
+/// raised.
 #[pyfunction]
 #[pyo3(signature = (case, threads, prune, fields, model_error, max_seconds, at_once, notify, cancelled))]
 pub(crate) fn run(

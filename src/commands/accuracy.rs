@@ -93,11 +93,13 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     }
 }
 
+/// Prints the error and gives the exit status.
 fn failure(error: &OutputError) -> Exit {
     output::error(&error.to_string());
     Exit::Failure
 }
 
+/// A line on stderr with the elapsed time and the current solve.
 fn progress(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
@@ -119,6 +121,7 @@ fn save(found: &Study, folder: &OutputFolder) -> Result<Placed, OutputError> {
     folder.commit_beside()
 }
 
+/// Prints the report and what went wrong, and gives the exit status.
 fn conclude(found: &Study, folder: &Path, files: &[PathBuf], common: &Common) -> Exit {
     if !common.quiet
         && let Err(exit) = output::result(&report(found, folder, files))

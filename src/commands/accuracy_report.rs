@@ -12,6 +12,7 @@ use elastocap_evidence::accuracy::{
 use super::summary::table;
 use crate::units::{prefixed, seconds};
 
+/// The report on a study whose `files` are in `folder`.
 pub(super) fn report(study: &Study, folder: &Path, files: &[PathBuf]) -> String {
     let state = match study.load {
         StepLoad::None => "no load".to_owned(),
@@ -117,6 +118,7 @@ fn choices(study: &Study) -> Vec<Vec<String>> {
     lines
 }
 
+/// Appends how many of the solver's choices are good.
 fn verdicts(study: &Study, out: &mut String) {
     let count = study.verdicts.len();
     let Some(worst) = study.verdicts.iter().map(|verdict| verdict.ratio).reduce(f64::max) else { return };
@@ -128,6 +130,7 @@ fn verdicts(study: &Study, out: &mut String) {
     );
 }
 
+/// Appends the ratios of error estimates to true errors.
 fn honesty(study: &Study, out: &mut String) {
     for (choice, whose) in [(Choice::Own, "own choice"), (Choice::Table, "all given grids")] {
         let runs = || study.runs.iter().filter(|run| run.choice == choice);

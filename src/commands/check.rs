@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
-    if let Err(error) = inputs::is_stdin_once(&arguments.cases) {
+    if let Err(error) = inputs::check_stdin(&arguments.cases) {
         output::error(&error.to_string());
         return Exit::BadInput;
     }

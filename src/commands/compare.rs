@@ -89,6 +89,7 @@ fn sentence(comparison: &Comparison) -> String {
     (1..comparison.results.len()).map(sentence_on).collect::<Vec<_>>().join(" ")
 }
 
+/// A share in percent with its sign, with more decimals for smaller ones.
 fn percent(share: f64) -> String {
     let value = 100.0 * share;
     match value.abs() {
@@ -192,6 +193,7 @@ fn parts(comparison: &Comparison) -> Vec<(String, Vec<WordTable>)> {
     parts
 }
 
+/// The comparison for a terminal.
 fn text(comparison: &Comparison, parts: &[(String, Vec<WordTable>)]) -> String {
     let mut out = String::new();
     for (k, result) in comparison.results.iter().enumerate() {

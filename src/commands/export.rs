@@ -45,7 +45,8 @@ pub(crate) struct Arguments {
     /// Replace a file that is there already
     #[arg(long)]
     overwrite: bool,
-    /// All conductors with their mutual capacitances and those to ground, where the run measured one capacitance
+    /// All conductors with their mutual capacitances and those to ground, where the run measured one
+    /// capacitance
     #[arg(long)]
     matrix: bool,
     /// The name of the subcircuit, module or model [default: that of the result]

@@ -91,11 +91,11 @@ enum NotDrawn {
     Output(#[from] OutputError),
 }
 
-/// Draws the items one after the other, until a signal stops it.
+/// Draws the items one after the other, until a signal stops the work.
 fn draw(
     items: &[Item],
     folder: &OutputFolder,
-    all: &Mutex<Vec<(Item, Drawn)>>,
+    finished: &Mutex<Vec<(Item, Drawn)>>,
     stop: &AtomicBool,
     quiet: bool,
 ) -> Result<(), NotDrawn> {
@@ -110,7 +110,7 @@ fn draw(
         for (name, text) in &drawn.files {
             folder.stage(name, text.as_bytes())?;
         }
-        all.lock().unwrap_or_else(PoisonError::into_inner).push((*item, drawn));
+        finished.lock().unwrap_or_else(PoisonError::into_inner).push((*item, drawn));
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -167,6 +167,7 @@ fn conclude(
     output::result(&report(drawn, &place, placed.files.len(), begin)).err().unwrap_or(exit)
 }
 
+/// The findings of each item, and the number of files.
 fn report(drawn: &[(Item, Drawn)], place: &Path, files: usize, begin: Instant) -> String {
     let mut out = String::new();
     for (item, drawn) in drawn {

@@ -44,7 +44,8 @@ not determine a parameter.";
 pub(crate) struct Arguments {
     /// The case file, with [measurement]
     case: PathBuf,
-    /// What is fitted: a key by its path, or offset, parasitic or gain; with a range, and a start: KEY=a..b@start
+    /// What is fitted: a key by its path, or offset, parasitic or gain; with a range, and a start:
+    /// KEY=a..b@start
     #[arg(long, short, value_name = "KEY=a..b", required = true)]
     free: Vec<Free>,
     /// Solve this many even load steps in place of those of the case
@@ -139,14 +140,15 @@ fn with_steps(source: &str, case: &Case, steps: u16, origin: &Path) -> Result<(S
     }
     let ends =
         [loads.iter().copied().fold(f64::INFINITY, f64::min), loads.iter().copied().fold(0.0, f64::max)];
-    let written =
+    let in_toml =
         |value: f64| if unit.is_empty() { format!("{value:?}") } else { format!("\"{value}{unit}\"") };
-    let value = format!("{{ from = {}, to = {}, points = {steps} }}", written(ends[0]), written(ends[1]));
+    let value = format!("{{ from = {}, to = {}, points = {steps} }}", in_toml(ends[0]), in_toml(ends[1]));
     let text = with_value(source, path, &value).map_err(|error| refused(error.to_string()))?;
     let case = elastocap_case::parse(&text, origin).map_err(|error| refused(error.to_string()))?;
     Ok((text, case))
 }
 
+/// Writes the fitted case and its picture.
 fn write(
     file: &Path,
     picture_file: &Path,
@@ -166,6 +168,7 @@ fn write(
     write_all(&[(file, text), (picture_file, drawn.unwrap_or_default())], arguments.overwrite)
 }
 
+/// The fit as JSON.
 fn json(case: &Case, found: &Fit, started: Instant) -> Result<String, Exit> {
     let document = serde_json::json!({
         "title": case.title,
@@ -178,11 +181,12 @@ fn json(case: &Case, found: &Fit, started: Instant) -> Result<String, Exit> {
     Ok(format!("{document:#}\n"))
 }
 
+/// The fit for a terminal; `taken` is the time of the command, s.
 fn report(case: &Case, parameters: &[Parameter], found: &Fit, taken: f64) -> String {
     let mut lines =
         vec![["", "value", "95 % interval", "curve's error", "start"].map(str::to_owned).to_vec()];
     for (parameter, fitted) in parameters.iter().zip(&found.parameters) {
-        // As many digits as the interval determines.
+        // The value has as many digits as its error determines.
         let digits = fitted.standard_error.map_or(5, |error| digits(fitted.value, error));
         let interval = match (fitted.interval_95, fitted.at_limit) {
             (Some([low, high]), _) => {

@@ -50,19 +50,19 @@ pub(super) fn folders(cases: &[PathBuf], requested: Option<&Path>) -> Result<Vec
     if let [case] = cases {
         return Ok(vec![super::output_folder(requested, case)]);
     }
-    is_stdin_once(cases)?;
+    check_stdin(cases)?;
     let parent = requested.unwrap_or(Path::new("results"));
     let mut taken: HashMap<PathBuf, &PathBuf> = HashMap::new();
     let mut folders = Vec::with_capacity(cases.len());
     for case in cases {
         let folder = parent.join(folder_name(case));
         // Names that differ in case alone are equal on some file systems.
-        let same = if cfg!(any(windows, target_os = "macos")) {
+        let key = if cfg!(any(windows, target_os = "macos")) {
             PathBuf::from(folder.to_string_lossy().to_lowercase())
         } else {
             folder.clone()
         };
-        if let Some(first) = taken.insert(same, case) {
+        if let Some(first) = taken.insert(key, case) {
             return Err(InputError::SameFolder { first: first.clone(), second: case.clone(), folder });
         }
         folders.push(folder);
@@ -71,7 +71,7 @@ pub(super) fn folders(cases: &[PathBuf], requested: Option<&Path>) -> Result<Vec
 }
 
 /// Checks that the standard input is given only once.
-pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
+pub(super) fn check_stdin(cases: &[PathBuf]) -> Result<(), InputError> {
     match cases.iter().filter(|case| case.as_os_str() == STDIN).count() {
         0 | 1 => Ok(()),
         _ => Err(InputError::StdinTwice),
@@ -79,7 +79,7 @@ pub(super) fn is_stdin_once(cases: &[PathBuf]) -> Result<(), InputError> {
 }
 
 /// Loads all cases, and reports all errors in them before it returns. A case that cannot be read because of a
-/// defect of the program is left out, and `Exit` tells whether there is one.
+/// defect of the program is left out, and the `Exit` beside the cases tells whether there is one.
 pub(super) fn load_all(cases: &[PathBuf], requested: Option<&Path>) -> Result<(Vec<Input>, Exit), Exit> {
     let folders = folders(cases, requested).map_err(|error| {
         output::error(&error.to_string());

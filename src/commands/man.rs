@@ -88,11 +88,11 @@ fn page(command: Command) -> io::Result<Page> {
     Ok(Page { name: man.get_filename(), text })
 }
 
-/// The text after the options of a help text, as sections: a paragraph that begins with `Examples:` or the like becomes a section whose lines
-/// stay as they are, any other one a paragraph.
+/// The text after the options of a help text, as sections: a paragraph that begins with `Examples:` or the
+/// like becomes a section whose lines stay as they are, any other one a paragraph.
 fn sections(closing: &str) -> String {
     let mut out = String::new();
-    let mut headed = false;
+    let mut has_heading = false;
     for paragraph in closing.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
         let (first, rest) = paragraph.split_once('\n').unwrap_or((paragraph, ""));
         match first.strip_suffix(':') {
@@ -102,12 +102,12 @@ fn sections(closing: &str) -> String {
                     escaped(&head.to_uppercase()).trim_end(),
                     escaped(rest)
                 ));
-                headed = false;
+                has_heading = false;
             }
             _ => {
-                out.push_str(if headed { ".PP\n" } else { ".SH NOTES\n" });
+                out.push_str(if has_heading { ".PP\n" } else { ".SH NOTES\n" });
                 out.push_str(&escaped(paragraph));
-                headed = true;
+                has_heading = true;
             }
         }
     }

@@ -18,9 +18,10 @@ Examples:
   elastocap mesh cases/in-plane-pair.toml -o /tmp/scene
 
 The folder gets its files all at once, mesh.json with their names among them. A folder with the
-result of a run is refused. scene.glb opens in any glTF viewer, and its load steps play as an animation. fields.pvd opens in
-ParaView: the files step_NNN.vtu hold the body and the permittivity of each cell of a graded grid of
-the deformed scene. Nothing is solved, so the potential and the electric field in them are zero.
+result of a run is refused. scene.glb opens in any glTF viewer, and its load steps play as an
+animation. fields.pvd opens in ParaView: the files step_NNN.vtu hold the body and the permittivity of
+each cell of a graded grid of the deformed scene. Nothing is solved, so the potential and the electric
+field in them are zero.
 Bodies that are not boxes are not shown: a run meshes them as it solves them. Electrodes that the load
 bends are shown as boxes, with a warning.";
 

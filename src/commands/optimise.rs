@@ -146,6 +146,7 @@ fn run(arguments: &Arguments, common: &Common) -> Result<Exit, Exit> {
     Ok(if found.converged && found.best.is_some() { Exit::Done } else { Exit::Incomplete })
 }
 
+/// Prints what the search did not achieve.
 fn warn(found: &Optimum, search: &Search) {
     if found.stopped {
         output::warning("the search was stopped: this is the best by then");
@@ -173,6 +174,7 @@ fn shown(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
+/// An evaluation in one line: keys, objective, limited quantities, and whether it is allowed.
 fn in_words(evaluation: &Evaluation, parameters: &[Parameter], search: &Search) -> String {
     let values =
         parameters.iter().zip(&evaluation.values).map(|(parameter, value)| parameter.show(*value, 4));
@@ -187,6 +189,7 @@ fn in_words(evaluation: &Evaluation, parameters: &[Parameter], search: &Search) 
     parts.join("   ")
 }
 
+/// The table of all evaluations, and the best of them.
 fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f64) -> String {
     let mut head = vec![String::new()];
     head.extend(
@@ -245,6 +248,7 @@ fn summary(parameters: &[Parameter], search: &Search, found: &Optimum, taken: f6
     out
 }
 
+/// The search as JSON.
 fn json(
     title: &str,
     arguments: &Arguments,

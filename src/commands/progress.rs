@@ -23,6 +23,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(10);
 /// every ten seconds.
 pub(super) struct Progress {
     done: Arc<Mutex<Done>>,
+    /// The bar; hidden without a terminal.
     bar: ProgressBar,
     /// Ends the lines when it is dropped.
     lines: Option<(Sender<()>, JoinHandle<()>)>,
@@ -31,11 +32,15 @@ pub(super) struct Progress {
 /// The progress of a run so far.
 #[derive(Debug)]
 struct Done {
+    /// The time when the run began.
     begun: Instant,
     /// The time when the first step began after the preparations, and the number of steps finished by then.
     steps_begun: Option<(Instant, usize)>,
+    /// The number of finished steps.
     steps: usize,
+    /// The number of steps to be solved.
     of: usize,
+    /// The current work other than a step, in words; empty while steps are solved.
     doing: String,
     /// The forecast times of the layer and of the fields, s.
     forecast: [f64; 2],
@@ -66,7 +71,7 @@ impl Progress {
         self.bar.finish_and_clear();
     }
 
-    fn note(&self, change: impl FnOnce(&mut Done)) {
+    fn update(&self, change: impl FnOnce(&mut Done)) {
         change(&mut lock(&self.done));
     }
 }
@@ -82,14 +87,14 @@ impl Drop for Progress {
 
 impl Observer for Progress {
     fn preparing(&self, what: &str) {
-        self.note(|done| {
+        self.update(|done| {
             done.doing = what.to_owned();
             done.steps_begun = None;
         });
     }
 
     fn step_begun(&self, _index: usize) {
-        self.note(|done| {
+        self.update(|done| {
             let steps = done.steps;
             done.steps_begun.get_or_insert_with(|| (Instant::now(), steps));
             done.doing.clear();
@@ -97,7 +102,7 @@ impl Observer for Progress {
     }
 
     fn step_done(&self, _step: &StepResult) {
-        self.note(|done| done.steps += 1);
+        self.update(|done| done.steps += 1);
         self.bar.inc(1);
     }
 }
@@ -106,7 +111,7 @@ fn lock(done: &Mutex<Done>) -> MutexGuard<'_, Done> {
     done.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The text beside a bar, and of each line without one.
+/// A function that gives the text beside a bar, or of the next line without one.
 type Text = Arc<dyn Fn() -> String + Send + Sync>;
 
 fn bar(text: &Text, length: usize) -> ProgressBar {
@@ -122,6 +127,7 @@ fn bar(text: &Text, length: usize) -> ProgressBar {
     bar
 }
 
+/// Prints a line every ten seconds, until the sender is dropped.
 fn lines(text: &Text) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (sender, receiver) = channel();
     let text = Arc::clone(text);
@@ -144,16 +150,16 @@ pub(super) struct CaseProgress {
 }
 
 impl CaseProgress {
-    /// Shows the progress of `all` cases, of which `before` are already finished; nothing is shown if
+    /// Shows the progress of `total` cases, of which `before` are already finished; nothing is shown if
     /// `quiet`.
-    pub(super) fn new(all: usize, before: usize, quiet: bool) -> Self {
+    pub(super) fn new(total: usize, before: usize, quiet: bool) -> Self {
         let begun = Instant::now();
         let done = Arc::new(AtomicUsize::new(0));
         let shown = Arc::clone(&done);
         let text: Text =
-            Arc::new(move || cases_text(all, before, shown.load(Ordering::Relaxed), begun.elapsed()));
+            Arc::new(move || cases_text(total, before, shown.load(Ordering::Relaxed), begun.elapsed()));
         let terminal = std::io::stderr().is_terminal();
-        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&text, all) };
+        let bar = if quiet || !terminal { ProgressBar::hidden() } else { bar(&text, total) };
         bar.set_position(before as u64);
         let lines = if quiet || terminal { None } else { lines(&text) };
         Self { done, bar, lines }
@@ -182,10 +188,10 @@ impl Drop for CaseProgress {
 }
 
 /// The text after `done` cases in `elapsed`, with `before` cases finished earlier.
-fn cases_text(all: usize, before: usize, done: usize, elapsed: Duration) -> String {
-    let mut text = format!("{}/{all} cases, {} elapsed", before + done, whole(elapsed));
+fn cases_text(total: usize, before: usize, done: usize, elapsed: Duration) -> String {
+    let mut text = format!("{}/{total} cases, {} elapsed", before + done, whole(elapsed));
     if done > 0 {
-        let left = elapsed.as_secs_f64() / done as f64 * all.saturating_sub(before + done) as f64;
+        let left = elapsed.as_secs_f64() / done as f64 * total.saturating_sub(before + done) as f64;
         let _ = write!(text, ", about {} left", seconds(left.max(1.0)));
     }
     text
@@ -203,9 +209,9 @@ impl Done {
         text
     }
 
-    /// The remaining seconds: from the finished steps, before the first of them from the forecast. `None` if
-    /// the forecast has passed without a finished step, if there is no forecast, and if all steps are done
-    /// but other work goes on.
+    /// The remaining seconds, by the finished steps or, before the first of them, by the forecast. `None` if
+    /// the time of the forecast has passed without a finished step, if there is no forecast, and if all steps
+    /// are done but other work goes on.
     fn left(&self, now: Instant) -> Option<f64> {
         let [layer, fields] = self.forecast;
         if self.steps >= self.of && !self.doing.is_empty() {

@@ -79,8 +79,8 @@ pub(crate) struct Arguments {
     /// Leave nothing out: solve for the same numbers without using symmetry, for instance
     #[arg(long)]
     no_prune: bool,
-    /// Write these files alone: curve, capacitance, report, scene, fields, sections, mechanics, layer, json, several with
-    /// commas; result.json is always written, since it lists the others
+    /// Write these files alone: curve, capacitance, report, scene, fields, sections, mechanics, layer, json,
+    /// several with commas; result.json is always written, since it lists the others
     #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = file_group)]
     only: Vec<FileGroup>,
     /// Do not write the fields (.vtu) and the sections through them, nor the fields of the layer
@@ -191,7 +191,8 @@ fn not_begun(worst: Exit, left: usize, count: usize) -> Exit {
     worst.or_worse(Exit::Incomplete)
 }
 
-/// Reports that a run was stopped before there was anything to keep: the case was not `done` yet.
+/// Reports that a run was stopped before there was anything to keep; `done` says what was not yet done with
+/// the case, such as "was read".
 fn stopped_before(done: &str) -> Exit {
     output::warning(&format!("stopped before the case {done}: nothing was solved, and nothing is written"));
     Exit::Incomplete
@@ -203,8 +204,9 @@ struct Command<'a> {
     common: &'a Common,
     guard: &'a Guard,
     stop: &'a Stop,
+    /// The time when the work on the case began.
     started: Instant,
-    /// The status of the process if it ends with this status of the case.
+    /// Gives the status of the process if it ends with this status of the case.
     last: &'a dyn Fn(Exit) -> Exit,
 }
 
@@ -220,12 +222,13 @@ enum RunError {
 }
 
 impl Command<'_> {
+    /// Solves a case, and prints and writes its results.
     fn solve_one(&self, input: &Input) -> Exit {
         let solved = self.solve_and_save(input);
         self.conclude(&input.case, solved)
     }
 
-    /// Prints the results.
+    /// Prints the results, or the reason why there are none.
     fn conclude(&self, case: &Case, solved: Result<(Outcome, Saved), RunError>) -> Exit {
         self.stop.release();
         // A process that is being ended has printed the reason, and has removed the folder of the files.
@@ -238,6 +241,7 @@ impl Command<'_> {
         }
     }
 
+    /// Solves a case and writes its results.
     fn solve_and_save(&self, input: &Input) -> Result<(Outcome, Saved), RunError> {
         let Self { arguments, common, guard, stop, started, last } = *self;
         let case = &input.case;
@@ -301,6 +305,7 @@ fn failed(error: &RunError, exit: Exit) -> Exit {
     exit
 }
 
+/// Prints warnings and results, and gives the exit status.
 fn report(case: &Case, outcome: &Outcome, saved: &Saved, arguments: &Arguments, common: &Common) -> Exit {
     outcome.plan.warnings.iter().chain(&saved.warnings).for_each(|text| output::warning(text));
     shortfalls::of_run(&outcome.steps).iter().for_each(|line| output::warning(line));

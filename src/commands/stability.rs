@@ -75,8 +75,8 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     let mut reports: Vec<Report> = Vec::new();
     for entry in &entries {
         let report = entry.run(rayon::current_num_threads(), limit, &stop);
-        let subject = reports.last().map(|last| last.subject) != Some(report.subject);
-        let text = lines(&report, subject, reports.is_empty());
+        let is_new_subject = reports.last().map(|last| last.subject) != Some(report.subject);
+        let text = lines(&report, is_new_subject, reports.is_empty());
         let shown = !common.quiet || matches!(report.verdict, Verdict::Wrong(_));
         if shown && let Err(exit) = output::result(&text) {
             return exit;
@@ -101,10 +101,12 @@ pub(crate) fn execute(arguments: &Arguments, common: &Common) -> Exit {
     if common.quiet { exit } else { printed(&counts(&reports, entries.len(), begin), exit) }
 }
 
+/// Prints a text; gives `exit`, or the status of the failure to print.
 fn printed(text: &str, exit: Exit) -> Exit {
     output::result(text).err().unwrap_or(exit)
 }
 
+/// The catalogue, without solving.
 fn list(entries: &[Entry]) -> String {
     let mut out = String::new();
     let mut subject = "";
@@ -123,13 +125,14 @@ fn line(cells: [&str; 6]) -> String {
     format!("  {name:<46} {result:>15} {stated:>8} {error:>9}  {verdict:<11} {seconds:>7}\n")
 }
 
-/// The lines of one report, below its subject if the subject is new.
-fn lines(report: &Report, new_subject: bool, first: bool) -> String {
+/// The lines of one report, below its subject if the subject is new, and below the head of the table if it is
+/// the first report.
+fn lines(report: &Report, is_new_subject: bool, is_first: bool) -> String {
     let mut out = String::new();
-    if first {
+    if is_first {
         out.push_str(&line(["case", "result", "stated", "error", "verdict", "seconds"]));
     }
-    if new_subject {
+    if is_new_subject {
         out.push_str(&format!("{}\n", report.subject));
     }
     let (result, stated, error) = match report.claims.first() {
@@ -159,6 +162,7 @@ fn error(claim: &Claim) -> String {
     }
 }
 
+/// The number of entries with each verdict.
 fn counts(reports: &[Report], of: usize, begin: Instant) -> String {
     let count = |wanted: fn(&Verdict) -> bool| reports.iter().filter(|r| wanted(&r.verdict)).count();
     format!(

@@ -12,8 +12,8 @@ use elastocap_results::{OutputFolder, Unfinished};
 use crate::exit::Exit;
 use crate::output;
 
-/// The longest time that work may go on after a request to stop. With the time for writing what is left of
-/// it, a command ends within two seconds.
+/// The longest time that work may go on after a request to stop. With the time for writing the results so
+/// far, a command ends within two seconds.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// The interval at which the request to stop is checked.
@@ -62,7 +62,8 @@ pub(super) fn left_a_solve() -> Exit {
     Exit::Incomplete
 }
 
-/// The first signal ends the work and keeps what is finished; the second ends the process, without half-written files.
+/// The first signal ends the work and keeps what is finished; the second ends the process, without
+/// half-written files.
 pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
     let unfinished = folder.unfinished().clone();
     on_signal(
@@ -78,8 +79,11 @@ pub(super) fn stop_on_signal(cancel: &Arc<AtomicBool>, folder: &OutputFolder) {
 /// handler is installed once, and knows the current folder.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stop {
+    /// The flag that the first signal sets.
     cancel: Arc<AtomicBool>,
+    /// The staged files of the current folder.
     unfinished: Arc<Mutex<Option<Unfinished>>>,
+    /// Set once the handler is installed.
     installed: Arc<OnceLock<()>>,
 }
 
@@ -94,13 +98,14 @@ impl Stop {
         self.cancel.load(Ordering::Relaxed)
     }
 
-    /// From now on a signal ends the work in order, with the files of `folder` if there are any.
+    /// From now on signals are about the work on `folder`: the first keeps what is finished, and the second
+    /// removes the staged files.
     pub(super) fn guard(&self, folder: &OutputFolder) {
         *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.unfinished().clone());
         self.install();
     }
 
-    /// The files of the folder are in place: the next signal leaves them alone.
+    /// Ends the effect of [`Stop::guard`] once the files are in place: later signals leave them alone.
     pub(super) fn release(&self) {
         *self.unfinished.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
@@ -119,7 +124,7 @@ impl Stop {
     }
 }
 
-/// The first signal ends the work and keeps what is finished, and the second ends the process, where no files are staged.
+/// Handles signals as [`stop_on_signal`] does, for a command that stages no files.
 pub(super) fn stop_without_files(cancel: &Arc<AtomicBool>) {
     on_signal(cancel, || true, || ());
 }
@@ -138,8 +143,8 @@ pub(super) fn stop_after(time: Duration, start: Instant, cancel: &Arc<AtomicBool
     }
 }
 
-/// `is_busy` tells whether there is work whose results are kept: otherwise the first signal has nothing to
-/// report.
+/// Handles signals: the first one sets `cancel`, the second one calls `at_the_end` and ends the process.
+/// `is_busy` tells whether there is work whose results are kept; otherwise the first signal prints nothing.
 fn on_signal(
     cancel: &Arc<AtomicBool>,
     is_busy: impl Fn() -> bool + Send + 'static,
@@ -162,8 +167,8 @@ fn on_signal(
     }
 }
 
-/// Calls `act` at each Ctrl-C, and each time the system or another process asks this one to end (SIGTERM) or its terminal is
-/// closed (SIGHUP).
+/// Calls `act` at each Ctrl-C, and each time the system or another process asks this one to end (SIGTERM) or
+/// its terminal is closed (SIGHUP).
 #[cfg(unix)]
 fn install(act: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};

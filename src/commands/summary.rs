@@ -10,9 +10,10 @@ use elastocap_results::pairs::{first_and_most_loaded, largest_certain, pair_chan
 
 use crate::units::{grouped, prefixed, seconds};
 
-/// The largest number of lines: more do not help on a screen.
+/// The largest number of lines of a table: more do not help on a screen.
 const MAX_LINES: usize = 60;
 
+/// The summary of a run whose files are `saved`.
 pub(crate) fn summary(case: &Case, outcome: &Outcome, saved: &Saved) -> String {
     let lines = match outcome.plan.kind {
         Kind::Capacitance => capacitances(outcome),
@@ -96,7 +97,7 @@ fn measured(comparison: &Comparison) -> String {
     )
 }
 
-/// Right-aligned columns.
+/// The lines as right-aligned columns; of very many lines the middle ones are left out.
 pub(super) fn table(lines: Vec<Vec<String>>) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| lines.iter().filter_map(|l| l.get(k)).map(|cell| cell.chars().count()).max();
@@ -139,6 +140,7 @@ fn error(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |error| format!("{:.1e}", error))
 }
 
+/// The status of a step in few words.
 fn remark(step: &StepResult) -> String {
     match &step.row.status {
         Status::Ok => "ok".to_owned(),
@@ -150,7 +152,7 @@ fn remark(step: &StepResult) -> String {
     }
 }
 
-/// The displacement of the attached bodies at a step, besides that by the load.
+/// The displacement of the attached bodies at a step, in addition to that by the load.
 fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
@@ -158,21 +160,21 @@ fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
 /// A column of shifts or tilts: its name, the quantity, and the text of a cell.
 struct MoveColumn {
     name: &'static str,
-    of: fn(&Pose) -> f64,
+    value: fn(&Pose) -> f64,
     text: fn(&Pose) -> String,
 }
 
 /// The columns of shifts and tilts that are not zero at all steps.
 fn moves(outcome: &Outcome) -> Vec<MoveColumn> {
-    let column = |name, of, text| MoveColumn { name, of, text };
-    let mut all = vec![
+    let column = |name, value, text| MoveColumn { name, value, text };
+    let mut columns = vec![
         column("shift x1", |pose| pose.shift[0], |pose| prefixed(pose.shift[0], 3, "m")),
         column("shift x3", |pose| pose.shift[1], |pose| prefixed(pose.shift[1], 3, "m")),
         column("tilt about x3", |pose| pose.tilt[0], |pose| degrees(pose.tilt[0])),
         column("tilt about x1", |pose| pose.tilt[1], |pose| degrees(pose.tilt[1])),
     ];
-    all.retain(|column| outcome.steps.iter().any(|step| (column.of)(&pose(outcome, step)) != 0.0));
-    all
+    columns.retain(|column| outcome.steps.iter().any(|step| (column.value)(&pose(outcome, step)) != 0.0));
+    columns
 }
 
 /// An angle: `0.2 deg`.
@@ -238,6 +240,7 @@ fn curve(outcome: &Outcome, change: bool) -> Vec<Vec<String>> {
     lines
 }
 
+/// The lines of a scene without load: matrix, floating conductors, and the measured capacitance.
 fn capacitances(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut lines = vec![heads(&["", "C", "+- relative"])];
     let Some(step) = outcome.steps.first() else { return lines };

@@ -132,6 +132,7 @@ impl Failure {
 /// The state of a running sweep.
 struct Work<'a> {
     folder: &'a SweepFolder,
+    /// The records so far, by case.
     records: Mutex<Vec<Option<CaseRecord>>>,
     progress: CaseProgress,
 }
@@ -171,15 +172,15 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     let folder = SweepFolder::open(&path, Manifest::of(&sweep, shard), arguments.overwrite)?;
     stop_without_files(&cancel);
 
-    let found = folder.finished();
-    for (case, why) in found.damaged.iter().take(MAX_REPORTED) {
+    let finished = folder.finished();
+    for (case, why) in finished.damaged.iter().take(MAX_REPORTED) {
         output::warning(&format!("case {case} is solved again: {why}"));
     }
-    if found.damaged.len() > MAX_REPORTED {
-        let more = found.damaged.len() - MAX_REPORTED;
+    if finished.damaged.len() > MAX_REPORTED {
+        let more = finished.damaged.len() - MAX_REPORTED;
         output::warning(&format!("{more} more cases are solved again, for such reasons"));
     }
-    let mut records = found.records;
+    let mut records = finished.records;
     if arguments.retry_failed {
         records.iter_mut().for_each(|record| _ = record.take_if(|record| record.has_failed()));
     }
@@ -220,6 +221,7 @@ fn sweep(arguments: &Arguments, common: &Common) -> Result<Exit, Failure> {
     conclude()
 }
 
+/// The cases that the arguments ask for.
 fn design(arguments: &Arguments) -> Result<Design, Failure> {
     let settings = &arguments.set;
     Ok(match (&arguments.list, arguments.random) {

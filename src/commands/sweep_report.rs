@@ -12,7 +12,8 @@ use crate::units::{grouped, prefixed, seconds};
 /// The largest number of failed cases that are reported one by one.
 const MAX_REPORTED: usize = 5;
 
-/// Prints the outcome of a sweep; `before` cases were finished when it began.
+/// Prints the outcome of a sweep, which took the time `took`: `before` cases were finished when it began, and
+/// `spared` fields were those of other cases.
 pub(super) fn report(
     folder: &SweepFolder,
     summary: &Summary,
@@ -88,6 +89,7 @@ pub(super) fn finish(summary: &Summary, head: &str, folder: &str, json: bool, qu
     }
 }
 
+/// The reason why a case failed, if it did.
 fn why_failed(record: &CaseRecord) -> Option<String> {
     let of_step = || {
         let (index, step) = record.steps.iter().enumerate().find(|(_, step)| step.failed)?;
@@ -96,7 +98,7 @@ fn why_failed(record: &CaseRecord) -> Option<String> {
     record.refused.clone().or_else(of_step)
 }
 
-/// The quantities that are printed, with their names and units.
+/// The quantities that are printed, by their columns of curve.csv, with names and units.
 const PRINTED: [(&str, &str, &str); 4] = [
     ("capacitance_f", "C", "F"),
     ("change_f", "change of C", "F"),

@@ -23,6 +23,7 @@ type Stamp = Option<(SystemTime, u64)>;
 struct Seen(Vec<(PathBuf, Stamp)>);
 
 impl Seen {
+    /// The state of these files now.
     fn of(files: Vec<PathBuf>) -> Self {
         let stamp = |file: &Path| {
             let data = fs::metadata(file).ok()?;
@@ -31,6 +32,7 @@ impl Seen {
         Self(files.into_iter().map(|file| (file.clone(), stamp(&file))).collect())
     }
 
+    /// The state of the same files now.
     fn again(&self) -> Self {
         Self::of(self.0.iter().map(|(file, _)| file.clone()).collect())
     }
@@ -61,7 +63,8 @@ pub(super) fn watch(case: &Path, quiet: bool, stop: &Stop, mut work: impl FnMut(
     }
 }
 
-/// The case file and the files that it names: if it is not valid TOML, those that it `named` before.
+/// The case file and the files that it names. If it names none, perhaps because it is not valid TOML at the
+/// moment, these are the files `named` before.
 fn files(case: &Path, named: Vec<PathBuf>) -> Vec<PathBuf> {
     let imported = elastocap_case::read_source(case).map(|text| elastocap_case::imported_files(&text, case));
     match imported {

@@ -15,20 +15,21 @@ pub(super) fn check_free(files: &[&Path], overwrite: bool) -> Result<(), Exit> {
     existing.map_or(Ok(()), |file| Err(refused(file)))
 }
 
-/// Writes all files beside their places first, and then moves them there. If one cannot be written, none is.
+/// Writes all files beside their places first, and then moves them there. If one cannot be written, none is
+/// moved.
 pub(super) fn write_all<B: AsRef<[u8]>>(files: &[(&Path, B)], overwrite: bool) -> Result<(), Exit> {
     let mut staged = Vec::new();
     for (file, bytes) in files {
         remove_abandoned(file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")));
         match stage(file, bytes.as_ref()) {
-            Ok(whole) => staged.push((whole, *file)),
+            Ok(staged_file) => staged.push((staged_file, *file)),
             Err(error) => return Err(failed(file, &error)),
         }
     }
     let mut placed: Vec<&Path> = Vec::new();
-    for (whole, file) in staged {
-        if let Err(error) = if overwrite { whole.replace_file() } else { whole.place() } {
-            // Files that are new, and that nobody has seen yet.
+    for (staged_file, file) in staged {
+        if let Err(error) = if overwrite { staged_file.replace_file() } else { staged_file.place() } {
+            // Files placed without `overwrite` are new, so that removing them loses nothing.
             placed.iter().filter(|_| !overwrite).for_each(|file| drop(fs::remove_file(file)));
             return Err(failed(file, &error));
         }
@@ -37,10 +38,11 @@ pub(super) fn write_all<B: AsRef<[u8]>>(files: &[(&Path, B)], overwrite: bool) -
     Ok(())
 }
 
+/// Writes a file beside its place, and waits until it is on the disk.
 fn stage(file: &Path, bytes: &[u8]) -> io::Result<Staged> {
-    let whole = Staged::new(file, bytes)?;
-    whole.sync()?;
-    Ok(whole)
+    let staged_file = Staged::new(file, bytes)?;
+    staged_file.sync()?;
+    Ok(staged_file)
 }
 
 fn failed(file: &Path, error: &io::Error) -> Exit {

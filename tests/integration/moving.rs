@@ -161,7 +161,8 @@ fn a_shift_has_the_horizontal_force_of_simple_shear_and_a_tilt_has_none() {
     let text = quadrants("2.8", &plate(RIDING, "400 um", "450 um"), steps, "5e-1");
     let run = sandbox.run(&sandbox.case("shifted.toml", &text), &["--no-fields", "--no-scene"]).exits_with(0);
     let table = sandbox.table("out/curve.csv");
-    // 100 kPa on 6 mm x 6 mm, 400 um thick: 0.9 N for 100 um, pressed or not, since the rubber is neo-Hookean.
+    // 100 kPa on 6 mm x 6 mm, 400 um thick: 0.9 N for 100 um, pressed or not, since the rubber is
+    // neo-Hookean.
     let [along1, along3] = ["force_x1_n", "force_x3_n"].map(|name| table.texts(name));
     assert_eq!((along1[0], along3[0], along1[3], along3[3]), ("0", "0", "", ""));
     for (text, expected) in [(along1[1], 0.9), (along3[1], -0.45), (along1[2], -0.9)] {

@@ -65,7 +65,8 @@ fn a_layer_that_finite_elements_deform_gives_the_same_bytes_at_any_number_of_thr
     same_at_any_number_of_threads(&sandbox.case("layer.toml", &text));
 }
 
-/// Its lines are long enough for faer to share the work of their singular vectors out among threads, if it may.
+/// Its lines are long enough for faer to share the work of their singular vectors out among threads, if it
+/// may.
 #[test]
 fn the_fine_grids_of_the_stacked_pair_give_the_same_bytes_at_any_number_of_threads() {
     let text = std::fs::read_to_string(case("stacked-pair.toml")).expect("a case file");

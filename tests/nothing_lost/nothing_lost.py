@@ -1,7 +1,7 @@
 """Breaks runs of elastocap in every way that is known, and looks at what is left of their files.
 
     cargo build --release
-    python3 tests/nothing_lost/nothing_lost.py            # everything; prints the table of docs/reliability.md
+    python3 tests/nothing_lost/nothing_lost.py            # everything; docs/reliability.md has some of the rows that it prints
     python3 tests/nothing_lost/nothing_lost.py --quick    # a part of it, for .ci/run
 
 Parts can be named: faults, kill, terminate, interrupt, resume. Needs a C compiler (cc) and Linux. Exits with 1 if something is lost.

@@ -1,4 +1,4 @@
-"""What writing report.html adds to a run: processor time and wall time of the README's run, with and without it.
+"""What writing report.html adds to a run: processor time and wall time of a run of cases/in-plane-pair.toml, with and without it.
 
     python3 tests/report/bench.py [--runs 40] [--against OTHER_BINARY]
 

@@ -10,6 +10,7 @@ pub struct Scale {
     pub unit: String,
     /// The unit over the SI unit of its dimension; 1 for a number without a unit.
     pub factor: f64,
+    /// The dimension of the unit; `None` for a number without a unit.
     dimension: Option<units::Dimension>,
 }
 
@@ -51,6 +52,7 @@ impl Scale {
     }
 }
 
+/// The value rounded to so many significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
@@ -78,10 +80,10 @@ impl Amount {
         let prefixes = ["a", "f", "p", "n", "u", "m", "", "k", "M", "G"];
         let power = if size > 0.0 { (size.log10() + 1e-9).div_euclid(3.0) as i32 } else { 0 };
         let prefix = usize::try_from(power + 6).ok().and_then(|k| prefixes.get(k)).copied().unwrap_or("");
-        let one = format!("1 {prefix}{unit}").parse::<Self>();
-        one.map_or_else(
+        let unit_amount = format!("1 {prefix}{unit}").parse::<Self>();
+        unit_amount.map_or_else(
             |_| Self::plain(si),
-            |one| Self { number: si / one.scale.factor, si, scale: one.scale },
+            |amount| Self { number: si / amount.scale.factor, si, scale: amount.scale },
         )
     }
 

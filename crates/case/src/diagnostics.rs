@@ -40,7 +40,8 @@ impl Diagnostic {
         Self { span: Some(span.clone()), ..Self::of_file(message) }
     }
 
-    /// Whether both errors are the same at the same place in the file, apart from the names in them.
+    /// Whether both errors have the same place in the file and the same words, apart from the names in them:
+    /// one place, such as the pitch of an array, may be wrong for several bodies.
     pub(super) fn is_that_of_another_part(&self, other: &Self) -> bool {
         let is_same = |one: &str, other: &str| {
             // Names stand in quotes.
@@ -75,9 +76,13 @@ impl Diagnostic {
 /// A case file that cannot be run: all errors in it, in the order of the file.
 #[derive(Debug, Clone, thiserror::Error)]
 pub struct CaseError {
+    /// The file, as the caller named it.
     origin: PathBuf,
+    /// The text of the file.
     source_text: String,
+    /// The errors with their text, in the order of the file.
     diagnostics: Vec<Diagnostic>,
+    /// The number of further errors.
     unshown: usize,
 }
 
@@ -193,7 +198,7 @@ fn boundary(text: &str, at: usize) -> usize {
     at
 }
 
-/// Text of the user, shortened for one line of a message, without control characters.
+/// Text of the user in one line of a message: shortened, with control characters escaped.
 pub(super) fn shown(text: &str) -> String {
     let mut out = text.chars().take(40).collect::<String>().escape_debug().to_string().replace("\\\"", "\"");
     out = out.replace("\\'", "'");
@@ -203,7 +208,7 @@ pub(super) fn shown(text: &str) -> String {
     out
 }
 
-/// A path, shortened for one line of a message.
+/// A path in one line of a message, without control characters.
 pub(super) fn shown_path(path: &Path) -> String {
     path.display().to_string().chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

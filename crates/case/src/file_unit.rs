@@ -40,15 +40,15 @@ impl FromToml for FileUnit {
         if let Some(unit) = units::parse(&one).ok().filter(|q| q.dimension == units::LENGTH) {
             return Some(Self { si: unit.si });
         }
-        let meant = units::nearest_unit(text.trim(), units::LENGTH).map(|unit| format!("\"{unit}\""));
-        let right = meant.unwrap_or_else(|| Self::sample(log));
+        let nearest = units::nearest_unit(text.trim(), units::LENGTH).map(|unit| format!("\"{unit}\""));
+        let suggestion = nearest.unwrap_or_else(|| Self::sample(log));
         log.push(
             Diagnostic::at(
                 &node.span(),
                 format!("{}: expected {}, found \"{}\"", node.place(), Self::expected(), shown(text)),
             )
             .label("no unit of length")
-            .help(format!("write for example {}", node.assign(&right))),
+            .help(format!("write for example {}", node.assign(&suggestion))),
         );
         None
     }

@@ -1,8 +1,8 @@
 //! `[layer.material]`: the tables of the materials, their checks, and their conversion to laws.
 //!
 //! The doc comments of the tables are the descriptions in the JSON Schema, and address the author of a case
-//! file. A new
-//! material needs a table, a line in [`MaterialTable`] and the match arms that then fail to compile; nothing else in this crate.
+//! file. A new material needs a table, a line in [`MaterialTable`] and the match arms that then fail to
+//! compile; nothing else in this crate.
 
 use elastocap_materials::{HyperelasticLaw, HyperfoamTerm, StressTable};
 use serde_json::Value;
@@ -52,7 +52,8 @@ table! {
 }
 
 table! {
-    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements only.
+    /// Yeoh: W = c10 (I1 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3, shear modulus 2 c10. For finite elements
+    /// only.
     struct YeohTable {
         /// c10.
         c10: Read<Modulus>,
@@ -66,8 +67,8 @@ table! {
 }
 
 table! {
-    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2. For finite
-    /// elements only.
+    /// Ogden: W = sum of mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3), shear modulus sum of mu alpha / 2.
+    /// For finite elements only.
     struct OgdenTable {
         /// The terms of the law.
         terms: Read<Vec<Read<OgdenTerm>>>,
@@ -91,8 +92,8 @@ table! {
     struct GentTable {
         /// Shear modulus mu.
         shear_modulus: Read<Modulus>,
-        /// J_m, the value of I1 - 3 at which the chains of the rubber are fully extended; I1 is the sum of the squared
-        /// principal stretches.
+        /// J_m, the value of I1 - 3 at which the chains of the rubber are fully extended; I1 is the sum of
+        /// the squared principal stretches.
         limiting_invariant: Read<Number<LimitingInvariantKind>>,
         /// Bulk modulus kappa; incompressible if not given.
         bulk_modulus: Option<Read<Modulus>>,
@@ -240,6 +241,7 @@ fn law(table: &MaterialTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
     }
 }
 
+/// The law of a hyperfoam; `None` if it is invalid, with the reason in the log.
 fn hyperfoam(table: &HyperfoamTable, log: &mut Log<'_>) -> Option<HyperelasticLaw> {
     let mut terms = Vec::new();
     for term in table.terms.get()? {
@@ -270,6 +272,7 @@ fn hyperfoam(table: &HyperfoamTable, log: &mut Log<'_>) -> Option<HyperelasticLa
     Some(HyperelasticLaw::Hyperfoam { terms })
 }
 
+/// The measured stress of a foam; `None` if it is invalid, with the reason in the log.
 fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     let stresses = |read: &Read<Vec<Read<Constant>>>| -> Option<Vec<f64>> {
         read.get()?.iter().map(|entry| Some(entry.get()?.si)).collect()
@@ -278,7 +281,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     let compression: Vec<f64> = compressions.iter().map(|c| Some(c.get()?.value)).collect::<Option<_>>()?;
     let branches = [("loading", Some(&table.loading)), ("unloading", table.unloading.as_ref())];
     let branches = branches.into_iter().filter_map(|(name, read)| Some((name, read?)));
-    let mut found = Vec::new();
+    let mut read_branches = Vec::new();
     for (name, read) in branches {
         let values = stresses(read)?;
         if values.len() != compression.len() {
@@ -294,7 +297,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
             );
             return None;
         }
-        found.push((values, read));
+        read_branches.push((values, read));
     }
     if compression.len() < 2 || compression.first() != Some(&0.0) {
         log.push(
@@ -315,7 +318,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
         );
         return None;
     }
-    for (values, read) in &found {
+    for (values, read) in &read_branches {
         let entries = read.get()?;
         if values[0] != 0.0 {
             log.push(
@@ -336,7 +339,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
             return None;
         }
     }
-    let mut branches = found.into_iter().map(|(values, _)| values);
+    let mut branches = read_branches.into_iter().map(|(values, _)| values);
     let loading = branches.next()?;
     let unloading = branches.next();
     if loading.iter().all(|stress| *stress == 0.0) {
@@ -347,8 +350,8 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
         );
         return None;
     }
-    let above = |unloading: &Vec<f64>| (0..loading.len()).find(|k| unloading[*k] > loading[*k]);
-    if let (Some(k), Some(read)) = (unloading.as_ref().and_then(above), &table.unloading) {
+    let first_above = |unloading: &Vec<f64>| (0..loading.len()).find(|k| unloading[*k] > loading[*k]);
+    if let (Some(k), Some(read)) = (unloading.as_ref().and_then(first_above), &table.unloading) {
         log.push(
             Diagnostic::at(
                 &read.get()?[k].span,
@@ -363,7 +366,7 @@ fn stress_table(table: &FoamTable, log: &mut Log<'_>) -> Option<StressTable> {
     Some(StressTable { compression, loading, unloading })
 }
 
-/// The value in SI units, zero where the file does not give it.
+/// The value in SI units, zero where the file does not give it; `None` if it is invalid.
 fn si_or_zero<K: QuantityKind>(read: Option<&Read<Quantity<K>>>) -> Option<f64>
 where
     Quantity<K>: FromToml,

@@ -9,14 +9,16 @@ use super::model::{Body, Case, Measured, MeasuredEntry, Role, Terminal};
 /// The capacitance that a case is about, by rows of the Maxwell matrix: see [`Case::driven_terminals`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measurement {
-    /// Charge over voltage of two terminals with equal and opposite charges; all others are at potential zero.
+    /// Charge over voltage of two terminals with equal and opposite charges; all others are at potential
+    /// zero.
     TwoTerminal([usize; 2]),
     /// The mutual capacitance of two terminals: minus the charge on the second per volt on the first, all
     /// others at potential zero.
     Mutual([usize; 2]),
     /// Charge over voltage of one terminal, all others at potential zero.
     Own(usize),
-    /// Charge over voltage of the first terminal, with the second, a driven guard, at the same potential and all others at potential zero.
+    /// Charge over voltage of the first terminal, with the second, a driven guard, at the same potential and
+    /// all others at potential zero.
     Guarded([usize; 2]),
     /// The matrix of the driven terminals, of which curves show one entry.
     Matrix {
@@ -49,8 +51,9 @@ impl Case {
         measured.names().any(|name| name == terminal || followed == Some(name))
     }
 
-    /// Whether infinity, a wall, the indenter or a conductor is at potential zero. Without such a ground all charge that one terminal of a pair
-    /// receives comes from the other, so that the mutual and the two-terminal capacitance are equal.
+    /// Whether infinity, a wall, the indenter or a conductor is at potential zero. Without such a ground all
+    /// charge that one terminal of a pair receives comes from the other, so that the mutual and the
+    /// two-terminal capacitance are equal.
     pub fn has_ground(&self) -> bool {
         let walls = self.surroundings.as_ref().is_some_and(|around| around.has_ground());
         let is_grounded = |role: &Role| matches!(role, Role::Conductor { potential: Potential::Grounded });

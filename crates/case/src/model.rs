@@ -213,7 +213,8 @@ pub struct Layer {
     /// The foam, whose eps_r grows with the compression; `None` for an eps_r that does not depend on the
     /// load.
     pub foam: Option<Foam>,
-    /// The material; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus is positive.
+    /// The material; present whenever [`Case::load`] is, unless [`Layer::stress_table`] is. Its shear modulus
+    /// is positive.
     pub material: Option<HyperelasticLaw>,
     /// The measured stress of a foam, instead of a material.
     pub stress_table: Option<StressTable>,
@@ -264,16 +265,18 @@ pub struct Foam {
 }
 
 impl Foam {
-    /// eps_r of the foam at a volume ratio, its volume over its volume at rest. By Looyenga's rule (Physica 31, 401, 1965) the cube root of eps_r
-    /// is the mean of the cube roots of the permittivities of solid and air, weighted by volume. The share of the solid is
-    /// [`Foam::solid_fraction`] over the volume ratio, and 1 at most.
+    /// eps_r of the foam at a volume ratio, its volume over its volume at rest. By Looyenga's rule (Physica
+    /// 31, 401, 1965) the cube root of eps_r is the mean of the cube roots of the permittivities of solid and
+    /// air, weighted by volume. The share of the solid is [`Foam::solid_fraction`] over the volume ratio, and
+    /// 1 at most.
     pub fn relative_permittivity(&self, volume_ratio: f64) -> f64 {
         let share = (self.solid_fraction / volume_ratio).min(1.0);
         (1.0 + share * (self.solid_permittivity.cbrt() - 1.0)).powi(3)
     }
 }
 
-/// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its faces.
+/// The pair of electrodes, undeformed. All lengths are positive; both lie in the layer and may touch its
+/// faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Electrodes {
     /// The layout: side by side or one above the other.
@@ -286,7 +289,8 @@ pub struct Electrodes {
     pub thickness: f64,
     /// The width W of each electrode along x3, m.
     pub width: f64,
-    /// The height S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of a stacked one.
+    /// The height S above the substrate, m: of the mid-plane of an in-plane pair, of the middle of the gap of
+    /// a stacked one.
     pub height: f64,
     /// The stiffness of the electrodes.
     pub stiffness: Stiffness,
@@ -616,8 +620,8 @@ pub enum Extent {
     Walls(Box3),
     /// Around the layer.
     AroundLayer {
-        /// Along x1 and x3 from the outermost deformed electrode (or conductor) to the walls, m; `None` exactly
-        /// when the boundary is [`Wall::Open`].
+        /// Along x1 and x3 from the outermost deformed electrode (or conductor) to the walls, m; `None`
+        /// exactly when the boundary is [`Wall::Open`].
         side_margin: Option<f64>,
         /// The medium below x2 = 0, or the end of the field there.
         below: Face,

@@ -26,7 +26,8 @@ pub(super) trait QuantityKind {
     const UNIT: &'static str;
     /// The proposed number.
     const SAMPLE: &'static str;
-    /// Smallest and largest allowed magnitude other than zero, in SI units.
+    /// Smallest and largest allowed magnitude other than zero, in SI units. The smallest one is not checked
+    /// where any sign is allowed.
     const LIMITS: [f64; 2];
     /// The limits in words.
     const LIMITS_SHOWN: &'static str;
@@ -110,7 +111,7 @@ impl QuantityKind for ChargeKind {
     const LIMITS_SHOWN: &'static str = "at most 1 GC";
 }
 
-/// The deviation of a measured capacitance.
+/// A capacitance greater than zero: a tolerance, or the deviation of a measured value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CapacitanceKind;
 impl QuantityKind for CapacitanceKind {
@@ -152,6 +153,7 @@ pub(super) const UNIT_MEANT: &str = "write the unit that is meant";
 /// A quantity of kind `K` in SI units.
 #[derive(Debug)]
 pub(super) struct Quantity<K> {
+    /// The value in SI units.
     pub(super) si: f64,
     kind: PhantomData<K>,
 }
@@ -180,8 +182,8 @@ impl<K: QuantityKind> Quantity<K> {
         format!("\"{number} {}\"", log.usual_unit(K::DIMENSION).unwrap_or(K::UNIT))
     }
 
-    /// The texts to write instead of a bare number: the number with each unit that gives a sensible value,
-    /// and that value.
+    /// The help for a number without a right unit: the number with each unit that gives a sensible value, and
+    /// that value.
     fn units_for(number: &str, node: Node<'_>, log: &Log<'_>) -> String {
         let meant = units::meant(number, K::DIMENSION);
         let written = match meant.as_slice() {
@@ -202,6 +204,7 @@ impl<K: QuantityKind> Quantity<K> {
         format!("{UNIT_MEANT}: {}", alternatives(&shown, "or"))
     }
 
+    /// The quantity, if its sign and its magnitude are allowed; reports why not otherwise.
     fn check(si: f64, number: &str, node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let place = node.place();
         let unsigned = number.trim_start_matches('-');
@@ -212,12 +215,12 @@ impl<K: QuantityKind> Quantity<K> {
         };
         if let Some(rule) = wrong_sign {
             let text = log.text(&node.span()).replacen('-', "", 1);
-            let right = if si < 0.0 && text.len() < 40 { text } else { Self::sample(log) };
+            let suggestion = if si < 0.0 && text.len() < 40 { text } else { Self::sample(log) };
             let label = if si < 0.0 { "negative" } else { "zero" };
             log.push(
                 Diagnostic::at(&node.span(), format!("{place} {rule}"))
                     .label(label)
-                    .help(format!("write for example {}", node.assign(&right))),
+                    .help(format!("write for example {}", node.assign(&suggestion))),
             );
             return None;
         }
@@ -238,6 +241,7 @@ impl<K: QuantityKind> Quantity<K> {
         Some(Self { si: si + 0.0, kind: PhantomData })
     }
 
+    /// Reports why a text is not a quantity.
     fn refuse(text: &str, why: NotAQuantity<'_>, node: Node<'_>, log: &mut Log<'_>) {
         let place = node.place();
         let name = K::DIMENSION.name();
@@ -383,8 +387,10 @@ impl<K: QuantityKind> FromToml for Quantity<K> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Interval {
     pub(super) low: f64,
+    /// Whether `low` belongs to the range.
     pub(super) low_belongs: bool,
     pub(super) high: f64,
+    /// Whether `high` belongs to the range.
     pub(super) high_belongs: bool,
 }
 
@@ -399,6 +405,7 @@ impl Interval {
 pub(super) trait NumberKind {
     /// The name with its article.
     const NAME: &'static str;
+    /// The proposed number.
     const SAMPLE: &'static str;
     const RANGE: Interval;
     /// The range in words, after "must be".
@@ -411,7 +418,7 @@ pub(super) trait NumberKind {
     }
 }
 
-/// eps_r.
+/// A relative permittivity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PermittivityKind;
 impl NumberKind for PermittivityKind {
@@ -425,7 +432,7 @@ impl NumberKind for PermittivityKind {
     }
 }
 
-/// U/H.
+/// A compression U/H: the displacement of the top over the thickness of the layer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CompressionKind;
 impl NumberKind for CompressionKind {
@@ -486,7 +493,7 @@ impl NumberKind for LoadShiftKind {
     const REASON: &'static str = "displacement over layer thickness";
 }
 
-/// alpha of an Ogden material.
+/// The exponent alpha of a term of an Ogden material.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExponentKind;
 impl NumberKind for ExponentKind {
@@ -527,12 +534,12 @@ impl<K: NumberKind> FromToml for Number<K> {
 
     fn mended(value: &Spanned<DeValue<'_>>, _: &Log<'_>) -> Option<String> {
         let (number, rest) = units::split_number(value.get_ref().as_str()?.trim());
-        let percent = match rest.trim() {
+        let divisor = match rest.trim() {
             "" => 1.0,
             "%" => 100.0,
             _ => return None,
         };
-        number.parse::<f64>().ok().map(|v| v / percent).filter(|v| v.is_finite()).map(|v| format!("{v:?}"))
+        number.parse::<f64>().ok().map(|v| v / divisor).filter(|v| v.is_finite()).map(|v| format!("{v:?}"))
     }
 
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

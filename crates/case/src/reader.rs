@@ -36,17 +36,21 @@ pub(super) trait FromToml: Sized {
 /// A value of the file, if it could be read, and its place.
 #[derive(Debug, Clone)]
 pub(super) struct Read<T> {
+    /// The place in the file, in bytes.
     pub(super) span: Range<usize>,
+    /// The value; `None` if it could not be read, with the reason in the log.
     pub(super) value: Option<T>,
 }
 
 impl<T> Read<T> {
+    /// The value, if it could be read.
     pub(super) fn get(&self) -> Option<&T> {
         self.value.as_ref()
     }
 }
 
 impl<T: FromToml> Read<T> {
+    /// Reads the value at `node`.
     pub(super) fn from_node(node: Node<'_>, log: &mut Log<'_>) -> Self {
         Self { span: node.value.span(), value: T::from_toml(node, log) }
     }
@@ -54,9 +58,12 @@ impl<T: FromToml> Read<T> {
 
 /// A key of a table: required if its type is [`Read`], optional if it is `Option<Read>`.
 pub(super) trait Field {
+    /// The type of the value.
     type Inner: FromToml;
     const REQUIRED: bool;
+    /// The field for a key that is present.
     fn present(read: Read<Self::Inner>) -> Self;
+    /// The field for a key that is absent; `table` is the place of the table in the file.
     fn absent(table: &Range<usize>) -> Self;
 }
 
@@ -110,11 +117,13 @@ impl Node<'_> {
         }
     }
 
-    /// The line with a right value, or its part from the key on.
-    pub(super) fn assign(&self, right: &str) -> String {
-        if self.entry { format!("`{right}`") } else { format!("`{} = {right}`", self.key) }
+    /// The proposed value as it stands in the file: `key = value`, or the value alone for an entry of an
+    /// array.
+    pub(super) fn assign(&self, value: &str) -> String {
+        if self.entry { format!("`{value}`") } else { format!("`{} = {value}`", self.key) }
     }
 
+    /// The place of the value in the file.
     pub(super) fn span(&self) -> Range<usize> {
         self.value.span()
     }
@@ -129,7 +138,7 @@ pub(super) fn header(path: &str) -> String {
     }
 }
 
-/// "in [layer]", or "at the top level".
+/// The place of a table in words: "in [layer]", or "at the top level".
 pub(super) fn within(path: &str) -> String {
     if path.is_empty() { "at the top level".to_owned() } else { format!("in {}", header(path)) }
 }
@@ -150,10 +159,15 @@ pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
 /// The errors found so far, and the data for messages.
 #[derive(Debug)]
 pub(super) struct Log<'s> {
+    /// The text of the file.
     source: &'s str,
+    /// The first errors, at most [`KEPT`].
     diagnostics: Vec<Diagnostic>,
+    /// The number of further errors.
     unshown: usize,
+    /// Whether one error replaces all others.
     sole: bool,
+    /// The number of times that the file uses each unit, by dimension.
     units: BTreeMap<Dimension, BTreeMap<String, usize>>,
 }
 
@@ -166,6 +180,7 @@ impl<'s> Log<'s> {
         log
     }
 
+    /// Counts the units of the quantities in a value.
     fn learn_units(&mut self, value: &DeValue<'_>) {
         match value {
             DeValue::String(text) => {
@@ -186,7 +201,8 @@ impl<'s> Log<'s> {
         counts.iter().max_by_key(|(_, count)| **count).map(|(unit, _)| unit.as_str())
     }
 
-    /// Adds an error. A form stands for many parts, of which each may repeat a mistake; it is reported once.
+    /// Adds an error. An electrode form stands for many conductors, each of which may repeat a mistake; it is
+    /// reported once.
     pub(super) fn push(&mut self, diagnostic: Diagnostic) {
         if self.sole || self.diagnostics.iter().any(|known| known.is_that_of_another_part(&diagnostic)) {
             return;
@@ -210,6 +226,7 @@ impl<'s> Log<'s> {
         self.diagnostics.len()
     }
 
+    /// Whether further errors are only counted.
     pub(super) fn is_full(&self) -> bool {
         self.diagnostics.len() >= KEPT
     }
@@ -219,6 +236,7 @@ impl<'s> Log<'s> {
         self.diagnostics.last_mut()
     }
 
+    /// The errors, and the number of further ones.
     pub(super) fn finish(self) -> (Vec<Diagnostic>, usize) {
         (self.diagnostics, self.unshown)
     }
@@ -241,8 +259,8 @@ impl<'s> Log<'s> {
         let mut diagnostic =
             Diagnostic::at(&node.span(), format!("{}: expected {}", node.place(), T::expected()))
                 .label(format!("this is {}", kind(found)));
-        if let Some(right) = T::mended(node.value, self).or_else(|| Some(T::sample(self))) {
-            diagnostic = diagnostic.help(format!("write {}", node.assign(&right)));
+        if let Some(value) = T::mended(node.value, self).or_else(|| Some(T::sample(self))) {
+            diagnostic = diagnostic.help(format!("write {}", node.assign(&value)));
         }
         self.push(diagnostic);
     }
@@ -263,7 +281,7 @@ pub(super) fn nearest<'a>(unknown: &str, candidates: impl IntoIterator<Item = &'
         .map(|(_, candidate)| candidate)
 }
 
-/// "a, b or c".
+/// The items as an enumeration: "a, b or c".
 pub(super) fn alternatives<S: AsRef<str>>(items: &[S], conjunction: &str) -> String {
     match items {
         [] => String::new(),

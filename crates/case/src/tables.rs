@@ -17,7 +17,7 @@ pub(super) struct TableKeys {
     pub(super) keys: &'static [&'static str],
     /// Keys of which exactly one must be given; empty for no such rule.
     pub(super) one_of: &'static [&'static str],
-    /// Part of the format, but not supported by this version.
+    /// Keys that are part of the format but not supported by this version.
     pub(super) later: &'static [&'static str],
 }
 
@@ -25,8 +25,11 @@ pub(super) struct TableKeys {
 #[derive(Debug)]
 pub(super) struct Entries<'a> {
     table: &'a DeTable<'a>,
+    /// The place of the table in the file.
     span: Range<usize>,
+    /// The dotted path of the table; empty at the top level.
     path: String,
+    /// The required keys that are missing, each with a valid value.
     missing: Vec<(&'static str, String)>,
 }
 
@@ -67,17 +70,18 @@ impl<'a> Entries<'a> {
 
     /// Reports missing and unknown keys; true if there were unknown ones.
     pub(super) fn close(self, shape: TableKeys, log: &mut Log<'_>) -> bool {
-        let mut meant = Vec::new();
+        // Known keys that unknown ones seem to stand for: they are not missing as well.
+        let mut intended = Vec::new();
         let mut flawed = false;
         for (key, value) in self.table {
             if !shape.keys.contains(&key.get_ref().as_ref()) {
                 flawed = true;
                 if let Some(known) = self.stray_key(key, value, shape, log) {
-                    meant.push(known);
+                    intended.push(known);
                 }
             }
         }
-        let missing: Vec<_> = self.missing.iter().filter(|(key, _)| !meant.contains(key)).collect();
+        let missing: Vec<_> = self.missing.iter().filter(|(key, _)| !intended.contains(key)).collect();
         if !missing.is_empty() {
             let names: Vec<_> = missing.iter().map(|(key, _)| format!("`{key}`")).collect();
             let lines: Vec<_> = missing.iter().map(|(key, sample)| format!("`{key} = {sample}`")).collect();
@@ -141,6 +145,8 @@ impl<'a> Entries<'a> {
         near
     }
 
+    /// Checks that exactly one of the keys in `shape.one_of` is given. That none is given is not reported if
+    /// the table is `flawed`: an unknown key may stand for it.
     fn check_one_of(&self, shape: TableKeys, flawed: bool, log: &mut Log<'_>) {
         let present: Vec<_> = shape.one_of.iter().filter_map(|key| self.table.get_key_value(*key)).collect();
         let names: Vec<_> = shape.one_of.iter().map(|key| format!("`{key}`")).collect();
@@ -197,10 +203,12 @@ pub(super) struct TableSchema {
 }
 
 impl TableSchema {
+    /// The schema of a table without keys.
     pub(super) fn new() -> Self {
         Self { properties: Map::new(), required: Vec::new() }
     }
 
+    /// Adds a key, with the lines of its doc comment.
     pub(super) fn property<F: Field>(&mut self, key: &'static str, doc: &[&str]) {
         let mut schema = F::Inner::schema();
         if let (Some(schema), false) = (schema.as_object_mut(), doc.is_empty()) {
@@ -212,6 +220,7 @@ impl TableSchema {
         }
     }
 
+    /// The schema, with the lines of the table's doc comment and the keys of which exactly one must be given.
     pub(super) fn finish(self, doc: &[&str], one_of: &[&str]) -> Value {
         let mut schema = json!({
             "type": "object",

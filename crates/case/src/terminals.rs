@@ -50,7 +50,8 @@ impl Terminal {
     }
 }
 
-/// The capacitances that a case file asks for, by the names of their terminals; all other terminals are at potential zero.
+/// The capacitances that a case file asks for, by the names of their terminals; all other terminals are at
+/// potential zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Measured {
     /// Charge over voltage of two terminals with equal and opposite charges.

@@ -1,7 +1,7 @@
 //! Parses quantities: `"450 um"`, `"1 MPa"`, `"0.05 N"`.
 //!
-//! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the number before
-//! it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
+//! Every unit here is a power of ten of SI units, so a prefix is applied to the decimal exponent of the
+//! number before it is rounded: `"450 um"` is the same `f64` as the literal `450e-6`.
 
 /// The exponents of the SI base units in a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,6 +13,7 @@ pub(super) struct Dimension {
     pub(super) radian: i32,
 }
 
+/// The dimension with these exponents, and without an angle.
 const fn dimension(metre: i32, kilogram: i32, second: i32, ampere: i32) -> Dimension {
     Dimension { metre, kilogram, second, ampere, radian: 0 }
 }
@@ -24,7 +25,7 @@ pub(super) const CHARGE: Dimension = dimension(0, 0, 1, 1);
 pub(super) const CAPACITANCE: Dimension = dimension(-2, -1, 4, 2);
 pub(super) const ANGLE: Dimension = Dimension { radian: 1, ..dimension(0, 0, 0, 0) };
 
-/// The only unit that is not a power of ten of an SI unit: an angle of pi / 180.
+/// The degree, pi / 180 radians: the only unit that is not a power of ten of an SI unit.
 const DEGREE: &str = "deg";
 
 /// Dimensions with a name, for messages.
@@ -54,6 +55,7 @@ impl Dimension {
         NAMED.iter().find(|(d, _)| *d == self).map_or("another kind of quantity", |(_, name)| name)
     }
 
+    /// The dimension of a power of this quantity.
     fn scaled(self, by: i32) -> Self {
         Self {
             metre: self.metre * by,
@@ -64,6 +66,7 @@ impl Dimension {
         }
     }
 
+    /// The dimension of a product with another quantity.
     fn plus(self, other: Self) -> Self {
         Self {
             metre: self.metre + other.metre,
@@ -201,6 +204,7 @@ pub(super) fn parse_unit(text: &str) -> Option<Unit> {
     Some(unit)
 }
 
+/// Parses a unit symbol with or without a prefix.
 fn parse_symbol(text: &str) -> Option<Unit> {
     // The symbol without a prefix goes first: "m" is the metre, "Pa" the pascal.
     let plain = |text: &str| {
@@ -217,6 +221,7 @@ fn parse_symbol(text: &str) -> Option<Unit> {
     })
 }
 
+/// Splits the exponent, 2 or 3, off the end of a factor; 1 if it has none.
 fn split_exponent(factor: &str) -> (&str, i32) {
     for (ending, exponent) in [("^2", 2), ("\u{b2}", 2), ("^3", 3), ("\u{b3}", 3)] {
         if let Some(symbol) = factor.strip_suffix(ending) {

@@ -1,4 +1,5 @@
-//! Reads the other leaves of a case file: texts, counts, flags, arrays, and alternatives of two types.
+//! Values of a case file that are not quantities: texts, counts, flags, arrays, and alternatives of two
+//! types.
 
 use std::ops::RangeInclusive;
 
@@ -13,9 +14,10 @@ use super::reader::{FromToml, Log, Node, Read};
 /// The number of the file format that this version reads.
 const FORMAT: i64 = 1;
 
-/// The largest number of load steps in one case.
-const MAX_POINTS: i64 = 100_000;
+/// The largest count, for example of load steps in one case.
+const MAX_COUNT: i64 = 100_000;
 
+/// The value of a TOML integer that fits into an `i64`.
 fn integer(value: &DeValue<'_>) -> Option<i64> {
     match value {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok(),
@@ -42,7 +44,7 @@ fn whole_number<T: FromToml, N: TryFrom<i64>>(
     number
 }
 
-/// `format = 1`.
+/// The number of the file format, which has been checked.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FormatNumber;
 
@@ -73,7 +75,7 @@ impl FromToml for FormatNumber {
                 None
             }
             _ => {
-                // The other errors may be valid in that format.
+                // Only this is reported: what are errors here may be valid in the newer format.
                 log.push_sole(
                     Diagnostic::at(&node.span(), "this case file is written for a newer elastocap")
                         .label(format!("this version ({version}) reads format {FORMAT}"))
@@ -91,7 +93,7 @@ impl FromToml for FormatNumber {
     }
 }
 
-/// A line of text: a title or a name.
+/// A line of text, such as a title, a name or a path.
 #[derive(Debug, Clone)]
 pub(super) struct Text(pub(super) String);
 
@@ -169,7 +171,7 @@ impl FromToml for PotentialOrder {
     }
 }
 
-/// A number of points.
+/// A count of at least one: of load steps, or of parts of an electrode.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Count(pub(super) u32);
 
@@ -185,14 +187,14 @@ impl FromToml for Count {
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {
         let wrong = || {
-            Diagnostic::at(&node.span(), format!("{} must be between 1 and {MAX_POINTS}", node.place()))
+            Diagnostic::at(&node.span(), format!("{} must be between 1 and {MAX_COUNT}", node.place()))
                 .label("not in this range")
                 .help(format!("write for example {}", node.assign("9")))
         };
-        whole_number::<Self, u32>(node, log, 1..=MAX_POINTS, wrong).map(Self)
+        whole_number::<Self, u32>(node, log, 1..=MAX_COUNT, wrong).map(Self)
     }
     fn schema() -> Value {
-        json!({ "type": "integer", "minimum": 1, "maximum": MAX_POINTS })
+        json!({ "type": "integer", "minimum": 1, "maximum": MAX_COUNT })
     }
 }
 
@@ -255,7 +257,7 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
         } else if B::accepts(value) {
             let before = log.len();
             let read = B::from_toml(node, log).map(Self::Second);
-            // The message for a text that is neither type also lists the words.
+            // The help for a text that is of neither type says what the first type expects, too.
             if let (None, DeValue::String(_), false) = (&read, value, A::expected().is_empty())
                 && log.len() > before
                 && let Some(help) = log.last_mut().and_then(|last| last.help.as_mut())
@@ -274,7 +276,8 @@ impl<A: FromToml, B: FromToml> FromToml for Either<A, B> {
     }
 }
 
-/// Reads the entries of an array. Entries of the wrong type that can be guessed are reported once, with the whole line.
+/// Reads the entries of an array. Entries of a wrong type whose right form can be guessed are reported once,
+/// with the whole line as it should be.
 fn entries<'a, T: FromToml>(node: Node<'a>, log: &mut Log<'_>) -> Option<Vec<Read<T>>> {
     let items = node.value.get_ref().as_array()?;
     let mended: Vec<_> = items.iter().map(|item| T::mended(item, log)).collect();
@@ -319,12 +322,13 @@ impl<T: FromToml> FromToml for Vec<Read<T>> {
     }
     fn mended(value: &Spanned<DeValue<'_>>, log: &Log<'_>) -> Option<String> {
         // A value that is an array already is not wrapped, even where entries may be arrays themselves.
-        let is_one = value
+        let is_array_of_entries = value
             .get_ref()
             .as_array()
             .is_some_and(|items| items.iter().all(|item| T::accepts(item.get_ref())));
-        let as_written =
-            || (!is_one && T::accepts(value.get_ref())).then(|| log.text(&value.span()).to_owned());
+        let as_written = || {
+            (!is_array_of_entries && T::accepts(value.get_ref())).then(|| log.text(&value.span()).to_owned())
+        };
         T::mended(value, log).or_else(as_written).map(|entry| format!("[{entry}]"))
     }
     fn from_toml(node: Node<'_>, log: &mut Log<'_>) -> Option<Self> {

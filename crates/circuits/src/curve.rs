@@ -10,12 +10,13 @@
 //! coefficients, so that limits of these hold for every force, also in floating-point arithmetic, since no
 //! term is subtracted. With `d` the derivative at a step and `h` the distance to its neighbour,
 //!
-//! - the reported value takes the limited derivatives of a monotone cubic, |d| <= 3 |secant|, so that `P1` and `P2` lie between
-//!   `P0` and `P3`;
+//! - the reported value takes the limited derivatives of a monotone cubic, |d| <= 3 |secant|, so that `P1`
+//!   and `P2` lie between `P0` and `P3`;
 //! - the upper bound has the same derivatives, so that its distance from the value varies monotonically from
 //!   one step to the next;
-//! - the lower bound has the derivative nearest to that of the value for which `P1` and `P2` are not negative. Because
-//!   |d| <= 3 (value)/h wherever the value falls towards a neighbour at distance `h`, it does not cross the value either.
+//! - the lower bound has the derivative nearest to that of the value for which `P1` and `P2` are not
+//!   negative. It does not cross the value either, because |d| <= 3 (value)/h wherever the value falls
+//!   towards a neighbour at distance `h`.
 //!
 //! The band interpolates between the three: `band` = -1, 0, 1 are lower bound, value and upper bound, and
 //! values in between are means of two.
@@ -51,7 +52,9 @@ pub type Piece = [[f64; 4]; 3];
 pub struct BoundedCurve {
     /// The forces, N, strictly increasing.
     forces: Vec<f64>,
+    /// The values and bounds at the forces.
     steps: Vec<StepValue>,
+    /// The cubics, one for each interval between forces.
     pieces: Vec<Piece>,
 }
 
@@ -137,7 +140,7 @@ impl BoundedCurve {
     }
 
     /// Whether all numbers computed from the curve are finite: capacitances, derivatives, and shares of the
-    /// curve's scale. They are not for steps at almost the same force, nor for bounds near the largest
+    /// curve's scale. Some are not if two steps have almost the same force, or if bounds are near the largest
     /// floating-point number.
     pub fn is_finite(&self) -> bool {
         // No sum of a cubic has larger coefficients.
@@ -163,14 +166,14 @@ impl BoundedCurve {
     /// ends of the band may not be if bounds are as far apart as steps differ.
     pub fn is_monotone(&self) -> [bool; 3] {
         let direction = (self.steps[self.steps.len() - 1].value - self.steps[0].value).signum();
-        let goes = |[p0, p1, p2, p3]: [f64; 4]| {
+        let goes_one_way = |[p0, p1, p2, p3]: [f64; 4]| {
             // A third of the derivative is a parabola in Bernstein form: if its ends are not negative, the
             // rest is not negative unless its vertex is inside and below zero.
             let [a, b, c] = [direction * (p1 - p0), direction * (p2 - p1), direction * (p3 - p2)];
             let small = -1e-14 * (p0.abs() + p3.abs());
             a >= small && c >= small && (b >= small || b * b <= a * c * (1.0 + 1e-9) + small * small)
         };
-        [0, 1, 2].map(|i| self.pieces.iter().all(|piece| goes(piece[i])))
+        [0, 1, 2].map(|i| self.pieces.iter().all(|piece| goes_one_way(piece[i])))
     }
 
     /// For each interval, an estimate of the error by interpolation, F: the distance by which the true value

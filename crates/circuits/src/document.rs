@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+/// The parts of `result.json` that make a model.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Document {
     pub(crate) title: String,

@@ -20,7 +20,7 @@ pub(crate) fn plain(text: &str) -> String {
 /// Lines of plain text for the head of a file: source, units, range, errors, and notes for the user.
 pub(crate) fn lines(model: &Model) -> Vec<String> {
     let [first, last] = model.range();
-    let of = if model.has_ground_band() { "mutual capacitance" } else { "capacitance" };
+    let kind = if model.has_ground_band() { "mutual capacitance" } else { "capacitance" };
     let bounds = if model.is_proved { "proved bounds of the field" } else { "estimated errors" };
     let mut out = vec![
         plain(&model.title),
@@ -34,7 +34,7 @@ pub(crate) fn lines(model: &Model) -> Vec<String> {
         format!("What it is: {}", plain(&model.quantity)),
         format!("Range of the force: {first} N to {last} N, {} load steps", model.forces.len()),
         format!(
-            "Largest error at a step: {:.2e} of the largest value of the {of}, {bounds}",
+            "Largest error at a step: {:.2e} of the largest value of the {kind}, {bounds}",
             model.largest_relative_error()
         ),
         match model.interpolation_error() {

@@ -18,7 +18,7 @@ pub use error::ModelError;
 pub const MOST_TERMINALS: usize = 64;
 
 /// The smallest distance between two forces, as a share of the largest: derivatives between closer forces are
-/// meaningless.
+/// meaningless. It is not tuned.
 const LEAST_DISTANCE: f64 = 1e-9;
 
 /// The part of a result that becomes a model.
@@ -94,8 +94,8 @@ pub struct Model {
 impl Model {
     /// The model of a result, given its folder or the `result.json` in it.
     ///
-    /// [`ModelError`], with a remedy.
-    /// [`ModelError`], with what to do.
+    /// # Errors
+    /// [`ModelError`] if the result cannot be read or has no model.
     pub fn read(result: &Path, settings: &Settings) -> Result<Self, ModelError> {
         let document: Document = read_document(result)?;
         let folder = if result.is_dir() { Some(result) } else { result.parent() };
@@ -110,12 +110,13 @@ impl Model {
 
     /// The model of the text of a `result.json`, with a name.
     ///
-    /// [`ModelError`], with a remedy.
-    /// [`ModelError`], with what to do.
+    /// # Errors
+    /// [`ModelError`] if the text is no result or has no model.
     pub fn parse(text: &str, name: &str, settings: &Settings) -> Result<Self, ModelError> {
         Self::of(serde_json::from_str(text).map_err(|error| ModelError::Json(fault(&error)))?, name, settings)
     }
 
+    /// The model of a result, with a name.
     fn of(document: Document, name: &str, settings: &Settings) -> Result<Self, ModelError> {
         if document.status == "stopped" {
             return Err(ModelError::Stopped);
@@ -179,14 +180,14 @@ impl Model {
             .collect();
         let mut branches = Vec::new();
         for (ends, values) in values {
-            // The capacitance is proved to be zero at every step.
+            // A capacitance that is proved to be zero at every step needs no capacitor.
             if values.iter().all(|v| v.upper == 0.0) && is_matrix {
                 continue;
             }
             let branch = Branch { ends, curve: BoundedCurve::through(forces.clone(), values) };
             if !branch.curve.is_finite() {
-                let by_size = branch.curve.steps().iter().zip(&steps);
-                let largest = by_size.max_by(|a, b| a.0.upper.total_cmp(&b.0.upper));
+                let with_steps = branch.curve.steps().iter().zip(&steps);
+                let largest = with_steps.max_by(|a, b| a.0.upper.total_cmp(&b.0.upper));
                 return Err(ModelError::Damaged(largest.map_or(0, |(_, step)| step.index)));
             }
             refuse_turns(&branch, &terminals, settings.allow_turns)?;
@@ -246,7 +247,7 @@ impl Model {
         };
         // Different pairs of names may be equal when joined, and so may a pair with the suffix of a bound.
         let mut taken = BTreeSet::new();
-        let mut unlike = |name: String| {
+        let mut distinct = |name: String| {
             let with_endings = |name: &str| {
                 ["", "_lower", "_upper", "_derivative"].map(|end| format!("{name}{end}").to_ascii_lowercase())
             };
@@ -259,7 +260,7 @@ impl Model {
             taken.extend(with_endings(&identifier));
             identifier
         };
-        self.branches.iter().map(|branch| unlike(joined_name(branch))).collect()
+        self.branches.iter().map(|branch| distinct(joined_name(branch))).collect()
     }
 
     /// The largest distance of a bound from the value at a step, as a share of the capacitor's largest value.
@@ -271,8 +272,8 @@ impl Model {
             let steps = branch.curve.steps().iter();
             steps.map(|s| (s.upper - s.value).max(s.value - s.lower) / scale).fold(0.0, f64::max)
         };
-        let alike = self.branches.iter().filter(|b| self.is_single() || b.ends.1.is_some());
-        alike.map(error_of).fold(0.0, f64::max)
+        let counted = self.branches.iter().filter(|b| self.is_single() || b.ends.1.is_some());
+        counted.map(error_of).fold(0.0, f64::max)
     }
 
     /// The largest estimated error of interpolation, as a share of the capacitor's largest value; `None` if

@@ -104,7 +104,8 @@ fn capacitor(out: &mut String, model: &Model, branch: &Branch, k: usize) {
     let a = model.terminals[i].identifier.as_str();
     let b = j.map_or("common", |j| model.terminals[j].identifier.as_str());
     let mark = if j.is_none() && model.has_ground_band() { "g" } else { "" };
-    // A number that depends on the band: [below, at, above] in the unit of the scale.
+    // The expression for a number that depends on the band, over the scale, from the numbers of the lower
+    // bound, the value and the upper bound, F.
     let banded = |[lower, value, upper]: [f64; 3]| {
         let [less, more] = [lower - value, upper - value].map(|c| c / scale);
         let plus = |name: &str, c: f64| match c {

@@ -1,12 +1,12 @@
-//! Tables of a model: the curves on a fine mesh of forces as CSV, and with the coefficients of their cubics
-//! as JSON.
+//! Tables of a model: the curves at many forces as CSV, or as JSON together with the coefficients of their
+//! cubics.
 
 use elastocap_results::csv::{number, optional, quoted};
 use serde::Serialize;
 
 use crate::model::{Branch, Model};
 
-/// The largest number of points between two steps.
+/// The largest number of equal parts between two steps.
 pub const MOST_POINTS: usize = 10_000;
 
 /// The forces of a table, N: the steps, and `points` - 1 evenly spaced ones between any two of them.
@@ -19,7 +19,7 @@ fn mesh(model: &Model, points: usize) -> Vec<f64> {
     inner.chain(model.forces.last().copied()).collect()
 }
 
-/// The lines of a table for one capacitor.
+/// A line of a table: the curve of one capacitor at one force.
 #[derive(Debug, Serialize)]
 struct Line {
     force_n: f64,
@@ -30,6 +30,7 @@ struct Line {
     interpolation_error_estimate_f: Option<f64>,
 }
 
+/// The lines of a table for one capacitor.
 fn lines(branch: &Branch, forces: &[f64]) -> Vec<Line> {
     let errors = branch.curve.interpolation_errors();
     let steps = branch.curve.forces();
@@ -49,7 +50,7 @@ fn lines(branch: &Branch, forces: &[f64]) -> Vec<Line> {
     forces.iter().map(line_at).collect()
 }
 
-/// One line for each capacitor and force.
+/// The table as CSV, with one line for each capacitor and force; see [`json`] for `points`.
 pub fn csv(model: &Model, points: usize) -> String {
     let mut out = "from,to,force_n,capacitance_f,capacitance_lower_f,capacitance_upper_f,derivative_f_per_n,\
                    interpolation_error_estimate_f\n"
@@ -91,14 +92,17 @@ struct Document<'a> {
 struct Capacitor<'a> {
     from: &'a str,
     to: &'a str,
-    /// The four coefficients of each interval, F.
+    /// The four coefficients of the lower bound in each interval, F.
     lower_f: Vec<[f64; 4]>,
+    /// The four coefficients of the value in each interval, F.
     value_f: Vec<[f64; 4]>,
+    /// The four coefficients of the upper bound in each interval, F.
     upper_f: Vec<[f64; 4]>,
     table: Vec<Line>,
 }
 
-/// The table as JSON, with the coefficients of the cubics.
+/// The table as JSON, with the coefficients of the cubics. `points` is the number of equal parts that the
+/// interval from one step to the next is divided into, at most [`MOST_POINTS`].
 ///
 /// # Errors
 /// An error of serialization, which is not expected.

@@ -99,7 +99,8 @@ pub fn module(model: &Model) -> String {
 /// The statement that computes one capacitance, the `k`-th, in F.
 fn capacitance(out: &mut String, model: &Model, branch: &Branch, k: usize) {
     let mark = if branch.ends.1.is_none() && model.has_ground_band() { "_ground" } else { "" };
-    // A number that depends on the band, F.
+    // The expression for a number that depends on the band, F, from the numbers of the lower bound, the value
+    // and the upper bound.
     let banded = |[lower, value, upper]: [f64; 3]| {
         let (less, more) = (lower - value, upper - value);
         format!("({value:e} + ({more:e}) * elc_upper{mark} + ({less:e}) * elc_lower{mark})")

@@ -29,7 +29,8 @@ use crate::step::{ACCEPTED, Sharper, Solver};
 /// resolved in one round, and meets the tolerance in the next.
 const MAX_ROUNDS: usize = 4;
 
-/// Largest share of the spread wanted for the smallest change that the first step may take.
+/// Largest share of the spread wanted for the smallest change that the first step may take. Tuned: time the
+/// runs of docs/change.md, section "Reach".
 const SHARE: f64 = 0.45;
 
 /// The share of the spread wanted for a change that its two states may take together. The rest is a margin
@@ -37,14 +38,16 @@ const SHARE: f64 = 0.45;
 const TOGETHER: f64 = 2.0 * SHARE;
 
 /// The least share of the wanted spread that a step is given where the first step cannot be tightened. Where
-/// the first step leaves less, it is the reason that the change is not known.
+/// the first step leaves less, it is the reason that the change is not known. It is not tuned.
 const LEAST: f64 = 0.1;
 
-/// Steps whose largest problem had more unknowns are solved again one after the other.
+/// Steps whose largest problem had more unknowns are solved again one after the other. Tuned: time the runs
+/// of docs/change.md, section "Reach".
 const LARGE: usize = 1_000_000;
 
 /// Smallest size that is assumed for a change whose bounds include zero, relative to half their spread. The
-/// middle of two bounds is usually ten times nearer to the true value than they are.
+/// middle of two bounds is usually ten times nearer to the true value than they are. Tuned: time the runs of
+/// docs/change.md, section "Reach".
 const HIDDEN: f64 = 0.1;
 
 /// The bounds on the capacitance of a step, F.
@@ -77,7 +80,7 @@ impl State {
 }
 
 /// The spread aimed for where the bounds of a change include zero, over the spread that its assumed size
-/// requires: the change may turn out smaller.
+/// requires: the change may turn out smaller. Tuned: time the runs of docs/change.md, section "Reach".
 const UNSURE: f64 = 0.85;
 
 /// The change from `first` to `other`, F. Its bounds are those of the two states, rounded outwards.
@@ -509,7 +512,8 @@ mod tests {
         assert_eq!(spreads(3.0, false, &goals), (SHARE, vec![Some(SHARE), Some(TOGETHER * 4.0 - SHARE)]));
         let (_, others) = spreads(0.125, false, &goals);
         assert_eq!(others, [Some(TOGETHER - 0.125), Some(TOGETHER * 4.0 - 0.125)]);
-        // The bounds of the first step get no closer. What they leave is enough for the larger change, but not for the smaller one.
+        // The bounds of the first step get no closer. What they leave is enough for the larger change, but
+        // not for the smaller one.
         for first in [0.85, 0.95] {
             let (_, others) = spreads(first, true, &goals);
             assert!(others[0].is_none() && others[1].is_some_and(|other| first + other < 4.0), "{others:?}");

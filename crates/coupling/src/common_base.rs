@@ -10,7 +10,8 @@ use elastocap_geometry::scene::{Body, Purpose, Scene};
 use crate::mapped::BentScene;
 use crate::route_change::NoBase;
 
-/// Relative spread aimed for in the base, over the tolerance of the steps.
+/// Relative spread aimed for in the base, over the tolerance of the steps. Tuned: time the runs of the balls
+/// in docs/change.md, section "Reach".
 const SHARE: f64 = 0.6;
 
 /// A solution of the scene without its indenter.

@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
 
 /// Angle, rad, below which two adjacent faces count as parts of one curved surface; above, as two sides of a
-/// body.
+/// body. It is not tuned.
 const EDGE: f64 = 0.7;
 
-/// Angle, rad, up to which two faces count as one flat surface in single precision.
+/// Angle, rad, up to which two faces count as one flat surface in single precision. It is not tuned.
 const FLAT: f64 = 1e-4;
 
-/// The mean distance of a sphere of radius r from a triangle with its corners on it and sides h is h^2 / (8 r), and the
-/// angle between two such triangles is h / (sqrt(3) r).
+/// The mean distance of a sphere of radius r from a triangle with its corners on it and sides h is h^2 / (8
+/// r), and the angle between two such triangles is h / (sqrt(3) r).
 const SHARE: f64 = 3.0 / 8.0;
 
 /// An estimate of the relative error of a capacitance from flat faces of a conductor in place of curved ones,

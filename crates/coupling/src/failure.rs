@@ -53,7 +53,8 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
-    /// Whether the program is at fault rather than its input: it panicked, or proved bounds contradict each other.
+    /// Whether the program is at fault rather than its input: it panicked, or proved bounds contradict each
+    /// other.
     pub fn is_defect(&self) -> bool {
         match self {
             Self::BoundsExcludeValue | Self::Defect(_) => true,

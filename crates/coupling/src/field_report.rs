@@ -4,8 +4,8 @@
 use elastocap_electrostatics::{Bounded, Discretisation, PhaseSeconds};
 use serde::{Deserialize, Serialize};
 
-/// A floating conductor and its potential: the sum over the driven conductors of `per_volt` times their potentials, plus
-/// `from_charges`.
+/// A floating conductor and its potential: the sum over the driven conductors of `per_volt` times their
+/// potentials, plus `from_charges`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FloatingConductor {
     /// The name of the conductor.

@@ -25,7 +25,8 @@ impl StepLoad {
         }
     }
 
-    /// Bits that are equal for equal loads only.
+    /// Bits by which to compare the loads of one case, which are all compressions or all forces: they are
+    /// equal for equal loads only.
     pub(crate) fn bits(self) -> u64 {
         match self {
             Self::None => 0,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use elastocap_linalg::memory::bytes_in_words;
 
-/// The memory assumed to be free if the system reports nothing, bytes.
+/// The memory assumed to be free if the system reports nothing, bytes. It is not tuned.
 const UNKNOWN: u64 = 4 << 30;
 
 /// Address space that the allocator reserves for each thread beyond what it uses, bytes.
@@ -18,7 +18,7 @@ const ARENA: u64 = 64 << 20;
 const NO_LIMIT: u64 = 1 << 60;
 
 /// Remaining memory below which a limit counts as reached: one part in this many of the limit, and at least
-/// this many bytes.
+/// this many bytes. It is not tuned.
 const LAST: (u64, u64) = (100, 4 << 20);
 
 /// The memory that a run may use, bytes: four fifths of the free memory.

@@ -8,16 +8,19 @@ use elastocap_geometry::cubic::Cubic;
 use elastocap_geometry::scene::Box3;
 use elastocap_geometry::shapes::{Arc, Curve};
 
-/// Number of rounds that improve the parameters of points on a fitted cubic.
+/// Number of rounds that improve the parameters of points on a fitted cubic. Tuned:
+/// `benches/outlines.py punched-pair`.
 const ROUNDS: usize = 4;
 
-/// Largest turning angle of a fitted cubic, radians.
+/// Largest turning angle of a fitted cubic, radians. Tuned: `benches/outlines.py punched-pair`.
 const MAX_TURN: f64 = 1.5;
 
-/// Largest number of sides of the polygon that represents a cubic for viewers and on tetrahedra.
+/// Largest number of sides of the polygon that represents a cubic for viewers and on tetrahedra. It is not
+/// tuned.
 const MAX_SIDES: f64 = 64.0;
 
-/// Distance from a wall below which points lie on it, over the distance of the wall from the axis.
+/// Distance from a wall below which points lie on it, over the distance of the wall from the axis. Not tuned:
+/// it only has to lie above rounding errors and below distances that matter.
 const ON_WALL: f64 = 1e-9;
 
 /// A part of an outline.
@@ -181,7 +184,8 @@ pub(crate) fn closed(pieces: &[Piece], within: f64) -> Curved {
         let bend = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
             (p[0] - 2.0 * q[0] + r[0]).hypot(p[1] - 2.0 * q[1] + r[1])
         };
-        // A chord is off by an eighth of the second derivative times the square of its share of the parameter.
+        // A chord is off by an eighth of the second derivative times the square of its share of the
+        // parameter.
         let sides = (0.75 * bend(a, b, c).max(bend(b, c, d)) / within).sqrt().ceil().clamp(2.0, MAX_SIDES);
         outline.extend((1..sides as usize).map(|k| cubic.at(k as f64 / sides)));
         arcs.push(Arc { curve: Curve::Cubic(*cubic), sides: begin..outline.len() });

@@ -14,8 +14,9 @@
 //! | boxes              | the surface is bent, or an indenter in the field is round | -, boxes | [`Route::MAPPED_BOXES`]            |
 //! | boxes              | not, but attached bodies are tilted              | -, boxes          | [`Route::MAPPED_BOXES`]            |
 //!
-//! *Outlines* are bodies that are outlines pulled along one axis. Where the extruded solver fails though nobody asked for it, the scene
-//! goes to tetrahedra after all. Everything else has no solver: see [`RouteError`].
+//! *Outlines* are bodies that are outlines pulled along one axis. Where the extruded solver fails though
+//! nobody asked for it, the scene goes to tetrahedra after all. Everything else has no solver: see
+//! [`RouteError`].
 
 use std::fmt;
 
@@ -42,7 +43,8 @@ pub enum SolvedShape {
     Mapped,
 }
 
-/// How the field of a scene is solved: which solver is given the bodies in which shape. Only the constants below exist.
+/// How the field of a scene is solved: which solver is given the bodies in which shape. Only the constants
+/// below exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Route {
     shape: SolvedShape,
@@ -185,8 +187,8 @@ pub enum Bending {
     InPlane,
     /// In three dimensions.
     InSpace,
-    /// The surface of the layer is bent, an indenter in the field is round, or bodies move with the material of the layer; electrodes may
-    /// be bent along.
+    /// The surface of the layer is bent, an indenter in the field is round, or bodies move with the material
+    /// of the layer; electrodes may be bent along.
     UnderIndenter,
     /// Not by the load, but bodies that are attached to layer or indenter are tilted.
     Tilted,
@@ -195,8 +197,9 @@ pub enum Bending {
 }
 
 impl Bending {
-    /// The bending of the electrodes of a case that `load` is expected to cause, known before the layer is deformed: plane strain and finite
-    /// elements in space bend them at any load, the closed form never does. `pose` is that of what is attached.
+    /// The bending of the electrodes of a case that `load` is expected to cause, known before the layer is
+    /// deformed: plane strain and finite elements in space bend them at any load, the closed form never does.
+    /// `pose` is that of what is attached.
     pub fn expected(case: &Case, load: StepLoad, pose: &Pose) -> Self {
         Self::level(case, load, pose).tilted(pose.tilt != [0.0; 2])
     }
@@ -225,8 +228,8 @@ impl Bending {
         }
     }
 
-    /// The bending of the electrodes that the load caused: from the layer in `state` and the scene that it gave, with the indenter this far
-    /// from it, m.
+    /// The bending of the electrodes that the load caused: from the layer in `state` and the scene that it
+    /// gave, with the indenter this far from it, m.
     pub fn found(
         case: &Case,
         deformed: &DeformedScene,
@@ -270,7 +273,8 @@ fn bends_the_field(case: &Case, is_at_rest: bool, is_before_contact: bool) -> bo
     if form.rounding != Rounding::Sharp && is_in_field {
         return true;
     }
-    // A plate over the whole layer leaves the surface flat; electrodes in it are looked at as those without one.
+    // A plate over the whole layer leaves the surface flat; electrodes in it are looked at as those without
+    // one.
     let is_bent = !is_at_rest && !is_before_contact;
     if is_bent && case.bodies.iter().any(|body| body.purpose == Purpose::InLayer) {
         return true;
@@ -331,7 +335,8 @@ pub enum RouteError {
     BentInPlane,
 }
 
-/// The route of a scene of these bodies, with electrodes bent like this; `asked` is the solver that the case asks for.
+/// The route of a scene of these bodies, with electrodes bent like this; `asked` is the solver that the case
+/// asks for.
 ///
 /// # Errors
 /// When no solver takes the scene: see [`RouteError`].

@@ -11,7 +11,8 @@ use crate::status::Status;
 pub struct Row {
     /// The compression U/H.
     pub compression: Option<f64>,
-    /// The distance of the indenter from the surface of the layer, m: zero from contact on; `None` in cases without `approach`.
+    /// The distance of the indenter from the surface of the layer, m: zero from contact on; `None` in cases
+    /// without `approach`.
     pub distance_m: Option<f64>,
     /// The compressive force, N. `None` in the closed form beyond the maximum of eq. (50) of the paper, where
     /// the formula no longer applies.
@@ -29,7 +30,8 @@ pub struct Row {
     pub top_displacement_m: Option<f64>,
     /// The gap between the facing surfaces of the electrodes, m.
     pub gap_m: Option<f64>,
-    /// The height above the substrate of the mid-plane of an in-plane pair, or of the middle of the gap of a stacked one, m.
+    /// The height above the substrate of the mid-plane of an in-plane pair, or of the middle of the gap of a
+    /// stacked one, m.
     pub electrode_height_m: Option<f64>,
     /// The thickness of the electrodes, m; the mean of the two of a stacked pair.
     pub electrode_thickness_m: Option<f64>,
@@ -43,8 +45,8 @@ pub struct Row {
     pub capacitance_lower_f: Option<f64>,
     /// The upper bound of [`Row::capacitance_f`], F.
     pub capacitance_upper_f: Option<f64>,
-    /// The relative error of the capacitance: half the spread of the bounds over the value, or the estimate. Without conductors, the relative
-    /// error of the force, where finite elements give one.
+    /// The relative error of the capacitance: half the spread of the bounds over the value, or the estimate.
+    /// Without conductors, the relative error of the force, where finite elements give one.
     pub relative_error_estimate: Option<f64>,
     /// An estimate of the relative error of the capacitance from the finite elements of the layer, which
     /// place the electrodes; in addition to `relative_error_estimate`.
@@ -163,7 +165,8 @@ impl Row {
         errors.into_iter().flatten().sum()
     }
 
-    /// The relative error of the capacitance within the model of the layer: by its bounds, the layer's finite elements and flat faces.
+    /// The relative error of the capacitance within the model of the layer: by its bounds, the layer's finite
+    /// elements and flat faces.
     pub fn error_in_model(&self) -> Option<f64> {
         let estimated = [self.mechanics_error_estimate, self.geometry_error_estimate];
         Some(self.relative_error_estimate? + estimated.into_iter().flatten().sum::<f64>())

@@ -103,6 +103,7 @@ pub fn run_sharing(
 
 /// Least number of unknowns of a mesh of the layer for drafts. On smaller meshes a load takes about a second,
 /// as do the fields of the drafts, which made runs of four seconds a sixth slower (cases/comb-in-layer.toml).
+/// Tuned: `time elastocap run cases/comb-in-layer.toml`.
 const UNKNOWNS_OF_DRAFT: usize = 5000;
 
 /// A run in progress. Its results so far can be taken while another thread still solves: a caller that cannot

@@ -294,7 +294,8 @@ mod tests {
 
     #[test]
     fn the_bounds_of_steps_leave_a_slope_open() {
-        // Two states 1 N apart, each known to 0.1 F, with another in the middle: the secants are known to 0.4 F/N.
+        // Two states 1 N apart, each known to 0.1 F, with another in the middle: the secants are known to 0.4
+        // F/N.
         let rough = points(&[0.0, 0.5, 1.0], 0.1, |x| 5.0 - x, |x| x);
         assert!((sensitivity(&rough, 1).unwrap().1.unwrap() - 0.4).abs() < 1e-12);
     }

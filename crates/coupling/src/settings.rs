@@ -15,7 +15,8 @@ pub const NO_CHANGE: f64 = 1e-6;
 /// [`FieldSettings::boxes`] and [`FieldSettings::tetrahedra`].
 #[derive(Debug, Clone)]
 pub struct FieldSettings {
-    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
+    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error
+    /// estimate.
     pub relative_tolerance: f64,
     /// The scale, F, that the spread of smaller capacitances is compared with: see [`Settings::least_scale`].
     pub least_scale: f64,

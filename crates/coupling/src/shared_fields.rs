@@ -8,7 +8,7 @@ use elastocap_electrostatics::{Settings, Solution, SolveError};
 use elastocap_geometry::scene::Scene;
 
 /// Largest number of stored solutions, beyond which the oldest is discarded. One takes a few kilobytes,
-/// including its key.
+/// including its key. Not tuned: a limit that ordinary cases do not reach.
 const MAX_SOLUTIONS: usize = 4096;
 
 /// Solutions of scenes of boxes, by everything on which they depend, so that a result is the same whether or

@@ -20,7 +20,8 @@ pub enum Status {
     OkInModel,
     /// Solved, with an error above the tolerance.
     ToleranceNotReached(Missed),
-    /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row has no force.
+    /// Deformed and solved, but compressed beyond the maximum of equation (50) of the paper, so that the row
+    /// has no force.
     BeyondForceLimit,
     /// Failed for this reason. The row keeps the results from before the failure.
     Failed(Box<StepFailure>),
@@ -106,8 +107,8 @@ impl Serialize for Status {
 
 /// The status of one entry of a Maxwell matrix. Its spread is the distance between its bounds.
 ///
-/// The solvers aim at an error relative to the entry, or to [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj) where the entry is smaller:
-/// see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
+/// The solvers aim at an error relative to the entry, or to [`SHARE_OF_DIAGONAL`] of sqrt(C_ii C_jj) where
+/// the entry is smaller: see [`Target::Matrix`](elastocap_electrostatics::Target::Matrix).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EntryStatus {
     /// The spread is at most the tolerance times the value, or at most the absolute tolerance.
@@ -128,8 +129,8 @@ pub enum EntryStatus {
 }
 
 impl EntryStatus {
-    /// The status of each entry of `maxwell`, F, where the spread of the target was to be at most `allowed`, relative to the value or to
-    /// `least_scale`, F, whichever is larger.
+    /// The status of each entry of `maxwell`, F, where the spread of the target was to be at most `allowed`,
+    /// relative to the value or to `least_scale`, F, whichever is larger.
     pub fn of(
         maxwell: &[Vec<Bounded>],
         (allowed, least_scale): (f64, f64),

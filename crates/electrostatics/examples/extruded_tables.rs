@@ -1,4 +1,5 @@
-//! The solver for extruded scenes on fixed meshes: iterations and time over bending, order, number of fingers and contrast.
+//! The solver for extruded scenes on fixed meshes: iterations and time over bending, order, number of fingers
+//! and contrast.
 //!
 //!     cargo run --release -p elastocap-electrostatics --example extruded_tables
 //!     cargo run --release -p elastocap-electrostatics --example extruded_tables -- large     (to some ten million unknowns)
@@ -9,7 +10,8 @@ use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// A bar along x3 whose middle line is bent as half a wave of a cosine, `sag` down in the middle of the scene.
+/// A bar along x3 whose middle line is bent as half a wave of a cosine, `sag` down in the middle of the
+/// scene.
 fn bar(from: f64, to: f64, sag: f64) -> Shape {
     const STEPS: u32 = 12;
     let at = |k: u32| from + (to - from) * f64::from(k) / f64::from(STEPS);

@@ -1,4 +1,5 @@
-//! Thin plates and discs in open space: meshes, iterations and time as they become thinner, on one eighth of each.
+//! Thin plates and discs in open space: meshes, iterations and time as they become thinner, on one eighth of
+//! each.
 //!
 //!     cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3
 //!     cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3 plain      (without points along the edges)
@@ -11,7 +12,8 @@ use elastocap_geometry::shapes::Shape;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// Capacitances of a square sheet of side 1 m and of a round one of radius 1 m, over 4 pi eps_0, which those of plates tend to.
+/// Capacitances of a square sheet of side 1 m and of a round one of radius 1 m, over 4 pi eps_0, which those
+/// of plates tend to.
 const SQUARE: f64 = 0.366_789_2;
 const ROUND: f64 = 2.0 / PI;
 

@@ -1,4 +1,4 @@
-//! A number between limits.
+//! A number between limits: the form in which capacitances and potentials are reported.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +14,9 @@ pub struct Bounded {
 }
 
 impl Bounded {
-    /// The distance to the farther limit over the value: half the distance between the limits where the value is their middle, as
-    /// it mostly is. The true relative error is no larger where the limits are proved. Infinite where the value is zero and the
-    /// limits are not.
+    /// The distance to the farther limit over the value: half the distance between the limits where the value
+    /// is their middle, as it mostly is. The true relative error is no larger where the limits are proved.
+    /// Infinite where the value is zero and the limits are not.
     pub fn relative_error(&self) -> f64 {
         self.over_value((self.upper - self.value).max(self.value - self.lower))
     }
@@ -38,8 +38,9 @@ impl Bounded {
         Self { value: -self.value, lower: -self.upper, upper: -self.lower }
     }
 
-    /// The number between these limits and further ones; its value is the middle again where the latter are
-    /// narrower. Limits that contradict these, which rounding can make them do, are ignored.
+    /// The number between these limits and further ones. Where the further ones narrow the limits, its value
+    /// is the middle of what is left. Further limits that contradict these, as rounding can make them do, are
+    /// ignored.
     pub(crate) fn narrowed(self, lower: f64, upper: f64) -> Self {
         let (lower, upper) = (self.lower.max(lower), self.upper.min(upper));
         if lower > upper || (lower, upper) == (self.lower, self.upper) {
@@ -48,6 +49,7 @@ impl Bounded {
         Self { value: 0.5 * (lower + upper), lower, upper }
     }
 
+    /// The distance over the magnitude of the value.
     fn over_value(&self, distance: f64) -> f64 {
         if distance == 0.0 { 0.0 } else { distance / self.value.abs() }
     }

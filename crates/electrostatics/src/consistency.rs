@@ -1,16 +1,19 @@
-//! Whether a result contradicts itself. Every Maxwell matrix is symmetric, no conductor at 1 V draws a negative charge to itself or
-//! a positive one to another at 0 V, and the charge of each with all at 1 V is not negative. Proved limits that exclude one of
-//! these cannot be right, whatever the reason: such a result is an error and no number of it is reported.
+//! Whether a result contradicts itself. Every Maxwell matrix is symmetric, no conductor at 1 V draws a
+//! negative charge to itself or a positive one to another at 0 V, and the charge of each with all at 1 V is
+//! not negative. Proved limits that exclude one of these cannot be right, whatever the reason: such a result
+//! is an error and no number of it is reported.
 
 use crate::bounded::Bounded;
 use crate::floating::Floating;
 use crate::matrix::MatrixBounds;
 use crate::solution::Solution;
 
-/// The largest rounding error of a sum of limits, as a share of the diagonal.
+/// The largest rounding error of a sum of limits, as a share of the diagonal. Not tuned: it only has to lie
+/// above rounding errors and below errors that matter.
 const ROUNDING: f64 = 1e-9;
 
-/// Error below which bounds are reported although the linear solver stopped short of its goal.
+/// The error of the target below which bounds are reported although the linear solver stopped short of its
+/// goal. Not tuned: a choice of what is still worth reporting.
 const CLOSE: f64 = 0.05;
 
 /// Whether bounds with this error of the target are reported: if the linear solver converged, or if they are
@@ -26,11 +29,13 @@ pub(crate) fn contradiction(
     bounds: &MatrixBounds,
     floating: &Floating,
 ) -> Option<String> {
-    let pair = || {
+    let of_pair = || {
         let pair = solution.two_terminal.as_ref()?;
         (!in_order(pair)).then(|| "the two-terminal capacitance lies outside its own limits".to_owned())
     };
-    of_matrix(&solution.maxwell).or_else(pair).or_else(|| of_reduction(bounds, &solution.maxwell, floating))
+    of_matrix(&solution.maxwell)
+        .or_else(of_pair)
+        .or_else(|| of_reduction(bounds, &solution.maxwell, floating))
 }
 
 /// A contradiction between the matrix of all conductors and that of the driven ones, if there is one.
@@ -58,10 +63,12 @@ fn of_reduction(bounds: &MatrixBounds, maxwell: &[Vec<Bounded>], floating: &Floa
     None
 }
 
+/// Whether the limits are finite, and the value lies between them.
 fn in_order(b: &Bounded) -> bool {
     b.lower.is_finite() && b.upper.is_finite() && b.lower <= b.value && b.value <= b.upper
 }
 
+/// A contradiction within the Maxwell matrix, if there is one.
 fn of_matrix(maxwell: &[Vec<Bounded>]) -> Option<String> {
     for (i, row) in maxwell.iter().enumerate() {
         let diagonal = row[i].upper.abs();

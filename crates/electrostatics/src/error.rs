@@ -149,10 +149,10 @@ pub enum PotentialError {
     /// The functions cannot be numbered with 32 bits.
     #[error("the mesh has too many tetrahedra")]
     TooLarge,
-    /// A face with a role that no tetrahedron has.
+    /// A boundary face of the mesh is not a face of any tetrahedron.
     #[error("a face of the mesh belongs to no tetrahedron")]
     Face,
-    /// Two conductors meet, or one and the ground.
+    /// Two conductors, or a conductor and a grounded wall, meet at a face with these corners.
     #[error("two conductors, or a conductor and a grounded wall, meet at the face of points {0:?}")]
     HeldTwice([u32; 3]),
     /// A face on a conductor that does not exist.
@@ -233,7 +233,8 @@ pub enum FluxError {
     },
 }
 
-/// Ends a solve if a stop was requested: the work after an iteration takes as long as several iterations.
+/// Ends a solve if a stop was requested. Solves ask after the assembly and after the iteration, since the
+/// work that follows takes as long as several iterations.
 pub(crate) fn stop_if_cancelled(cancel: Option<&AtomicBool>) -> Result<(), SolveError> {
     if cancel.is_some_and(|c| c.load(Ordering::Relaxed)) { Err(SolveError::Cancelled) } else { Ok(()) }
 }

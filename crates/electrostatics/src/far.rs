@@ -1,22 +1,24 @@
 //! Removal of dielectric faces so far from all conductors that it does not matter where they are.
 //!
-//! A board that is a kilometre thick is endless for a sensor of a millimetre. A grid that reaches its far side spans so many orders of
-//! magnitude that double precision does not suffice; without that side, the grid is as small as that of an endless board.
+//! A board that is a kilometre thick is endless for a sensor of a millimetre. A grid that reaches its far
+//! side spans so many orders of magnitude that double precision does not suffice; without that side, the grid
+//! is as small as that of an endless board.
 //!
 //! Let the permittivity be changed by a factor of k at most, and only where the potential is at most m of
 //! those of the conductors. With the flux of one scene in the other, Thomson's principle says that a
-//! capacitance C changes by no more than k - 1 times the energy that the field has there; and the field has
-//! at most m C in the part of space where the potential is at most m. At a distance d from conductors in a
+//! capacitance C changes by no more than k - 1 times the energy of the field there; and that energy is at
+//! most m C in the part of space where the potential is at most m. At a distance d from conductors in a
 //! ball of radius a, m is about a / d in a uniform medium and no more than k a / d in others. [`MARGIN`]
 //! covers the approximation.
 
 use elastocap_geometry::scene::{Body, Role, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// The safety factor by which the change is multiplied.
+/// The safety factor by which the change is multiplied. Not tuned: it only decides how far a face must be to
+/// be left out.
 const MARGIN: f64 = 4.0;
 
-/// The share of a tolerance that the change of a capacitance may take.
+/// The share of a tolerance that the change of a capacitance may take. It is not tuned.
 const SHARE: f64 = 0.01;
 
 /// A scene without faces of dielectrics that are too far away to matter for a relative `tolerance`, and the
@@ -44,7 +46,7 @@ pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene,
         largest = largest.max(changed);
         f64::INFINITY.copysign(from_middle)
     };
-    let mut near_body = |body: &Body| {
+    let mut without_its_far_faces = |body: &Body| {
         let (Role::Dielectric { .. }, Some(mut boxes)) = (body.role, body.boxes()) else {
             return body.clone();
         };
@@ -55,7 +57,7 @@ pub(crate) fn without_far_faces(scene: &Scene, tolerance: f64) -> Option<(Scene,
         }
         Body { parts: boxes.into_iter().map(Shape::Box).collect(), ..body.clone() }
     };
-    let bodies = scene.bodies.iter().map(&mut near_body).collect();
+    let bodies = scene.bodies.iter().map(&mut without_its_far_faces).collect();
     // Faces on different sides, and above one another, add up.
     let faces = 2.0 * scene.dielectrics().count() as f64;
     (largest > 0.0).then(|| (Scene { bodies, ..scene.clone() }, faces * largest))

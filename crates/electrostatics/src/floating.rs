@@ -1,9 +1,11 @@
-//! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is eliminated from the
-//! Maxwell matrix. Grounded conductors are at potential zero: they have no row in that matrix either, and nothing to be eliminated.
+//! Floating conductors. A floating conductor carries a given charge; its potential is computed, and it is
+//! eliminated from the Maxwell matrix. Grounded conductors are at potential zero: they have no row in that
+//! matrix either, and nothing to be eliminated.
 //!
-//! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the potentials of minimal
-//! energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement C_dd - C_df C_ff^-1 C_fd. A minimum is
-//! monotone in C: bounds on the whole matrix give bounds on the reduced one.
+//! Split the conductors into driven (d) and floating (f) ones. Uncharged floating conductors take the
+//! potentials of minimal energy, V_f = -C_ff^-1 C_fd V_d, and the minimum is the form of the Schur complement
+//! C_dd - C_df C_ff^-1 C_fd. A minimum is monotone in C: bounds on the whole matrix give bounds on the
+//! reduced one.
 
 use crate::bounded::Bounded;
 use crate::matrix::{MatrixBounds, rounding};
@@ -22,7 +24,7 @@ pub(crate) struct Floating {
     pub floating: Vec<usize>,
     /// The charge of each floating one, C.
     pub charges: Vec<f64>,
-    /// How many conductors there are, grounded ones included.
+    /// The number of conductors, grounded ones included.
     pub conductors: usize,
 }
 
@@ -79,7 +81,8 @@ impl Floating {
             self.driven.iter().enumerate().for_each(|(k, &i)| reduced[(k, k)] += sign * error[i]);
             Some(reduced)
         };
-        // A form that is not positive definite on the floating conductors has no minimum; zero still bounds every energy.
+        // A form that is not positive definite on the floating conductors has no minimum; zero still bounds
+        // every energy.
         let lower = moved(&bounds.lower, -1.0).unwrap_or_else(|| Mat::zeros(n, n));
         // The minimum is at most the energy at any potentials, here at zero on the floating conductors.
         let upper =
@@ -99,8 +102,8 @@ impl Floating {
         Some(Mat::from_fn(n, n, |i, j| driven[(i, j)] - 0.5 * (taken[(i, j)] + taken[(j, i)])))
     }
 
-    /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating ones, C, with the
-    /// capacitance matrix `c`, F.
+    /// Potentials of all conductors, V, from those of the driven ones, V, and the charges of the floating
+    /// ones, C, with the capacitance matrix `c`, F.
     pub(crate) fn potentials(&self, c: &Mat<f64>, driven: &[f64], charges: &[f64]) -> Vec<f64> {
         let mut potentials = vec![0.0; c.nrows()];
         self.driven.iter().zip(driven).for_each(|(&i, v)| potentials[i] = *v);
@@ -117,21 +120,23 @@ impl Floating {
 
     /// The potential of every floating conductor with proved limits, from proved bounds on the matrix.
     ///
-    /// Let M be the middle of the bounds and G their gap, so that |z^T (C - M) w| <= sqrt(z^T G z w^T G w) / 2. The
-    /// potentials w by M miss those by C on conductor i by z^T (C - M) w with z = C_ff^-1 e_i. From G_ff <= g L_ff <= g C_ff
-    /// follows z^T G z <= g e_i^T C_ff^-1 e_i <= g (L_ff^-1)_ii.
+    /// Let M be the middle of the bounds and G their gap, so that |z^T (C - M) w| <= sqrt(z^T G z w^T G w) /
+    /// 2. The potentials w by M miss those by C on conductor i by z^T (C - M) w with z = C_ff^-1 e_i. From
+    /// G_ff <= g L_ff <= g C_ff follows z^T G z <= g e_i^T C_ff^-1 e_i <= g (L_ff^-1)_ii.
     pub(crate) fn proved(&self, bounds: &MatrixBounds) -> Vec<FloatingPotential> {
         let n = bounds.upper.nrows();
         let middle = Mat::from_fn(n, n, |i, j| 0.5 * (bounds.lower[(i, j)] + bounds.upper[(i, j)]));
         self.with_limits(bounds, &middle, 0.5)
     }
 
-    /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower matrix is an estimate; the
-    /// limits are then estimates too.
+    /// The potential of every floating conductor by the upper matrix, with limits around it, where the lower
+    /// matrix is an estimate; the limits are then estimates too.
     pub(crate) fn estimated(&self, bounds: &MatrixBounds) -> Vec<FloatingPotential> {
         self.with_limits(bounds, &bounds.upper, 1.0)
     }
 
+    /// The potential of every floating conductor by `matrix`, with limits at the distance `share` times
+    /// sqrt(z^T G z w^T G w): see [`Floating::proved`].
     fn with_limits(&self, bounds: &MatrixBounds, matrix: &Mat<f64>, share: f64) -> Vec<FloatingPotential> {
         if self.floating.is_empty() {
             return Vec::new();
@@ -145,8 +150,10 @@ impl Floating {
             let spread = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
             let spread = spread.map(|(i, j)| w[i] * gap[(i, j)] * w[j]).sum::<f64>().max(0.0);
             let bounded = |(k, &i): (usize, &usize)| {
-                let known = reach.as_ref().map(|r| share * (r[k] * spread).sqrt()).filter(|e| !e.is_nan());
-                let error = if w.iter().all(|v| *v == 0.0) { 0.0 } else { known.unwrap_or(f64::INFINITY) };
+                let known_error =
+                    reach.as_ref().map(|r| share * (r[k] * spread).sqrt()).filter(|e| !e.is_nan());
+                let error =
+                    if w.iter().all(|v| *v == 0.0) { 0.0 } else { known_error.unwrap_or(f64::INFINITY) };
                 Bounded { value: w[i], lower: w[i] - error, upper: w[i] + error }
             };
             self.floating.iter().enumerate().map(bounded).collect()
@@ -159,21 +166,23 @@ impl Floating {
             })
             .collect();
         let from_charges = state(&vec![0.0; self.driven.len()], &self.charges);
-        // By the maximum principle the potential of an uncharged conductor lies between the least and the greatest of the others.
-        let within = |b: &Bounded| Bounded {
+        // By the maximum principle the potential of an uncharged conductor lies between the least and the
+        // greatest of the others.
+        let clamped = |b: &Bounded| Bounded {
             value: b.value.clamp(0.0, 1.0),
             lower: b.lower.clamp(0.0, 1.0),
             upper: b.upper.clamp(0.0, 1.0),
         };
         let floating_potential = |(k, &conductor): (usize, &usize)| FloatingPotential {
             conductor,
-            per_driven: per_driven.iter().map(|bounded| within(&bounded[k])).collect(),
+            per_driven: per_driven.iter().map(|bounded| clamped(&bounded[k])).collect(),
             from_charges: from_charges[k],
         };
         self.floating.iter().enumerate().map(floating_potential).collect()
     }
 
-    /// g (L_ff^-1)_ii for each floating conductor, with the factor of L_ff and the gap G_ff.
+    /// g (L_ff^-1)_ii for each floating conductor, from the factor of L_ff and the gap G_ff; g is a bound on
+    /// the largest eigenvalue of L_ff^-1 G_ff.
     fn reach(&self, factor: &Llt, gap: &Mat<f64>) -> Vec<f64> {
         let n = gap.nrows();
         let mut half = gap.clone();
@@ -188,6 +197,7 @@ impl Floating {
     }
 }
 
+/// The entries of `c` in these rows and columns.
 fn block(c: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
     Mat::from_fn(rows.len(), columns.len(), |i, j| c[(rows[i], columns[j])])
 }
@@ -206,7 +216,8 @@ mod tests {
 
     #[test]
     fn a_floating_conductor_between_two_others_makes_two_capacitors_in_series() {
-        // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and 3/4.
+        // 2 and 6 from the outer ones to the middle one, nothing else: 12/8, and the middle one at 1/4 and
+        // 3/4.
         let c = matrix([[2.0, -2.0, 0.0], [-2.0, 8.0, -6.0], [0.0, -6.0, 6.0]]);
         let bounds = MatrixBounds { lower: c.clone(), upper: c };
         let reduced = three().reduced(&bounds);

@@ -3,13 +3,14 @@
 //! This crate solves Laplace's equation, div(eps grad u) = 0, around the conductors of a
 //! [`Scene`](elastocap_geometry::scene::Scene). There are three solvers:
 //!
-//! * [`solve()`], the **box solver**, takes scenes of axis-aligned boxes and sheets. It chooses a tensor-product grid that is graded
-//!   towards edges, with polynomials of high order, and uses the mirror symmetry of the scene.
+//! * [`solve()`], the **box solver**, takes scenes of axis-aligned boxes and sheets. It chooses a
+//!   tensor-product grid that is graded towards edges, with polynomials of high order, and uses the mirror
+//!   symmetry of the scene.
 //! * [`solve_extruded()`], the **solver for extruded scenes**, takes outlines that are pulled along one axis.
 //!   It combines a graded mesh of triangles in the plan with a graded line along the axis, both with
 //!   polynomials of high order.
-//! * [`solve_mesh()`], the **solver on tetrahedra**, takes a mesh of bodies of any shape and refines it adaptively. The potentials
-//!   are of order 1, 2 or 3.
+//! * [`solve_mesh()`], the **solver on tetrahedra**, takes a mesh of bodies of any shape and refines it
+//!   adaptively. The potentials are of order 1, 2 or 3.
 //!
 //! [`forecast()`], [`forecast_extruded()`] and [`forecast_mesh()`] estimate the memory and the time of a
 //! solve from small grids or meshes. [`Potentials`] solves on one mesh as it is, without a lower bound.
@@ -29,11 +30,13 @@
 //!
 //! # Units
 //!
-//! SI: lengths in m, capacitances in F, potentials in V, charges in C. Permittivities are relative, to [`VACUUM_PERMITTIVITY`].
+//! SI: lengths in m, capacitances in F, potentials in V, charges in C. Permittivities are relative, to
+//! [`VACUUM_PERMITTIVITY`].
 //!
 //! # Example
 //!
-//! A cube of side 1 m in the middle of a grounded cube of side 2 m has the capacitance 19.127134997 m times eps_0:
+//! A cube of side 1 m in the middle of a grounded cube of side 2 m has the capacitance 19.127134997 m times
+//! eps_0:
 //!
 //! ```
 //! use elastocap_electrostatics::{Settings, VACUUM_PERMITTIVITY, solve};
@@ -60,10 +63,10 @@
 //! # Current limits
 //!
 //! * Permittivities are isotropic and constant within a body.
-//! * The box solver takes neither rotated boxes nor other shapes. Its tensor-product grids refine whole slabs, so that scenes with
-//!   many distinct planes become expensive.
-//! * On tetrahedra, the bounds hold for the bodies as meshed, with flat faces; the faceting error of curved bodies is not in them.
-//!   The field is not sampled for export there ([`Solution::field`] is `None`).
+//! * The box solver takes neither rotated boxes nor other shapes. Its tensor-product grids refine whole
+//!   slabs, so that scenes with many distinct planes become expensive.
+//! * On tetrahedra, the bounds hold for the bodies as meshed, with flat faces; the faceting error of curved
+//!   bodies is not in them. The field is not sampled for export there ([`Solution::field`] is `None`).
 //! * Two conductors at different potentials must not touch.
 
 mod bounded;

@@ -15,11 +15,12 @@ use faer::Mat;
 pub(crate) struct Parity {
     /// Planes that are at zero potential, m.
     pub(crate) grounded: [Option<f64>; 3],
-    /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at zero in all of them.
+    /// For each conductor of the whole scene the right-hand side in which it has one volt; `None` if it is at
+    /// zero in all of them.
     pub(crate) side: Vec<Option<u32>>,
     /// The projection of the potentials of all conductors (columns) onto the right-hand sides (rows).
     projection: Mat<f64>,
-    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    /// Whether the only right-hand side of this parity is one potential everywhere, which has no field.
     constant: bool,
 }
 
@@ -86,7 +87,7 @@ impl Parity {
         (0..1_usize << exchanging.len()).map(parity).filter(|parity| parity.sides() > 0).collect()
     }
 
-    /// Whether its only right-hand side is one potential everywhere, which has no field.
+    /// Whether the only right-hand side of this parity is one potential everywhere, which has no field.
     pub(crate) fn is_constant(&self) -> bool {
         self.constant
     }

@@ -1,8 +1,9 @@
 //! Potentials split into those that are even and those that are odd about mirror planes.
 
-/// The unit potential of a conductor, added up over its images in `planes` mirror planes: times one for every plane about which
-/// potentials are even, minus one for every plane about which they are odd, whose bits are set in `odd`. Divided by the number of
-/// images, which is `1 << planes`, this is the part of the unit potential with that parity.
+/// The unit potential of a conductor, added up over its images in `planes` mirror planes. An image counts
+/// with the factor minus one for every plane, among those it is mirrored in, about which potentials are odd;
+/// the bits of these planes are set in `odd`. Divided by the number of images, which is `1 << planes`, this
+/// is the part of the unit potential with that parity.
 ///
 /// `image` says for a conductor and the number of a plane which of all `conductors` is its mirror image.
 pub(crate) fn projected(
@@ -14,12 +15,12 @@ pub(crate) fn projected(
 ) -> Vec<f64> {
     let mut potential = vec![0.0; conductors];
     for reflections in 0..1_usize << planes {
-        let (mut at, mut sign) = (conductor, 1.0);
+        let (mut mirrored, mut sign) = (conductor, 1.0);
         for plane in (0..planes).filter(|plane| reflections >> plane & 1 == 1) {
-            at = image(at, plane);
+            mirrored = image(mirrored, plane);
             sign *= if odd >> plane & 1 == 1 { -1.0 } else { 1.0 };
         }
-        potential[at] += sign;
+        potential[mirrored] += sign;
     }
     potential
 }

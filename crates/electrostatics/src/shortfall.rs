@@ -77,7 +77,7 @@ pub enum Shortfall {
     /// The error lies where there is no mesh to refine.
     #[error("the remaining error lies in open space beyond the mesh, which ends too near the conductors")]
     OpenSpace,
-    /// The field on a finer mesh cannot be solved.
+    /// The field on a finer mesh cannot be solved for.
     #[error("a finer mesh cannot be solved: {0}")]
     FinerMesh(Box<SolveError>),
     /// The bounds of a capacitance include zero.
@@ -86,7 +86,7 @@ pub enum Shortfall {
          mesh gives zero a relative accuracy"
     )]
     MayBeZero {
-        /// Upper bound on the share.
+        /// An upper bound on that share.
         share: f64,
     },
 }

@@ -12,22 +12,25 @@ use std::sync::atomic::AtomicBool;
 /// on tetrahedra are [`crate::TetrahedraSettings`].
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error estimate.
+    /// Largest relative spread (upper - lower) / value of the target; without bounds, largest relative error
+    /// estimate.
     pub relative_tolerance: f64,
-    /// The scale, F, that the spread is compared with where the value is smaller: an absolute tolerance over the relative one. Zero without an
-    /// absolute tolerance; then a capacitance that is zero never meets its tolerance.
+    /// The scale, F, that the spread is compared with where the value is smaller: an absolute tolerance over
+    /// the relative one. Zero without an absolute tolerance; then a capacitance that is zero never meets its
+    /// tolerance.
     pub least_scale: f64,
     /// Factor on the tolerance, at least one: the search for one grid of boxes aims at the tolerance, and
     /// accepts an error that is larger by this factor.
     pub accepted: f64,
     /// The quantity that the tolerance applies to.
     pub target: Target,
-    /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty Maxwell matrix and without a field,
-    /// where opposite potentials alone are enough for it.
+    /// Whether nothing but the target is wanted. A two-terminal capacitance may then come with an empty
+    /// Maxwell matrix and without a field, where opposite potentials alone are enough for it.
     pub target_alone: bool,
     /// Whether the dual problem is solved for a proved lower bound.
     pub bounds: bool,
-    /// Whether mirror planes and half turns are used to solve only a half, a quarter or an eighth of the scene.
+    /// Whether mirror planes and half turns are used to solve only a half, a quarter or an eighth of the
+    /// scene.
     pub symmetry: bool,
     /// A fixed grid; `None` lets the solver choose.
     pub resolution: Option<ResolutionLevel>,
@@ -35,12 +38,13 @@ pub struct Settings {
     pub field: bool,
     /// Where the scene is loaded, [x1, x3] in m: the section of the field goes through that place.
     pub loaded_at: Option<[f64; 2]>,
-    /// The findings of a solve of nearly the same scene to another tolerance, for the first guess of how fine a grid must be.
+    /// The findings of a solve of nearly the same scene to another tolerance, for the first guess of how fine
+    /// a grid must be.
     pub foresight: Option<Foresight>,
     /// Largest memory the solve may take, bytes.
     pub memory_limit: u64,
-    /// Set from outside to stop at the next opportunity, with the best bounds by then, or with [`crate::SolveError::Cancelled`] if
-    /// there are none.
+    /// Set from outside to stop at the next opportunity, with the best bounds by then, or with
+    /// [`crate::SolveError::Cancelled`] if there are none.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
@@ -59,15 +63,15 @@ pub struct Forecast {
     pub mirrored: [bool; 3],
     /// Whether a half turn about x2 leaves half of the scene, where no mirror plane across x1 or x3 does.
     pub turned: bool,
-    /// Independent right-hand sides.
+    /// Number of independent right-hand sides.
     pub right_hand_sides: usize,
     /// Whether the forecast is rough, without any solve, because that alone would take long.
     pub is_rough: bool,
 }
 
 impl Settings {
-    /// The largest spread (upper - lower) / value that meets the tolerance. Without bounds the tolerance is that of the error
-    /// estimate, which is half the spread.
+    /// The largest spread (upper - lower) / value that meets the tolerance. Without bounds the tolerance is
+    /// that of the error estimate, which is half the spread.
     pub fn allowed_spread(&self) -> f64 {
         if self.bounds { self.relative_tolerance } else { 2.0 * self.relative_tolerance }
     }
@@ -117,7 +121,7 @@ pub struct ResolutionLevel {
 pub enum Discretisation {
     /// A graded grid of the box solver: its largest order and number of layers.
     Grid(ResolutionLevel),
-    /// Tetrahedra.
+    /// A mesh of tetrahedra.
     Tetrahedra {
         /// Order of the potentials.
         order: usize,
@@ -174,7 +178,7 @@ pub enum CellBody {
     Conductor(usize),
 }
 
-/// The potential on the grid, for export.
+/// The potential and the field on a grid, for export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Node coordinates per axis, m, of the cells of the field's grid.
@@ -183,8 +187,9 @@ pub struct Field {
     pub points: Option<Vec<[f64; 3]>>,
     /// V at the nodes `[i][j][k]`, conductors at the potentials `potentials`.
     pub potential: Vec<f64>,
-    /// V/m at the nodes `[i][j][k]`, from the gradient of the solution itself. The component along an axis may jump from the cells
-    /// below a node along that axis to those above it: the first has each component below, the second above.
+    /// V/m at the nodes `[i][j][k]`, from the gradient of the solution itself. The component along an axis
+    /// may jump from the cells below a node along that axis to those above it: the first has each component
+    /// below, the second above.
     pub electric_field: Vec<[[f64; 3]; 2]>,
     /// Relative permittivity of the cells.
     pub relative_permittivity: Vec<f64>,
@@ -192,7 +197,8 @@ pub struct Field {
     pub body: Vec<CellBody>,
     /// V of each conductor in the state shown.
     pub potentials: Vec<f64>,
-    /// The field in sections; a section itself has none, and the whole has as many as [`SectionPlane::of_scene`] gives.
+    /// The field in sections; a section itself has none, and the whole has as many as
+    /// [`SectionPlane::of_scene`] gives.
     pub sections: Vec<FieldSection>,
 }
 
@@ -205,32 +211,35 @@ pub struct FieldSection {
     pub field: Field,
 }
 
-/// The potential of a floating conductor. It is linear in the potentials of the driven conductors: the sum over them of
-/// `per_driven` times the driven potential, plus `from_charges`.
+/// The potential of a floating conductor. It is linear in the potentials of the driven conductors: the sum
+/// over them of `per_driven` times the driven potential, plus `from_charges`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingPotential {
     /// Its index among the scene's conductors.
     pub conductor: usize,
-    /// For each driven conductor, in the order of the scene: this conductor's potential, V/V, with 1 V on the driven one, 0 V on
-    /// the others and no charge on any floating conductor.
+    /// For each driven conductor, in the order of the scene: this conductor's potential, V/V, with 1 V on the
+    /// driven one, 0 V on the others and no charge on any floating conductor.
     pub per_driven: Vec<Bounded>,
-    /// Its potential, V, with the given charges on the floating conductors and 0 V on all driven ones. The limits are infinite
-    /// where the bounds of the matrix are too wide to prove any.
+    /// Its potential, V, with the given charges on the floating conductors and 0 V on all driven ones. The
+    /// limits are infinite where the bounds of the matrix are too wide to prove any.
     pub from_charges: Bounded,
 }
 
-/// The result of [`crate::solve()`].
+/// The capacitances that one of the solvers found, with their bounds, and how the solve went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The floating conductors are
-    /// uncharged and have been eliminated; grounded ones are at zero. Empty where [`Settings::target_alone`] let it be left out.
+    /// Maxwell capacitance matrix of the driven conductors, F, in the order of the scene: Q = C V. The
+    /// floating conductors are uncharged and have been eliminated; grounded ones are at zero. Empty where
+    /// [`Settings::target_alone`] let it be left out.
     pub maxwell: Vec<Vec<Bounded>>,
-    /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or infinity (one), F;
-    /// `None` for more than two of them, or for one conductor between insulated walls only, which can hold no charge.
+    /// Charge over voltage with equal and opposite charges (two driven conductors), or against ground or
+    /// infinity (one), F; `None` for more than two of them, or for one conductor between insulated walls
+    /// only, which can hold no charge.
     pub two_terminal: Option<Bounded>,
     /// The capacitance that [`Settings::target`] names, F; `None` where that is the whole matrix.
     pub measured: Option<Bounded>,
-    /// Potentials of the floating conductors, in the order of the scene. Their limits are proved where the matrix's are.
+    /// Potentials of the floating conductors, in the order of the scene. Their limits are proved where the
+    /// matrix's are.
     pub floating: Vec<FloatingPotential>,
     /// Whether the tolerance was reached.
     pub reached: bool,
@@ -240,14 +249,14 @@ pub struct Solution {
     pub unknowns: usize,
     /// Iterations of all solves on the final grid.
     pub iterations: usize,
-    /// Grids solved on, the final one included.
+    /// Number of grids or meshes solved on, the final one included.
     pub grids: usize,
     /// Mirror planes used, by axis.
     pub mirrored: [bool; 3],
     /// The last grid or mesh.
     pub resolution: Discretisation,
-    /// Share of the lower bound's energy by which the repair of the flux lowers the bound: the linear solver leaves a small
-    /// divergence, which a second flux cancels.
+    /// Share of the lower bound's energy by which the repair of the flux lowers the bound: the linear solver
+    /// leaves a small divergence, which a second flux cancels.
     pub repair_share: f64,
     /// Wall-clock time of the phases.
     pub seconds: PhaseSeconds,
@@ -258,6 +267,7 @@ pub struct Solution {
     /// so that the differences of these sums are those of the capacitances. See
     /// [`solve_superposed`](crate::solve_superposed).
     pub with_error_of_base: Option<Bounded>,
-    /// The findings that a solve to another tolerance may begin with, where there are bounds on a grid of boxes.
+    /// The findings that a solve to another tolerance may begin with, where there are bounds on a grid of
+    /// boxes.
     pub foresight: Option<Foresight>,
 }

@@ -4,30 +4,37 @@ use crate::bounded::Bounded;
 use crate::matrix::MatrixBounds;
 use serde::Serialize;
 
-/// The quantity that the tolerance applies to. Rows are those of the Maxwell matrix, which are the driven conductors in their order; a
-/// target with a row that does not exist, or with the same one twice, counts as [`Target::Matrix`].
+/// The quantity that the tolerance applies to. Rows are those of the Maxwell matrix, which are the driven
+/// conductors in their order; a target with a row that does not exist, or with the same one twice, counts as
+/// [`Target::Matrix`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Target {
-    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net charge the field
-    /// decays quickly, and the grid need not reach far into open space. The Maxwell matrix is reported too, with the bounds that
-    /// this grid gives.
+    /// The two-terminal capacitance where there is one (else the matrix): a sensor's signal. Without a net
+    /// charge the field decays quickly, and the grid need not reach far into open space. The Maxwell matrix
+    /// is reported too, with the bounds that this grid gives.
     TwoTerminal,
-    /// The two-terminal capacitance of these two of several driven conductors, with all others at potential zero.
+    /// The two-terminal capacitance of these two of several driven conductors, with all others at potential
+    /// zero.
     Pair([usize; 2]),
     /// The mutual capacitance of two driven conductors: minus their entry of the Maxwell matrix.
     Mutual([usize; 2]),
-    /// The capacitance of one driven conductor with all others at potential zero: its diagonal entry of the Maxwell matrix.
+    /// The capacitance of one driven conductor with all others at potential zero: its diagonal entry of the
+    /// Maxwell matrix.
     Own(usize),
-    /// The charge of the first of two driven conductors over its voltage, where the second, a driven guard, has the same voltage and all
-    /// others are at potential zero: the sum of two entries of the Maxwell matrix in one row.
+    /// The charge of the first of two driven conductors over its voltage, where the second, a driven guard,
+    /// has the same voltage and all others are at potential zero: the sum of two entries of the Maxwell
+    /// matrix in one row.
     Guarded([usize; 2]),
-    /// Every entry of the Maxwell matrix of the driven conductors as well. The error of an off-diagonal entry is relative to the
-    /// entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal entries where the entry is smaller.
+    /// Every entry of the Maxwell matrix of the driven conductors, and the two-terminal capacitance where
+    /// there is one. The error of an off-diagonal entry
+    /// is relative to the entry, or to [`SHARE_OF_DIAGONAL`] of the geometric mean of its two diagonal
+    /// entries where the entry is smaller.
     Matrix,
 }
 
-/// See [`Target::Matrix`]: a coupling that is a thousandth of the diagonal would need a field a thousand times better to be
-/// known to the same relative error as the diagonal.
+/// The share of the geometric mean of two diagonal entries that the error of the entry between them is at
+/// least relative to; see [`Target::Matrix`]. A coupling that is a thousandth of the diagonal would need a
+/// field a thousand times better to be known to the same relative error as the diagonal.
 pub const SHARE_OF_DIAGONAL: f64 = 0.1;
 
 impl Target {
@@ -74,9 +81,9 @@ impl Target {
             Self::Mutual([i, j]) => (i != j && i.max(j) < driven).then(|| bounds.entries()[i][j].negative()),
             Self::Own(i) => (i < driven).then(|| bounds.entries()[i][i]),
             Self::Guarded([i, _]) => {
-                let found = self.within(bounds)?;
+                let guarded = self.within(bounds)?;
                 // The charge has the sign of the voltage, and a guard takes a part of it away.
-                Some(found.narrowed(0.0, bounds.upper[(i, i)]))
+                Some(guarded.narrowed(0.0, bounds.upper[(i, i)]))
             }
             Self::Matrix => None,
         }
@@ -91,8 +98,8 @@ impl Target {
         }
     }
 
-    /// Bounds on the target, from those on a form that need not be a Maxwell matrix; `None` where the target
-    /// is not linear.
+    /// Bounds on the target by polarisation alone, from those on a form that need not obey the sign rules of
+    /// a Maxwell matrix; `None` where the target is not linear.
     pub(crate) fn within(self, bounds: &MatrixBounds) -> Option<Bounded> {
         let (i, j, sign) = match self {
             _ if !self.is_linear(bounds.upper.nrows()) => return None,

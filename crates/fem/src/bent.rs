@@ -19,6 +19,9 @@ pub enum Curve {
 
 /// A triangle with one curved side: a map of the straight triangle that moves this side onto the curve, and
 /// the other points the less the farther they are from it.
+///
+/// A point of the straight triangle is named by its *shares* of the second and the third corner, which are
+/// its barycentric coordinates for these corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bent {
     /// The ends of the curve, then the third corner.
@@ -43,7 +46,8 @@ impl Bent {
         let bow = match self.curve {
             Curve::Arc { center } => {
                 let [from, to] = [p, q].map(|x| [x[0] - center[0], x[1] - center[1]]);
-                // Divided by the distance from the nearer end, which may be zero, in closed form.
+                // The quotient by the share of the arc from the nearer end, which may be zero, in closed
+                // form.
                 match t.value <= 0.5 {
                     true => bow_of_arc(from, turn(from, to), t),
                     false => bow_of_arc(to, turn(to, from), Jet::constant(1.0).minus(t)),
@@ -74,7 +78,8 @@ impl Bent {
         [(w[0] * v[1] - w[1] * v[0]) / determinant, (u[0] * w[1] - u[1] * w[0]) / determinant]
     }
 
-    /// How evenly the map stretches areas in a part of the triangle that is given by the shares of its corners.
+    /// How evenly the map stretches areas in a part of the triangle that is given by the shares of its
+    /// corners.
     pub fn stretch(&self, part: [[f64; 2]; 3]) -> Stretch {
         let even = evenness(grid().map(|at| self.determinant(place(part, at))));
         if even > EVEN_ENOUGH {
@@ -117,7 +122,7 @@ impl Bent {
 /// How evenly the map of a bent triangle stretches areas in a part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stretch {
-    /// The least factor over the greatest one; negative if the map folds.
+    /// The least stretch over the greatest one; negative if the map folds.
     Even(f64),
     /// The stretch is nearly zero at one corner and grows in proportion to the distance from it.
     Needle(Needle),
@@ -144,18 +149,20 @@ impl Stretch {
     }
 }
 
-/// Points all over the reference triangle.
+/// The points of a regular lattice on the reference triangle.
 fn grid() -> impl Iterator<Item = [f64; 2]> {
     const STEPS: usize = 4;
     (0..=STEPS).flat_map(|i| (0..=STEPS - i).map(move |j| [i, j].map(|k| k as f64 / STEPS as f64)))
 }
 
-/// The shares of a point of a part.
+/// The shares of a point in the whole triangle, from its shares `x` and `y` in a part whose corners have the
+/// shares `p`, `q` and `r`.
 fn place([p, q, r]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| p[k] + x * (q[k] - p[k]) + y * (r[k] - p[k]))
 }
 
-/// The ratio of the number of least magnitude to the one of greatest magnitude; negative if signs differ.
+/// The ratio of the least to the greatest number, or of the greatest to the least where that is smaller in
+/// magnitude; negative if signs differ.
 fn evenness(numbers: impl Iterator<Item = f64>) -> f64 {
     let (least, most) =
         numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)));
@@ -177,7 +184,8 @@ fn bow_of_arc(from: [f64; 2], turn: f64, t: Jet) -> [Jet; 2] {
     [im.scaled(-from[0]).minus(re.scaled(from[1])), re.scaled(from[0]).minus(im.scaled(from[1]))]
 }
 
-/// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is small.
+/// (exp(i x) - 1) / (i x), real and imaginary part: sin x / x and (1 - cos x) / x, by their series where x is
+/// small.
 fn mean_turn(x: Jet) -> [Jet; 2] {
     if x.value.abs() > 0.25 {
         let [cosine, sine] = x.cosine_and_sine();
@@ -194,13 +202,15 @@ fn mean_turn(x: Jet) -> [Jet; 2] {
     [sums[0], x.times(sums[1]).scaled(0.5)]
 }
 
-/// A part of a triangle that is stretched more evenly than this is not a needle.
+/// A part of a triangle that is stretched more evenly than this is not a needle. It is not tuned.
 const EVEN_ENOUGH: f64 = 0.4;
 
-/// Shares that differ by less are the same.
+/// Shares that differ by less are the same. Not tuned: it only has to lie above rounding errors and below
+/// distances that matter.
 const SAME: f64 = 1e-12;
 
-/// Triangles that are less even are refused, since no rule of a reasonable size integrates over them ([`Stretch::evenness`]).
+/// Triangles that are less even are refused, since no rule of a reasonable size integrates over them
+/// ([`Stretch::evenness`]).
 pub const LEAST_EVENNESS: f64 = 0.1;
 
 /// The shares of the corners of the whole triangle.

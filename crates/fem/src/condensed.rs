@@ -1,14 +1,15 @@
 //! Fast products with the dual operator of a line, by static condensation to the fluxes between pieces of the
 //! line.
 //!
-//! T = D M^-1 D^T is dense, but pieces of a line are coupled only through the flux at the nodes between them. With the flux functions of
-//! these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece. With A = L L^T, R = L^-1 D_A^T and X = L^-1 C^T, block
-//! elimination gives
+//! T = D M^-1 D^T is dense, but pieces of a line are coupled only through the flux at the nodes between them.
+//! With the flux functions of these nodes last, M = [[A, C^T], [C, E]], where A has a block for each piece.
+//! With A = L L^T, R = L^-1 D_A^T and X = L^-1 C^T, block elimination gives
 //!
 //! T = R^T R + V S^-1 V^T,    S = E - X^T X,    V = D_E - R^T X.
 //!
-//! The first part has a block for each piece, a column of V reaches the two pieces on either side of its node, and S has one row for each
-//! such node. On lines of up to a few hundred modes a product with T takes some twenty multiplications for each of them.
+//! The first part has a block for each piece, a column of V reaches the two pieces on either side of its
+//! node, and S has one row for each such node. On lines of up to a few hundred modes a product with T takes
+//! some twenty multiplications for each of them.
 
 use crate::mixed::{IllConditioned, MixedSegment};
 use crate::tensor::{Dense, Left, Right, Target, left, multiply, right, sized, target};
@@ -18,10 +19,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// The least number of potential modes in a piece of a line. Products with matrices of this size take little
-/// longer than reading the vectors from memory.
+/// longer than reading the vectors from memory. Tuned: `cargo bench --bench solver`.
 const MODES: usize = 12;
 
-/// T of a line between two obstacles.
+/// The operator T of a line between two obstacles, in the parts that products with it take.
 #[derive(Debug, Clone)]
 pub struct Condensed {
     pieces: Vec<Piece>,
@@ -32,6 +33,7 @@ pub struct Condensed {
 /// A piece of a line.
 #[derive(Debug, Clone)]
 struct Piece {
+    /// The potential modes of this piece.
     modes: Range<usize>,
     /// The numbers of the nodes between pieces that are at the ends of this one.
     nodes: Range<usize>,
@@ -75,18 +77,18 @@ impl Condensed {
                 Mat::from_fn(n, nodes.len(), |i, j| divergence[(cuts[nodes.start + j][1], modes.start + i)]);
             let mut diagonal = Mat::zeros(n, n);
             if !functions.is_empty() {
-                let within =
+                let inner_mass =
                     mass.submatrix(functions.start, functions.start, functions.len(), functions.len());
-                let factor = Llt::new(within).map_err(|_| IllConditioned)?;
+                let factor = Llt::new(inner_mass).map_err(|_| IllConditioned)?;
                 let (mut root, mut across) = (inner.to_owned(), across);
                 dense::solve_lower_triangular(factor.lower(), root.as_mut());
                 dense::solve_lower_triangular(factor.lower(), across.as_mut());
                 diagonal = dense::product(root.transpose(), root.as_ref());
                 through -= dense::product(root.transpose(), across.as_ref());
-                let less = dense::product(across.transpose(), across.as_ref());
+                let correction = dense::product(across.transpose(), across.as_ref());
                 for (i, row) in nodes.clone().enumerate() {
                     for (j, column) in nodes.clone().enumerate() {
-                        schur[(row, column)] -= less[(i, j)];
+                        schur[(row, column)] -= correction[(i, j)];
                     }
                 }
             }
@@ -114,7 +116,8 @@ impl Condensed {
         self.coupling.rows
     }
 
-    /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of `work`.
+    /// S^-1 V^T x for the columns of `x`, one row for each node between pieces, into the first entries of
+    /// `work`.
     pub fn between<'w>(&self, x: Right<'_, f64>, work: &'w mut Vec<f64>) -> &'w [f64] {
         let width = x.cols;
         let [out, traces] = halves(work, self.nodes() * width);
@@ -137,18 +140,19 @@ impl Condensed {
         out
     }
 
-    /// `out += T x` for the rows `some` of T, which are those of `out`; `between` is the result of [`Condensed::between`] for `x`.
-    pub fn add_rows(&self, some: Range<usize>, x: Right<'_, f64>, between: &[f64], out: Target<'_, f64>) {
+    /// `out += T x` for the rows `wanted` of T, which are those of `out`; `between` is the result of
+    /// [`Condensed::between`] for `x`.
+    pub fn add_rows(&self, wanted: Range<usize>, x: Right<'_, f64>, between: &[f64], out: Target<'_, f64>) {
         let Target { data, stride } = out;
         for Piece { modes, nodes, diagonal, through, .. } in &self.pieces {
-            let rows = some.start.max(modes.start)..some.end.min(modes.end);
+            let rows = wanted.start.max(modes.start)..wanted.end.min(modes.end);
             if rows.is_empty() {
                 continue;
             }
-            let within = rows.start - modes.start..rows.end - modes.start;
+            let piece_rows = rows.start - modes.start..rows.end - modes.start;
             let mut add = |matrix: &Dense<f64>, from: Right<'_, f64>| {
-                let to = target(data, (rows.start - some.start) * stride, stride);
-                multiply(matrix.left_rows(within.clone()), from, to, true);
+                let to = target(data, (rows.start - wanted.start) * stride, stride);
+                multiply(matrix.left_rows(piece_rows.clone()), from, to, true);
             };
             add(diagonal, right(x.data, modes.start * x.stride, x.cols, x.stride));
             if !nodes.is_empty() {
@@ -189,16 +193,16 @@ impl Condensed {
 }
 
 impl MixedSegment {
-    /// T = R^T R.
+    /// The operator T = R^T R of this segment.
     ///
     /// # Errors
-    /// As for [`Condensed::new`].
+    /// Those of [`Condensed::new`].
     pub fn operator(&self) -> Result<Condensed, IllConditioned> {
         Condensed::new(self.mass.as_ref(), self.divergence.as_ref(), &self.nodes)
     }
 }
 
-/// Two arrays of this length in `work`, the second one filled with zeros.
+/// Two arrays of `len` entries in `work`, the second one filled with zeros.
 fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
     if work.len() < 2 * len {
         sized(work, 2 * len);
@@ -208,7 +212,8 @@ fn halves(work: &mut Vec<f64>, len: usize) -> [&mut [f64]; 2] {
     [first, second]
 }
 
-/// The nodes at which a line of `modes` modes is cut, so that each piece has at least [`MODES`] modes.
+/// The pairs of `nodes`, as [`Condensed::new`] takes them, at which a line of `modes` modes is cut, so that
+/// each piece has at least [`MODES`] modes.
 fn cuts(nodes: &[[usize; 2]], modes: usize) -> Vec<[usize; 2]> {
     let mut out: Vec<[usize; 2]> = Vec::new();
     for &[mode, function] in nodes {
@@ -226,7 +231,8 @@ mod tests {
     use crate::line::{Line, LineEnd};
     use crate::mixed::{FluxEnd, mixed_segment};
 
-    /// Strongly graded, with elements of degree 1 side by side, and long enough for several pieces, one of which is a single element.
+    /// Strongly graded, with elements of degree 1 side by side, and long enough for several pieces, one of
+    /// which is a single element.
     fn long() -> MixedSegment {
         let degrees = vec![1, 1, 2, 3, 4, 6, 13, 8, 5, 3, 2, 1, 1, 1, 2, 4, 7, 9, 3, 1];
         let widths = (0..degrees.len()).map(|e| 10.0_f64.powi(-((e % 5) as i32)));

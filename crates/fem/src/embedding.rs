@@ -6,7 +6,8 @@ use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
 use std::ops::Range;
 
-/// Coordinates that differ by less than this share of an element are the same.
+/// Coordinates that differ by less than this share of an element are the same. Not tuned: it only has to lie
+/// above rounding errors and below distances that matter.
 const ALIKE: f64 = 1e-9;
 
 /// The matrix that expresses the functions of `coarse` (columns) in those of `fine` (rows), both in the order
@@ -48,19 +49,20 @@ pub fn embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
 
 /// The matrix that interpolates the functions of a line `from` (columns) by those of a line `to` (rows) on a
 /// run of its finite elements; other rows are zero. The interpolant has the same values at the nodes, and
-/// within each element the nearest slopes. `common` is a refinement of both lines; `None` if it is not.
+/// within each element the slopes that are nearest in the mean square. `common` is a refinement of both
+/// lines; `None` if it is not.
 pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usize>) -> Option<Mat<f64>> {
     let (rows, refined) = (Numbering::new(to), Numbering::new(common));
-    let (known, wanted) = (embedding(from, common)?, embedding(to, common)?);
-    let mut out = Mat::zeros(rows.len, known.ncols());
+    let (from_in_common, to_in_common) = (embedding(from, common)?, embedding(to, common)?);
+    let mut out = Mat::zeros(rows.len, from_in_common.ncols());
     let (first, first_common) = (to.first_finite(), common.first_finite());
     let node = |at: f64| common.nodes.iter().position(|x| *x == at);
     for e in elements {
         let Element::Finite { start, length } = to.element(e) else { return None };
         let ends = [node(start)?, node(to.nodes[e - first + 1])?];
         for (k, at) in ends.iter().enumerate() {
-            for column in 0..known.ncols() {
-                out[(rows.vertex[e - first + k], column)] = known[(refined.vertex[*at], column)];
+            for column in 0..from_in_common.ncols() {
+                out[(rows.vertex[e - first + k], column)] = from_in_common[(refined.vertex[*at], column)];
             }
         }
         for bubble in rows.bubble[e]..rows.bubble[e] + to.degree(e) - 1 {
@@ -73,11 +75,11 @@ pub fn interpolation(from: &Line, to: &Line, common: &Line, elements: Range<usiz
                 // The stiffness of the inner functions of an element is the identity times 2 over its length.
                 let weight = length / part;
                 let rise = |m: &Mat<f64>, c: usize| m[(above, c)] - m[(below, c)];
-                let bend = local.iter().skip(2).flatten();
-                let inner: Vec<usize> = bend.copied().collect();
-                for column in 0..known.ncols() {
-                    let straight = 0.5 * rise(&wanted, bubble) * rise(&known, column);
-                    let bent: f64 = inner.iter().map(|r| wanted[(*r, bubble)] * known[(*r, column)]).sum();
+                let inner: Vec<usize> = local.iter().skip(2).flatten().copied().collect();
+                for column in 0..from_in_common.ncols() {
+                    let straight = 0.5 * rise(&to_in_common, bubble) * rise(&from_in_common, column);
+                    let bent: f64 =
+                        inner.iter().map(|r| to_in_common[(*r, bubble)] * from_in_common[(*r, column)]).sum();
                     out[(bubble, column)] += weight * (straight + bent);
                 }
             }
@@ -117,7 +119,8 @@ pub fn mode_embedding(coarse: &Line, fine: &Line) -> Option<Mat<f64>> {
     Some(out)
 }
 
-/// The coordinates of the ends of an element in another, from -1 to 1; `None` if it is not inside the other.
+/// The coordinates of the ends of the element `inner` in the element `outer`, from -1 to 1; `None` if it is
+/// not inside `outer`.
 fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
     match (outer, inner) {
         (Element::Finite { start, length }, Element::Finite { start: inner, length: short }) => {
@@ -125,9 +128,9 @@ fn within(outer: Element, inner: Element) -> Option<[f64; 2]> {
             (ends[0] > -1.0 - ALIKE && ends[1] < 1.0 + ALIKE).then_some(ends)
         }
         (Element::Infinite { pole, reach }, Element::Infinite { pole: inner_pole, reach: inner_reach }) => {
-            let near = ALIKE * reach.abs();
-            let same = (inner_reach - reach).abs() <= near && (inner_pole - pole).abs() <= near;
-            same.then_some([-1.0, 1.0])
+            let tolerance = ALIKE * reach.abs();
+            let is_same = (inner_reach - reach).abs() <= tolerance && (inner_pole - pole).abs() <= tolerance;
+            is_same.then_some([-1.0, 1.0])
         }
         _ => None,
     }

@@ -3,11 +3,14 @@
 /// A value with its gradient in the reference triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Jet {
+    /// The value.
     pub(crate) value: f64,
+    /// The derivatives along the two axes of the reference triangle.
     pub(crate) slope: [f64; 2],
 }
 
 impl Jet {
+    /// A constant, whose gradient is zero.
     pub(crate) const fn constant(value: f64) -> Self {
         Self { value, slope: [0.0; 2] }
     }
@@ -29,6 +32,7 @@ impl Jet {
         self.plus(other.scaled(-1.0))
     }
 
+    /// The quotient of this value and another one.
     pub(crate) fn over(self, other: Self) -> Self {
         let value = self.value / other.value;
         Self { value, slope: [0, 1].map(|k| (self.slope[k] - value * other.slope[k]) / other.value) }
@@ -44,7 +48,7 @@ impl Jet {
     }
 }
 
-/// The barycentric coordinates at a point.
+/// The barycentric coordinates at a point of the reference triangle, with their gradients.
 pub(crate) fn barycentric([x, y]: [f64; 2]) -> [Jet; 3] {
     [
         Jet { value: 1.0 - x - y, slope: [-1.0, -1.0] },

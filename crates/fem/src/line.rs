@@ -1,12 +1,12 @@
 //! One axis of a tensor-product grid: its elements, their degrees, and the 1D matrices on it.
 //!
-//! Each line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The *mixed*
-//! pair, the same continuous functions for one component of the flux and their derivatives for a discontinuous
-//! potential, holds the Raviart-Thomas fluxes of Thomson's principle; see [`crate::mixed`].
+//! Each line carries two spaces. The *primal* one, continuous piecewise polynomials, holds potentials. The
+//! *mixed* pair, the same continuous functions for one component of the flux and their derivatives for a
+//! discontinuous potential, holds the Raviart-Thomas fluxes of Thomson's principle; see [`crate::mixed`].
 //!
-//! A line may run to infinity. The last element is then mapped by x = pole + reach / xi, 0 < xi <= 1, and carries
-//! polynomials in xi that vanish at xi = 0: all integrals stay finite, the functions are admissible in both variational
-//! principles on the whole space, and no truncation enters.
+//! A line may run to infinity. The last element is then mapped by x = pole + reach / xi, 0 < xi <= 1, and
+//! carries polynomials in xi that vanish at xi = 0: all integrals stay finite, the functions are admissible
+//! in both variational principles on the whole space, and no truncation enters.
 
 use crate::quadrature::{gauss_legendre, legendre};
 use faer::Mat;
@@ -14,9 +14,10 @@ use faer::Mat;
 /// The kind of an end of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineEnd {
-    /// At its outermost node.
+    /// The line ends at its outermost node.
     Finite,
-    /// At infinity, by one more element of the given degree, mapped about `pole` (inside the line).
+    /// The line reaches infinity, by one more element of the given degree, mapped about `pole` (inside the
+    /// line).
     Infinite {
         /// Degree of the mapped element, at least 1.
         degree: usize,
@@ -25,14 +26,15 @@ pub enum LineEnd {
     },
 }
 
-/// Elements of one axis, in ascending order; an infinite element, where there is one, counts as first or last.
+/// Elements of one axis, in ascending order; an infinite element, where there is one, counts as first or
+/// last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Finite nodes, strictly ascending, m.
     pub nodes: Vec<f64>,
     /// Polynomial degree of each finite element, at least 1; one fewer than nodes.
     pub degrees: Vec<usize>,
-    /// Lower and upper end.
+    /// The lower and the upper end.
     pub ends: [LineEnd; 2],
 }
 
@@ -69,16 +71,16 @@ impl Line {
     /// Polynomial degree of element `e`.
     pub fn degree(&self, e: usize) -> usize {
         let first = self.first_finite();
-        let at = |end: usize| match self.ends[end] {
+        let end_degree = |end: usize| match self.ends[end] {
             LineEnd::Infinite { degree, .. } => degree,
             LineEnd::Finite => 1,
         };
         if e < first {
-            at(0)
+            end_degree(0)
         } else if e - first < self.degrees.len() {
             self.degrees[e - first]
         } else {
-            at(1)
+            end_degree(1)
         }
     }
 
@@ -143,8 +145,8 @@ pub fn element_matrices(element: Element, p: usize) -> (Mat<f64>, Mat<f64>) {
     (mass, stiffness)
 }
 
-/// Numbering of the continuous functions of a line, in ascending order along it: vertex, bubbles of the element
-/// above it, next vertex, ... A vertex at infinity has none.
+/// Numbering of the continuous functions of a line, in ascending order along it: vertex, bubbles of the
+/// element above it, next vertex, and so on. A vertex at infinity has no function.
 #[derive(Debug, Clone)]
 pub struct Numbering {
     /// Index of the function of each finite node.
@@ -174,7 +176,8 @@ impl Numbering {
         Self { vertex, bubble, len: n }
     }
 
-    /// Global index of each local function of element `e` (lower vertex, upper vertex, bubbles); `None` at infinity.
+    /// Global index of each local function of element `e` (lower vertex, upper vertex, bubbles); `None` at
+    /// infinity.
     pub fn element(&self, line: &Line, e: usize) -> Vec<Option<usize>> {
         let first = line.first_finite();
         // node below element e has index e - first
@@ -192,9 +195,9 @@ pub fn line_matrices(line: &Line, coefficient: &[f64]) -> (Mat<f64>, Mat<f64>) {
     let mut stiffness = Mat::zeros(numbering.len, numbering.len);
     for e in 0..line.elements() {
         let (m, k) = element_matrices(line.element(e), line.degree(e));
-        let at = numbering.element(line, e);
-        for (i, gi) in at.iter().enumerate() {
-            for (j, gj) in at.iter().enumerate() {
+        let indices = numbering.element(line, e);
+        for (i, gi) in indices.iter().enumerate() {
+            for (j, gj) in indices.iter().enumerate() {
                 if let (Some(gi), Some(gj)) = (gi, gj) {
                     mass[(*gi, *gj)] += coefficient[e] * m[(i, j)];
                     stiffness[(*gi, *gj)] += coefficient[e] * k[(i, j)];
@@ -205,8 +208,9 @@ pub fn line_matrices(line: &Line, coefficient: &[f64]) -> (Mat<f64>, Mat<f64>) {
     (mass, stiffness)
 }
 
-/// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its coefficient, with
-/// r the distance from `pole`: the terms of the energy of a potential that decays along rays.
+/// Integrals of `phi_i r phi_j'` (row i) and `r^2 phi_i' phi_j'` over the elements, each weighted by its
+/// coefficient, with r the distance from `pole`: the terms of the energy of a potential that decays along
+/// rays.
 ///
 /// Infinite elements have none: their coefficient must be zero.
 pub fn radial_matrices(line: &Line, coefficient: &[f64], pole: f64) -> (Mat<f64>, Mat<f64>) {
@@ -218,14 +222,15 @@ pub fn radial_matrices(line: &Line, coefficient: &[f64], pole: f64) -> (Mat<f64>
         if coefficient[e] == 0.0 {
             continue;
         }
-        let at = numbering.element(line, e);
+        let indices = numbering.element(line, e);
         let (points, weights) = gauss_legendre(p + 2);
         for (&s, &w) in points.iter().zip(&weights) {
             let (value, slope) = hierarchical(p, s);
-            // dx cancels in the first, and one 2 / length of the second.
+            // dx/ds cancels in the first integral, and in the second against one of the two factors 2 /
+            // length.
             let r = start + 0.5 * (s + 1.0) * length - pole;
-            for (i, gi) in at.iter().enumerate() {
-                for (j, gj) in at.iter().enumerate() {
+            for (i, gi) in indices.iter().enumerate() {
+                for (j, gj) in indices.iter().enumerate() {
                     if let (Some(gi), Some(gj)) = (gi, gj) {
                         first[(*gi, *gj)] += coefficient[e] * w * r * value[i] * slope[j];
                         second[(*gi, *gj)] += coefficient[e] * w * r * r * 2.0 / length * slope[i] * slope[j];

@@ -1,11 +1,12 @@
 //! The mixed pair of a line: continuous fluxes of degree p, discontinuous potentials of degree p - 1.
 //!
-//! Potentials are kept in an orthonormal basis (scaled Legendre polynomials), so that div maps fluxes *onto* potentials
-//! and a flux whose divergence is orthogonal to all potentials is exactly divergence-free. Eliminating the flux gives one
-//! matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator. Products with it are those of [`crate::condensed`].
+//! Potentials are kept in an orthonormal basis (scaled Legendre polynomials), so that div maps fluxes *onto*
+//! potentials and a flux whose divergence is orthogonal to all potentials is exactly divergence-free.
+//! Eliminating the flux gives one matrix per line, T = D M^-1 D^T: the 1D factor of the dual operator.
+//! Products with it are those of [`crate::condensed`].
 //!
-//! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits of R; energies are
-//! therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
+//! Everything is computed from R = L^-1 D^T with M = L L^T. The product T = R^T R keeps only half the digits
+//! of R; energies are therefore summed as squares of R phi + L^-1 g, in which nothing cancels.
 
 use crate::line::{Element, Line, LineEnd, Numbering, element_matrices, hierarchical, line_matrices};
 use crate::quadrature::{gauss_legendre, legendre};
@@ -22,17 +23,18 @@ pub enum FluxEnd {
     Blocked,
 }
 
-/// Energy of a flux's continuation beyond either end, per unit of squared flux through the end and in units of the resistance
-/// 1 / permittivity of the element there. Zero where the flux ends.
+/// Energy of a flux's continuation beyond either end, per unit of squared flux through the end and in units
+/// of the resistance 1 / permittivity of the element there. Zero where the flux ends.
 pub type Continuation = [f64; 2];
 
-/// The dual 1D operator of a run of elements between two obstacles, in the basis scaled by the square root of the
-/// permittivity. Nothing in it but `face` changes when the permittivity is multiplied by a constant.
+/// The dual 1D operator of a run of elements between two obstacles, in the basis scaled by the square root of
+/// the permittivity. E is the diagonal matrix of the permittivities of the modes, and g the source of a unit
+/// potential at an end. Nothing in it but `face` changes when the permittivity is multiplied by a constant.
 #[derive(Debug, Clone)]
 pub struct MixedSegment {
     /// R = L^-1 D^T E^-1/2: one row per flux function, one column per potential mode.
     pub root: Mat<f64>,
-    /// L^-1 g for unit potential at the lower and at the upper end (zero where the flux is not free).
+    /// L^-1 g for a unit potential at the lower and at the upper end (zero where the flux is not free).
     pub face: [Vec<f64>; 2],
     /// The mass of the fluxes, scaled to unit diagonal.
     pub(crate) mass: Mat<f64>,
@@ -43,8 +45,8 @@ pub struct MixedSegment {
 }
 
 impl MixedSegment {
-    /// This segment in another orthonormal basis of the potentials. `change` takes rows in the present basis to rows in the other one, and
-    /// combines modes of the same element only.
+    /// This segment in another orthonormal basis of the potentials. `change` takes rows in the present basis
+    /// to rows in the other one, and combines modes of the same element only.
     pub fn with_modes(mut self, change: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
         for matrix in [&mut self.root, &mut self.divergence] {
             *matrix = change(&matrix.transpose().to_owned()).transpose().to_owned();
@@ -52,7 +54,7 @@ impl MixedSegment {
         self
     }
 
-    /// R^T L^-1 g for unit potential at one end.
+    /// R^T L^-1 g for a unit potential at the end `side`.
     pub fn face_source(&self, side: usize) -> Vec<f64> {
         (0..self.root.ncols())
             .map(|j| (0..self.root.nrows()).map(|i| self.root[(i, j)] * self.face[side][i]).sum())
@@ -60,8 +62,8 @@ impl MixedSegment {
     }
 }
 
-/// A line's potentials cannot be orthonormalised or its mass matrix not be factorised, because its elements differ too much in size
-/// for double precision.
+/// The error of a line whose elements differ too much in size for double precision: its potentials cannot be
+/// orthonormalised, or a matrix of it cannot be factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the elements along a line of the grid differ too much in size for double precision")]
 pub struct IllConditioned;
@@ -115,7 +117,8 @@ pub fn potential_modes_of(line: &Line) -> Mat<f64> {
     out
 }
 
-/// Builds the segment of `elements` with permittivity `permittivity[e]` (of the whole line) between the given ends.
+/// Builds the segment of `elements` with permittivity `permittivity[e]` (of the whole line) between the given
+/// ends.
 ///
 /// # Errors
 /// [`IllConditioned`] if the elements differ too much in size for double precision.
@@ -160,7 +163,8 @@ pub fn mixed_segment(
     Ok(MixedSegment { root, face, mass, divergence, nodes })
 }
 
-/// The coordinates of a segment's fluxes, in which a flux y has the energy y y: those of `MixedSegment::root` and `MixedSegment::face`.
+/// The coordinates of a segment's fluxes, in which a flux y has the energy y . y: those of
+/// `MixedSegment::root` and `MixedSegment::face`.
 #[derive(Debug, Clone)]
 pub struct FluxCoordinates {
     /// L, the Cholesky factor of the scaled mass.
@@ -244,7 +248,8 @@ pub(crate) fn sub_line(line: &Line, elements: Range<usize>) -> Line {
     }
 }
 
-/// D: row = potential mode, column = flux function; D^T D is the stiffness of the line's continuous functions.
+/// D: row = potential mode, column = flux function; D^T D is the stiffness of the line's continuous
+/// functions.
 ///
 /// # Errors
 /// [`IllConditioned`] if the functions of an infinite element cannot be orthonormalised.
@@ -253,31 +258,31 @@ pub fn divergence_matrix(line: &Line) -> Result<Mat<f64>, IllConditioned> {
     let offsets = potential_offsets(line);
     let mut d = Mat::zeros(offsets[line.elements()], numbering.len);
     for e in 0..line.elements() {
-        let at = numbering.element(line, e);
+        let indices = numbering.element(line, e);
         let p = line.degree(e);
         match line.element(e) {
             Element::Finite { length, .. } => {
                 for (local, sign) in [(0, -1.0), (1, 1.0)] {
-                    if let Some(column) = at[local] {
+                    if let Some(column) = indices[local] {
                         d[(offsets[e], column)] = sign / length.sqrt();
                     }
                 }
                 for j in 2..=p {
-                    if let Some(column) = at[j] {
+                    if let Some(column) = indices[j] {
                         d[(offsets[e] + j - 1, column)] = (2.0 / length).sqrt();
                     }
                 }
             }
             element @ Element::Infinite { .. } => {
-                // Potentials are the derivatives of the flux functions, orthonormalised: their Gram matrix is the
-                // stiffness K = R^T R, hence D = R.
+                // Potentials are the derivatives of the flux functions, orthonormalised: their Gram matrix is
+                // the stiffness K = R^T R, hence D = R.
                 let (_, stiffness) = element_matrices(element, p);
-                let present: Vec<usize> = (0..=p).filter(|&l| at[l].is_some()).collect();
+                let present: Vec<usize> = (0..=p).filter(|&l| indices[l].is_some()).collect();
                 let gram = Mat::from_fn(p, p, |i, j| stiffness[(present[i], present[j])]);
                 let factor = Llt::new(gram.as_ref()).map_err(|_| IllConditioned)?;
                 let lower = factor.lower();
                 for (j, &local) in present.iter().enumerate() {
-                    if let Some(column) = at[local] {
+                    if let Some(column) = indices[local] {
                         for i in 0..=j {
                             d[(offsets[e] + i, column)] = lower[(j, i)];
                         }
@@ -297,8 +302,8 @@ mod tests {
         Line { nodes: vec![0.5, 0.7, 1.5], degrees: vec![2, 3], ends: [LineEnd::Finite; 2] }
     }
 
-    /// Resistance of the segment between unit and zero potential: energy g M^-1 g - v T^-1 v is the capacitance
-    /// per unit area.
+    /// Resistance of the segment between unit and zero potential: energy g M^-1 g - v T^-1 v is the
+    /// capacitance per unit area.
     fn capacitance(segment: &MixedSegment) -> f64 {
         let t = dense::product(segment.root.transpose(), segment.root.as_ref());
         let source = segment.face_source(0);
@@ -343,7 +348,8 @@ mod tests {
         let permittivity = [2.0, 4.0];
         let s =
             mixed_segment(&line(), 0..2, &permittivity, [FluxEnd::Free, FluxEnd::Free], [1.0, 3.0]).unwrap();
-        // The potential is 1 everywhere; in the basis of the segment it is scaled by the root of the permittivity.
+        // The potential is 1 everywhere; in the basis of the segment it is scaled by the root of the
+        // permittivity.
         let (one, offsets) = (ones(&line()), potential_offsets(&line()));
         let element = |j: usize| usize::from(j >= offsets[1]);
         for i in 0..s.root.nrows() {

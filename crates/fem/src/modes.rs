@@ -1,9 +1,10 @@
 //! Modes of a line: the eigenvectors that diagonalise its mass and stiffness together.
 //!
-//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, which soon exceeds the range
-//! of double precision: an eigensolver that is accurate relative to the largest eigenvalue loses the smooth modes.
-//! Both problems are of the form B^T B, so the singular values of B are computed instead; their range is the square
-//! root of that of the eigenvalues, and the smooth modes keep half the digits or more at any grading.
+//! On graded lines the eigenvalues span the square of the ratio of the largest to the smallest element, which
+//! soon exceeds the range of double precision: an eigensolver that is accurate relative to the largest
+//! eigenvalue loses the smooth modes. The primal and the dual problem are both of the form B^T B, so the
+//! singular values of B are computed instead; their range is the square root of that of the eigenvalues, and
+//! the smooth modes keep half the digits or more at any grading.
 
 use crate::line::{Line, line_matrices};
 use crate::mixed::{
@@ -14,17 +15,18 @@ use elastocap_linalg::dense;
 use faer::Mat;
 use std::ops::Range;
 
-/// Eigenvectors in columns, eigenvalues ascending, all non-negative.
+/// The modes of a line: eigenvectors and their eigenvalues, which are not negative.
 #[derive(Debug, Clone)]
 pub struct LineModes {
-    /// One column per mode.
+    /// The eigenvectors, one column per mode.
     pub vectors: Mat<f64>,
-    /// Ascending.
+    /// The eigenvalue of each mode, ascending.
     pub values: Vec<f64>,
 }
 
-/// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on `elements`,
-/// both weighted by `permittivity` (per element of the whole line); `held` drops the function of an end node.
+/// Modes of stiffness against mass, `K u = lambda M u`, `u^T M u = 1`, of the continuous functions on
+/// `elements`, both weighted by `permittivity` (per element of the whole line); `held` drops the function of
+/// an end node.
 ///
 /// # Errors
 /// [`IllConditioned`] if the elements differ too much in size for double precision.
@@ -37,8 +39,8 @@ pub fn primal_modes(
     primal_modes_beyond(line, elements, permittivity, held, [[0.0; 2]; 2])
 }
 
-/// Modes as those of [`primal_modes`] of functions that continue beyond the ends of the line: `beyond[side]`
-/// is the mass and the stiffness that the continuation of a function adds that is 1 at that end.
+/// The modes of [`primal_modes`] for functions that continue beyond the ends of the line: `beyond[side]` is
+/// the mass and the stiffness that the continuation of a function with the value 1 at that end adds.
 ///
 /// # Errors
 /// [`IllConditioned`] if the elements differ too much in size for double precision.
@@ -102,8 +104,8 @@ pub fn dual_modes(
     Ok(LineModes { vectors, values })
 }
 
-/// All left singular vectors of `b` and the squares of the singular values, ascending; a row space smaller than the
-/// column space is filled up with zeros.
+/// All left singular vectors of `b` and the squares of their singular values, ascending. A vector without a
+/// singular value, where `b` has fewer columns than rows, has the value zero.
 fn left_singular(b: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), IllConditioned> {
     let n = b.nrows();
     let (u, sigma) = dense::left_singular_vectors(b.as_ref()).map_err(|_| IllConditioned)?;

@@ -14,12 +14,14 @@ pub fn legendre(degree: usize, s: f64) -> Vec<f64> {
     values
 }
 
-/// Nodes (ascending) and weights of the `n`-point Gauss-Legendre rule, exact for polynomials of degree `2 n - 1`.
+/// Nodes (ascending) and weights of the `n`-point Gauss-Legendre rule, exact for polynomials of degree `2 n -
+/// 1`.
 pub fn gauss_legendre(n: usize) -> (Vec<f64>, Vec<f64>) {
     let mut nodes = vec![0.0; n];
     let mut weights = vec![0.0; n];
     for i in 0..n.div_ceil(2) {
-        // Newton's method from Tricomi's estimate of the i-th root: three steps reach rounding for every n, six are safe.
+        // Newton's method from Tricomi's estimate of the i-th root: three steps reach rounding for every n,
+        // six are safe.
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..6 {

@@ -1,8 +1,8 @@
 //! A basis of a line's discontinuous potentials in which the squared distance from a point is diagonal.
 //!
-//! The energy of a flux that leaves a box along rays from a pole grows with the obliqueness: on the face x = R by the factor
-//! 1 + (y^2 + z^2) / R^2. This sum becomes diagonal when multiplication by y^2 is diagonal on one axis and multiplication by z^2 on
-//! the other.
+//! The energy of a flux that leaves a box along rays from a pole grows with the obliqueness: on the face x =
+//! R by the factor 1 + (y^2 + z^2) / R^2. The energy becomes diagonal when multiplication by y^2 is diagonal
+//! on one axis and multiplication by z^2 on the other.
 
 use crate::line::{Element, Line};
 use crate::mixed::IllConditioned;
@@ -56,15 +56,15 @@ impl RadialBasis {
     /// Transforms `rows`, one per mode of a run of elements, from the Legendre basis to this one.
     pub fn rotate_rows(&self, first_element: usize, rows: &Mat<f64>) -> Mat<f64> {
         let mut out = Mat::zeros(rows.nrows(), rows.ncols());
-        let mut at = 0;
+        let mut first_row = 0;
         for block in &self.blocks[first_element..] {
-            if at == rows.nrows() {
+            if first_row == rows.nrows() {
                 break;
             }
             let p = block.nrows();
-            let turned = dense::product(block.transpose(), rows.as_ref().subrows(at, p));
-            out.as_mut().subrows_mut(at, p).copy_from(&turned);
-            at += p;
+            let turned = dense::product(block.transpose(), rows.as_ref().subrows(first_row, p));
+            out.as_mut().subrows_mut(first_row, p).copy_from(&turned);
+            first_row += p;
         }
         out
     }

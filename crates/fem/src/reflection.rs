@@ -4,7 +4,8 @@ use crate::line::{Element, Line, LineEnd, Numbering};
 use crate::mixed::potential_offsets;
 use faer::Mat;
 
-/// Coordinates that differ by less than this share of the line's length are the same.
+/// Coordinates that differ by less than this share of the line's length are the same. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const ALIKE: f64 = 1e-12;
 
 /// Whether a line is symmetric about its centre: its elements, their degrees and its ends.

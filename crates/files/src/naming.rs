@@ -14,10 +14,12 @@ const RESERVED: [&str; 3] = [".partial", "-mesh", "-sweep"];
 /// The name of the folder for the results of the case in `file`, by this rule:
 ///
 /// 1. The name of the file is taken without its folder and without its last ending.
-/// 2. Each of `/ \ : * ? " < > |`, each control character and each invisible mark that turns or joins text becomes `_`.
+/// 2. Each of `/ \ : * ? " < > |`, each control character and each invisible mark that turns or joins text
+///    becomes `_`.
 /// 3. Dots and spaces at both ends are dropped; where nothing is left, the name is `case`.
-/// 4. A name that Windows keeps for a device (`con`, `nul`, `com1` and so on, whatever follows after a dot) gets a `_` before its first
-///    dot or at its end. A name that ends in `.partial`, `-mesh` or `-sweep`, as other folders beside results do, gets a `_` at its end.
+/// 4. A name that Windows keeps for a device (`con`, `nul`, `com1` and so on, whatever follows after a dot)
+///    gets a `_` before its first dot or at its end. A name that ends in `.partial`, `-mesh` or `-sweep`, as
+///    other folders beside results do, gets a `_` at its end.
 /// 5. A name of more than 120 bytes is cut, and a number made of all of it is added.
 ///
 /// The result is a single name: it never leads to another folder, is not hidden, and is valid on every

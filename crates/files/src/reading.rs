@@ -67,7 +67,7 @@ pub fn open(path: &Path) -> Result<File, ReadError> {
 /// The bytes of a regular file with at most `largest` bytes.
 ///
 /// # Errors
-/// [`ReadError`].
+/// [`ReadError`] if the file is larger or not regular, or the error that the system reports.
 pub fn read(path: &Path, largest: u64) -> Result<Vec<u8>, ReadError> {
     let file = open(path)?;
     let length = file.metadata()?.len();

@@ -11,17 +11,21 @@ const PREFIX: &str = ".elastocap-";
 /// The ending of the hidden names.
 const SUFFIX: &str = ".new";
 
-/// A file under a hidden name beside its place: `.elastocap-`, sixteen hexadecimal digits that cannot be guessed, `.new`.
+/// A file under a hidden name beside its place: `.elastocap-`, sixteen hexadecimal digits that cannot be
+/// guessed, `.new`.
 ///
 /// [`Staged::replace_file`], [`Staged::replace`] and [`Staged::place`] give the file its name. If it is
 /// dropped without that, it is removed. Files left behind by a killed process are removed by
 /// [`remove_abandoned`].
 #[derive(Debug)]
 pub struct Staged {
+    /// The path under the hidden name.
     hidden: PathBuf,
+    /// The path that the file gets in the end.
     place: PathBuf,
     /// The file, locked as long as it is open, so that other processes see that it is in use.
     file: File,
+    /// Whether the hidden name is gone.
     is_placed: bool,
 }
 
@@ -102,7 +106,7 @@ impl Staged {
                 self.is_placed = true;
                 Ok(())
             }
-            linked => linked,
+            result => result,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Computes the curve of a case for any values of its keys, once for each.
+//! Computes the curve of a case for any values of its keys, and remembers it.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -64,23 +64,31 @@ pub struct SolvedCurve {
     pub missing_steps: usize,
 }
 
-/// The measured capacitance of solved bodies, F, and its error from bounds and faceting, F.
+/// The computed capacitance of a scene, F, and its error from bounds and faceting, F.
 type Known = (f64, f64);
 
-/// The curves of a case.
+/// The curves of a case for different values of its keys.
 #[derive(Debug)]
 pub struct Curves {
+    /// The text of the case.
     source: String,
+    /// The file that the case is from.
     origin: PathBuf,
+    /// The kind of load that the curves are over.
     load: MeasuredLoad,
+    /// Set when the work is to stop.
     cancel: Arc<AtomicBool>,
+    /// The known curves by the values of the keys, in words.
     by_values: Mutex<HashMap<String, Arc<SolvedCurve>>>,
     /// The known capacitances by a text of the deformed scene.
     by_scene: Mutex<HashMap<String, Known>>,
+    /// The number of curves with newly solved fields.
     solved: AtomicUsize,
+    /// The number of curves whose capacitances were all known.
     shared: AtomicUsize,
 }
 
+/// The options of the runs: nothing but the capacitances is wanted.
 const OPTIONS: Options = Options { prune: true, fields: false, scene: false, model_error: false };
 
 impl Curves {
@@ -138,9 +146,10 @@ impl Curves {
         Ok(solved)
     }
 
+    /// The curve of a case, from known capacitances if all of its scenes have them.
     fn of_case(&self, case: &Case, values: &str) -> Result<SolvedCurve, CurveError> {
         let plan = Plan::new(case, &OPTIONS);
-        if let Some((steps, total)) = self.shared(case, &plan) {
+        if let Some((steps, total)) = self.known_steps(case, &plan) {
             let missing_steps = total - steps.len();
             if let Ok(curve) = LoadCurve::through(steps) {
                 self.shared.fetch_add(1, Ordering::Relaxed);
@@ -165,9 +174,10 @@ impl Curves {
         Ok(SolvedCurve { curve, missing_steps })
     }
 
-    /// The steps of a case whose bodies all lie in the same places as for other values, and the total number
-    /// of steps. Only for layers whose mechanics take no time.
-    fn shared(&self, case: &Case, plan: &Plan) -> Option<(Vec<CurveStep>, usize)> {
+    /// The steps of a case from known capacitances, and the total number of steps; `None` unless the bodies
+    /// of all steps lie in the same places as for other values of keys. Steps without a force are left out.
+    /// Only for layers whose deformation is given by formulas.
+    fn known_steps(&self, case: &Case, plan: &Plan) -> Option<(Vec<CurveStep>, usize)> {
         if !has_quick_mechanics(case) || plan.steps.iter().any(|step| step.pose != Default::default()) {
             return None;
         }
@@ -191,7 +201,7 @@ impl Curves {
         Some((steps, plan.steps.len()))
     }
 
-    /// Remembers the capacitances of solved bodies.
+    /// Remembers the capacitances of the scenes of a run.
     fn remember(&self, case: &Case, outcome: &Outcome) {
         if !has_quick_mechanics(case) {
             return;
@@ -217,6 +227,7 @@ fn scene_key(case: &Case, scene: &elastocap_coupling::scene::DeformedScene) -> S
     format!("{:?} {:?} {:?} {:?}", scene.scene, case.electrostatics, case.terminals, case.measured)
 }
 
+/// The values of keys in words.
 fn in_words(values: &[(&str, String)]) -> String {
     values.iter().map(|(path, value)| format!("{path} = {value}")).collect::<Vec<_>>().join(", ")
 }

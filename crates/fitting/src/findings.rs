@@ -6,9 +6,11 @@ use elastocap_results::measured::Comparison;
 use crate::parameter::{Parameter, Quantity};
 use crate::uncertainty::Uncertainty;
 
-/// The correlation above which the data do not distinguish two parameters.
+/// The correlation above which the data do not distinguish two parameters. Not tuned: a choice of what is
+/// worth saying.
 const INDISTINGUISHABLE: f64 = 0.99;
-/// The condition number of the scaled Jacobian above which a combination of parameters is not determined.
+/// The condition number of the scaled Jacobian above which a combination of parameters is not determined. Not
+/// tuned: a choice of what is worth saying.
 const ILL_CONDITIONED: f64 = 1e3;
 
 /// The results of a fit that findings may be about.
@@ -17,7 +19,7 @@ pub(crate) struct FitResults<'a> {
     pub(crate) parameters: &'a [Parameter],
     /// "lower" or "upper" for each parameter that ended at a limit.
     pub(crate) at_limit: &'a [Option<&'static str>],
-    /// Whether the curve hardly changes with the parameter.
+    /// Whether the curve hardly changes with each parameter.
     pub(crate) weak: &'a [bool],
     /// Names of the parameters that did not end at a limit.
     pub(crate) inner: &'a [&'a str],
@@ -41,15 +43,15 @@ pub(crate) struct FitResults<'a> {
 }
 
 /// One or two sentences for each finding.
-pub(crate) fn findings(found: &FitResults<'_>) -> Vec<String> {
+pub(crate) fn findings(results: &FitResults<'_>) -> Vec<String> {
     let mut sentences = Vec::new();
-    if let Some((condition, weakest)) = found.undetermined {
-        sentences.push(not_determined(found.inner, weakest, *condition));
+    if let Some((condition, weakest)) = results.undetermined {
+        sentences.push(not_determined(results.inner, weakest, *condition));
     }
-    if let Some(known) = found.known {
-        sentences.extend(indistinguishable(found.inner, known));
+    if let Some(known) = results.known {
+        sentences.extend(indistinguishable(results.inner, known));
     }
-    for (parameter, weak) in found.parameters.iter().zip(found.weak) {
+    for (parameter, weak) in results.parameters.iter().zip(results.weak) {
         if *weak && parameter.quantity == Quantity::Key {
             sentences.push(format!(
                 "{} changes the curve by hardly more than its error, even over a quarter of the range: its interval is not reliable; lower \
@@ -58,35 +60,35 @@ pub(crate) fn findings(found: &FitResults<'_>) -> Vec<String> {
             ));
         }
     }
-    for (parameter, at) in found.parameters.iter().zip(found.at_limit) {
-        if let Some(side) = at {
+    for (parameter, at_limit) in results.parameters.iter().zip(results.at_limit) {
+        if let Some(side) = at_limit {
             sentences.push(format!(
                 "{} ended at its {side} limit and is taken as fixed there: the data ask for a value beyond it, or do not depend on it",
                 parameter.name
             ));
         }
     }
-    if found.missing_steps > 0 {
+    if results.missing_steps > 0 {
         sentences.push(format!(
             "{} of the steps of the case have no place on the fitted curve: they failed or have no {}",
-            found.missing_steps, found.load
+            results.missing_steps, results.load
         ));
     }
-    let comparison = found.comparison;
+    let comparison = results.comparison;
     if comparison.beyond_curve > 0 {
         sentences.push(format!(
             "{} of {} points have a {} beyond the last step of the case: there the curve was continued along its tangent; give `[load]` \
              larger steps",
             comparison.beyond_curve,
             comparison.points.len(),
-            found.load
+            results.load
         ));
     }
-    sentences.extend(found.known.filter(|_| found.noise_is_given).and_then(too_large));
-    if found.stopped {
+    sentences.extend(results.known.filter(|_| results.noise_is_given).and_then(too_large));
+    if results.stopped {
         sentences
             .push("the search was stopped: these are the best values by then, without intervals".to_owned());
-    } else if !found.converged {
+    } else if !results.converged {
         sentences.push("the search did not converge: these are the best values that it found".to_owned());
     }
     sentences
@@ -126,6 +128,8 @@ fn indistinguishable(names: &[&str], known: &Uncertainty) -> Vec<String> {
     sentences
 }
 
+/// The sentence on a combination of parameters that the data do not determine; `weakest` are the shares of
+/// the parameters in it.
 fn not_determined(names: &[&str], weakest: &[f64], condition: f64) -> String {
     let taking_part: Vec<String> = names
         .iter()

@@ -17,7 +17,7 @@ use crate::parameter::{Free, Parameter, ParameterError, parameters};
 use crate::residuals::{Prediction, Problem, correction_of};
 use crate::uncertainty::{Linearised, Uncertainty};
 
-/// The distance to a limit, over the range, up to which a parameter counts as being at it.
+/// The distance to a limit, over the range, up to which a parameter counts as being at it. It is not tuned.
 const AT_LIMIT: f64 = 1e-6;
 
 /// The reason why there is no fit.
@@ -100,7 +100,7 @@ pub struct Fit {
     pub rms_residual_at_start_f: f64,
     /// Correlations of the parameters that are not at a limit, in the order of `correlated`.
     pub correlations: Vec<Vec<f64>>,
-    /// The names of these parameters.
+    /// The names of the parameters that are not at a limit.
     pub correlated: Vec<String>,
     /// The condition number of the Jacobian with columns of length one; `None` where it is not known.
     pub condition: Option<f64>,
@@ -197,7 +197,7 @@ pub fn fit_with(
     if let Some((_, best)) = &problem.best {
         values.clone_from(best);
     }
-    let found = problem.predict(&values)?;
+    let at_end = problem.predict(&values)?;
     let at_limit: Vec<Option<&'static str>> =
         parameters.iter().zip(&values).map(|(parameter, value)| limit(parameter, *value)).collect();
     let inner: Vec<usize> = (0..parameters.len()).filter(|k| at_limit[*k].is_none()).collect();
@@ -208,7 +208,7 @@ pub fn fit_with(
     };
     let stopped = curves.is_stopped();
     let linearised =
-        columns.map(|columns| linearise(&problem.scales, points, &found, &columns, &inner, noise_is_given));
+        columns.map(|columns| linearise(&problem.scales, points, &at_end, &columns, &inner, noise_is_given));
     let uncertainty = linearised.as_ref().map(Linearised::uncertainty);
     let (known, undetermined) = match uncertainty {
         Some(Ok(known)) => (Some(known), None),
@@ -222,7 +222,7 @@ pub fn fit_with(
     let corrected = MeasuredPoints { correction, ..measured.clone() }.corrected();
     let comparison = Comparison::new(&measured.file, measured.load, &corrected, &solved.curve);
     let noise_f = match &deviations {
-        Some(all) => Some(rms(all)),
+        Some(deviations) => Some(rms(deviations)),
         None => known.as_ref().map(|known| known.noise * 1e-3 * largest),
     };
     let findings = findings(&FitResults {
@@ -260,8 +260,9 @@ pub fn fit_with(
     };
     let residual =
         |(point, prediction): (&MeasuredPoint, &Prediction)| point.capacitance - prediction.capacitance;
-    let residuals = |all: &[Prediction]| -> Vec<f64> { points.iter().zip(all).map(residual).collect() };
-    let interpolation = found.iter().map(|prediction| prediction.interpolation_error);
+    let residuals =
+        |predictions: &[Prediction]| -> Vec<f64> { points.iter().zip(predictions).map(residual).collect() };
+    let interpolation = at_end.iter().map(|prediction| prediction.interpolation_error);
     Ok(Fit {
         parameters: (0..parameters.len()).map(fitted).collect(),
         converged,
@@ -271,13 +272,13 @@ pub fn fit_with(
         noise_f,
         noise_is_given,
         reduced_chi_squared: known.as_ref().filter(|_| noise_is_given).map(|known| known.reduced),
-        rms_residual_f: rms(&residuals(&found)),
+        rms_residual_f: rms(&residuals(&at_end)),
         rms_residual_at_start_f: rms(&residuals(&at_start)),
         correlations: known.as_ref().map_or_else(Vec::new, |known| known.correlations.clone()),
         correlated: names.iter().map(|name| (*name).to_owned()).collect(),
         condition: known.as_ref().map(|known| known.condition),
         findings,
-        curve_error_f: found.iter().map(|prediction| prediction.error).fold(0.0, f64::max),
+        curve_error_f: at_end.iter().map(|prediction| prediction.error).fold(0.0, f64::max),
         interpolation_error_f: interpolation.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten(),
         iterations,
         effort: curves.effort(),
@@ -296,11 +297,12 @@ pub fn fit_with(
 /// # Errors
 /// [`OverrideError`] where a path does not fit the text.
 pub fn fitted_case(source: &str, parameters: &[Parameter], fit: &Fit) -> Result<String, OverrideError> {
-    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (parameter, found)| {
-        with_value(&text, &parameter.path, &parameter.to_toml(found.value))
+    parameters.iter().zip(&fit.parameters).try_fold(source.to_owned(), |text, (parameter, fitted)| {
+        with_value(&text, &parameter.path, &parameter.to_toml(fitted.value))
     })
 }
 
+/// The root mean square.
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
@@ -308,23 +310,25 @@ fn rms(values: &[f64]) -> f64 {
 /// "lower" or "upper", if a value is at a limit of its parameter.
 fn limit(parameter: &Parameter, value: f64) -> Option<&'static str> {
     let [low, high] = parameter.range;
-    let near = |limit: f64| {
+    let is_at = |limit: f64| {
         let width = if low.is_finite() && high.is_finite() { high - low } else { limit.abs() };
         limit.is_finite() && (value - limit).abs() <= AT_LIMIT * width
     };
-    if near(low) {
+    if is_at(low) {
         Some("lower")
-    } else if near(high) {
+    } else if is_at(high) {
         Some("upper")
     } else {
         None
     }
 }
 
+/// The linearised fit in the parameters `inner`, given the predictions at the points and their derivatives by
+/// all parameters. Everything is divided by the `scales` of the points.
 fn linearise(
     scales: &[f64],
     points: &[MeasuredPoint],
-    found: &[Prediction],
+    predictions: &[Prediction],
     columns: &[Vec<f64>],
     inner: &[usize],
     noise_is_known: bool,
@@ -336,12 +340,13 @@ fn linearise(
         jacobian: DMatrix::from_fn(points.len(), inner.len(), |row, column| {
             columns[inner[column]][row] / scales[row]
         }),
-        residuals: of_points(&|k| points[k].capacitance - found[k].capacitance),
-        errors: of_points(&|k| found[k].whole_error),
+        residuals: of_points(&|k| points[k].capacitance - predictions[k].capacitance),
+        errors: of_points(&|k| predictions[k].whole_error),
         noise_is_known,
     }
 }
 
+/// An error of the least-squares library in words.
 fn in_words(error: &MPError) -> &'static str {
     match error {
         MPError::Input => "its input is not valid",

@@ -6,7 +6,8 @@
 //! `uncertainty` and `findings`. [`optimise::optimise`] evaluates [`objective::Quantity`] instead of
 //! residuals.
 //!
-//! Derivatives by keys of the case are differences of curves; those by offset, parasitic capacitance and gain are exact.
+//! Derivatives by keys of the case are differences of curves; those by offset, parasitic capacitance and gain
+//! are exact.
 
 pub mod curves;
 mod findings;

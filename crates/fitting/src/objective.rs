@@ -98,6 +98,7 @@ impl Quantity {
         }
     }
 
+    /// The load that the quantity is at; `None` for the state without load.
     fn load(&self) -> Option<AtLoad> {
         match *self {
             Self::RestCapacitance => None,
@@ -106,7 +107,7 @@ impl Quantity {
         }
     }
 
-    /// The loads that the quantity needs, besides the state without load.
+    /// The loads that the quantity needs in addition to the state without load.
     fn needs(&self) -> Vec<f64> {
         let Some(load) = self.load() else { return Vec::new() };
         let (AtLoad::Force(load_value) | AtLoad::Compression(load_value)) = load;
@@ -158,6 +159,7 @@ impl Quantity {
     }
 }
 
+/// The step at a load; a load of zero is the state without load.
 fn step_at(outcome: &Outcome, load: f64) -> Result<&StepResult, NoValue> {
     let has_load = |step: &&StepResult| match step.load {
         StepLoad::None => load == 0.0,

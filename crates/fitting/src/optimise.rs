@@ -17,11 +17,11 @@ use serde::Serialize;
 use crate::objective::{Constraint, NoValue, Quantity, WishError, case_at};
 use crate::parameter::{Free, Parameter, ParameterError, parameters};
 
-/// The first step of each key over its range.
+/// The first step of each key over its range. Measured: `benches/fits/optimum.py`.
 const FIRST_STEP: f64 = 0.25;
 /// The default of the largest number of evaluations.
 pub const MAX_EVALUATIONS: usize = 60;
-/// The value given to a place without one, over the first value.
+/// The objective given to a place where it cannot be computed, over its value at the start. It is not tuned.
 const FAILED: f64 = 10.0;
 
 /// The task of a search.
@@ -131,13 +131,20 @@ pub struct Optimum {
     pub at_limit: Vec<String>,
 }
 
+/// Evaluates the quantities of a search at values of the keys, once for each set of values.
 struct Evaluator<'a> {
+    /// The text of the case.
     source: &'a str,
+    /// The file that the case is from.
     origin: &'a Path,
+    /// The keys that vary.
     parameters: &'a [Parameter],
     search: &'a Search,
+    /// Set when the search is to stop.
     cancel: &'a Arc<AtomicBool>,
+    /// The evaluations so far.
     done: Mutex<Vec<Evaluation>>,
+    /// A callback that gets each evaluation and its number.
     report: &'a (dyn Fn(&Evaluation, usize) + Sync),
 }
 
@@ -167,10 +174,11 @@ pub fn optimise(
 ) -> Result<Optimum, OptimiseError> {
     let evaluator = Evaluator { source, origin, parameters, search, cancel, done: Mutex::default(), report };
     evaluator.check()?;
-    let unit = |parameter: &Parameter, value: f64| {
+    let share_of_range = |parameter: &Parameter, value: f64| {
         (value - parameter.range[0]) / (parameter.range[1] - parameter.range[0])
     };
-    let start: Vec<f64> = parameters.iter().map(|parameter| unit(parameter, parameter.start)).collect();
+    let start: Vec<f64> =
+        parameters.iter().map(|parameter| share_of_range(parameter, parameter.start)).collect();
     let first = evaluator.at(&start);
     let size = match (first.objective, first.failure) {
         (Some(value), None) if value != 0.0 => value.abs(),
@@ -220,14 +228,14 @@ pub fn optimise(
     let evaluations = evaluator.done.into_inner().unwrap_or_else(PoisonError::into_inner);
     let best = best(&evaluations, search.maximise);
     let at_limit = best.map_or_else(Vec::new, |k| {
-        let at = |(parameter, value): &(&Parameter, &f64)| {
-            let place = unit(parameter, **value);
-            !(search.tolerance..=1.0 - search.tolerance).contains(&place)
+        let is_at_limit = |(parameter, value): &(&Parameter, &f64)| {
+            let share = share_of_range(parameter, **value);
+            !(search.tolerance..=1.0 - search.tolerance).contains(&share)
         };
         parameters
             .iter()
             .zip(&evaluations[k].values)
-            .filter(at)
+            .filter(is_at_limit)
             .map(|(parameter, _)| parameter.name.clone())
             .collect()
     });
@@ -244,7 +252,7 @@ pub fn case_of(source: &str, parameters: &[Parameter], values: &[f64]) -> Result
     })
 }
 
-/// The best of the allowed evaluations.
+/// The position of the best of the allowed evaluations.
 fn best(evaluations: &[Evaluation], maximise: bool) -> Option<usize> {
     let value = |k: &usize| {
         let objective = evaluations[*k].objective.unwrap_or(f64::NEG_INFINITY);
@@ -255,7 +263,7 @@ fn best(evaluations: &[Evaluation], maximise: bool) -> Option<usize> {
 }
 
 impl Evaluator<'_> {
-    /// The evaluation at a place, each of whose coordinates is 0 to 1 over a range.
+    /// The evaluation at the place `x`, whose coordinates run from 0 to 1 over the ranges of the keys.
     fn at(&self, x: &[f64]) -> Evaluation {
         let values: Vec<f64> = self
             .parameters
@@ -302,6 +310,7 @@ impl Evaluator<'_> {
         evaluation
     }
 
+    /// The objective with its error, and the limited quantities, in SI units.
     fn evaluate(&self, values: &[f64]) -> Result<((f64, f64), Vec<f64>), EvaluationError> {
         if self.cancel.load(Ordering::Relaxed) {
             return Err(EvaluationError::Stopped);
@@ -326,6 +335,7 @@ impl Evaluator<'_> {
             .map_err(|error| EvaluationError::Case(error.diagnostics()[0].message.clone()))
     }
 
+    /// The objective and the limited quantities.
     fn quantities(&self) -> Vec<Quantity> {
         let limited = self.search.constraints.iter().map(|constraint| constraint.quantity);
         std::iter::once(self.search.quantity).chain(limited).collect()
@@ -348,6 +358,7 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    /// Values of the keys in words.
     fn in_words(&self, values: &[f64]) -> String {
         let shown = self
             .parameters

@@ -146,15 +146,17 @@ pub fn parameters(
     source: &str,
     measured: Option<&MeasuredPoints>,
 ) -> Result<Vec<Parameter>, ParameterError> {
-    let found = free.iter().map(|free| parameter(free, source, measured)).collect::<Result<Vec<_>, _>>()?;
-    for (k, parameter) in found.iter().enumerate() {
-        if found.iter().take(k).any(|other| other.path == parameter.path) {
+    let parameters =
+        free.iter().map(|free| parameter(free, source, measured)).collect::<Result<Vec<_>, _>>()?;
+    for (k, parameter) in parameters.iter().enumerate() {
+        if parameters.iter().take(k).any(|other| other.path == parameter.path) {
             return Err(ParameterError::Twice(parameter.name.clone()));
         }
     }
-    Ok(found)
+    Ok(parameters)
 }
 
+/// One parameter of a case with this text.
 fn parameter(
     free: &Free,
     source: &str,
@@ -181,6 +183,7 @@ fn parameter(
         (Some(Err(_)), None) => return Err(ParameterError::Absent(name.to_owned())),
         (None, None) => None,
     };
+    // An amount that has the dimension of the parameter.
     let kind = present.clone().or_else(written).ok_or_else(|| ParameterError::Absent(name.to_owned()))?;
     // If the case does not have the quantity, the unit of the argument reads better.
     let is_in_case = value_at(source, path)?.is_some();
@@ -221,7 +224,7 @@ fn parameter(
     Ok(Parameter { name: name.to_owned(), path: path.to_owned(), quantity, scale, range, start })
 }
 
-/// The correction of a case, or none, in a unit that suits its points.
+/// The value of a correction of the measured points, in a unit that suits them.
 fn usual(quantity: Quantity, measured: &MeasuredPoints) -> Amount {
     let correction = measured.correction;
     let largest_load = measured.points.iter().map(|point| point.load.abs()).fold(0.0, f64::max);

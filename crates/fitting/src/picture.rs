@@ -53,6 +53,7 @@ pub fn picture(title: &str, measured: &MeasuredPoints, fit: &Fit) -> Panels {
     Panels { title: format!("{title}: fit"), main, second: Some(second), third: None }
 }
 
+/// A compared point before its correction: load, capacitances and errors as they were measured.
 fn as_measured(point: &MeasuredPoint, compared: &ComparedPoint, correction: &Correction) -> ComparedPoint {
     let Correction { offset: _, parasitic, gain } = *correction;
     ComparedPoint {

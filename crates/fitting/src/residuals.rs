@@ -8,15 +8,15 @@ use crate::curves::{CurveError, Curves, SolvedCurve};
 use crate::parameter::{Parameter, Quantity};
 
 /// The first step of a difference quotient, over the value of the parameter (or, at zero, over a tenth of its
-/// range).
+/// range). Measured: `benches/fits/orthosis.py`.
 const FIRST_STEP: f64 = 0.02;
 /// A difference is trusted if it is this many times larger than the stated error of the curve. The values are
 /// usually ten times more accurate than the bounds, and their errors vary little between neighbouring values
 /// of the parameter.
 const TRUSTED: f64 = 5.0;
-/// The largest step, over the range of the parameter.
+/// The largest step, over the range of the parameter. It is not tuned.
 const LONGEST_STEP: f64 = 0.25;
-/// The largest number of iterations.
+/// The largest number of iterations. Not tuned: a limit that ordinary cases do not reach.
 const MAX_ITERATIONS: usize = 60;
 
 /// The predicted reading at a measured point.
@@ -47,7 +47,9 @@ pub(crate) struct Problem<'a> {
     correction: Correction,
     /// The divisor of each residual, F.
     pub(crate) scales: Vec<f64>,
+    /// The ranges of the parameters, for the library.
     bounds: Vec<MPPar>,
+    /// The settings of the library.
     config: MPConfig,
     /// The smallest sum of squares so far, and the values that gave it.
     pub(crate) best: Option<(f64, Vec<f64>)>,
@@ -55,7 +57,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) failure: Option<CurveError>,
     /// The factors by which the difference steps of the parameters have been stretched.
     stretch: Vec<f64>,
-    /// Whether the curve changed too little with a parameter for a trusted difference.
+    /// Whether the curve changed too little with each parameter for a trusted difference.
     pub(crate) weak: Vec<bool>,
     /// The number of Jacobians so far.
     pub(crate) jacobians: usize,
@@ -77,7 +79,7 @@ impl<'a> Problem<'a> {
             side: MPSide::User,
             ..MPPar::new()
         };
-        // The precision to which solved curves are smooth.
+        // Solved curves are smooth to about these tolerances.
         let config = MPConfig {
             ftol: 1e-9,
             xtol: 1e-7,
@@ -130,7 +132,8 @@ impl<'a> Problem<'a> {
         Ok(self.points.iter().map(predict).collect())
     }
 
-    /// The derivatives of the predictions, a column for each parameter: exact for the corrections, by differences for keys.
+    /// The derivatives of the predictions, a column for each parameter: exact for the corrections, by
+    /// differences for keys.
     pub(crate) fn columns(&mut self, values: &[f64]) -> Result<Vec<Vec<f64>>, CurveError> {
         self.jacobians += 1;
         let predictions = self.predict(values)?;
@@ -193,12 +196,14 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// Remembers the values if their sum of squares is the smallest so far.
     fn note(&mut self, values: &[f64], sum: f64) {
         if sum.is_finite() && self.best.as_ref().is_none_or(|(least, _)| sum < *least) {
             self.best = Some((sum, values.to_vec()));
         }
     }
 
+    /// Computes the residuals over their scales.
     fn fill(&mut self, values: &[f64], deviates: &mut [f64]) -> MPResult<()> {
         match self.predict(values) {
             Ok(found) => {
@@ -223,6 +228,7 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// The derivatives of the predictions by one of the corrections.
 fn pick(predictions: &[Prediction], which: usize) -> Vec<f64> {
     predictions.iter().map(|prediction| prediction.by_correction[which]).collect()
 }
@@ -233,6 +239,7 @@ pub(crate) fn keys<'a>(parameters: &'a [Parameter], values: &[f64]) -> Vec<(&'a 
     keys.map(|(parameter, value)| (parameter.path.as_str(), parameter.to_toml(*value))).collect()
 }
 
+/// The correction with these values of the parameters, and with the parts of `fixed` that are not free.
 pub(crate) fn correction_of(parameters: &[Parameter], values: &[f64], fixed: Correction) -> Correction {
     let mut correction = fixed;
     for (parameter, value) in parameters.iter().zip(values) {

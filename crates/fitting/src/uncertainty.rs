@@ -4,7 +4,8 @@
 use distrs::{Normal, StudentsT};
 use nalgebra::{DMatrix, DVector};
 
-/// A linearised fit: derivatives and residuals over the standard deviation (or any common scale) of each point.
+/// A linearised fit: derivatives and residuals over the standard deviation (or any common scale) of each
+/// point.
 pub(crate) struct Linearised {
     /// The derivatives: a row for each point, a column for each parameter.
     pub(crate) jacobian: DMatrix<f64>,
@@ -12,7 +13,8 @@ pub(crate) struct Linearised {
     pub(crate) residuals: DVector<f64>,
     /// The error of the prediction at each point, in its scale.
     pub(crate) errors: DVector<f64>,
-    /// Whether the scales are the standard deviations of the points; otherwise these are estimated from the residuals.
+    /// Whether the scales are the standard deviations of the points; otherwise these are estimated from the
+    /// residuals.
     pub(crate) noise_is_known: bool,
 }
 
@@ -40,7 +42,7 @@ pub(crate) struct Uncertainty {
 }
 
 /// The ratio to the largest singular value below which a singular value is only rounding and noise of
-/// differences.
+/// differences. It is not tuned.
 const SMALLEST: f64 = 1e-8;
 
 impl Linearised {
@@ -122,7 +124,8 @@ mod tests {
     #[test]
     fn the_errors_of_a_straight_line_are_those_of_the_textbook() {
         let found = line(false).uncertainty().unwrap();
-        // s^2 = 0.06 / 2; the slope has s / sqrt(sum (x - mean)^2) = s / sqrt(5); Student's t with 2 degrees is 4.30265.
+        // s^2 = 0.06 / 2; the slope has s / sqrt(sum (x - mean)^2) = s / sqrt(5); Student's t with 2 degrees
+        // is 4.30265.
         let noise = 0.03_f64.sqrt();
         assert!((found.standard_errors[1] - noise / 5.0_f64.sqrt()).abs() < 1e-12);
         assert!((found.half_widths[1] / found.standard_errors[1] - 4.302_652_729_911_275).abs() < 1e-6);

@@ -1,5 +1,5 @@
-//! Writes sample scenes (.glb) and field series (.vtu, .pvd) into a folder, for other programs to read, and says how
-//! long each took.
+//! Writes sample scenes (.glb) and field series (.vtu, .pvd) into a folder, for other programs to read, and
+//! says how long each took.
 //!
 //!     cargo run --release -p elastocap-geometry --example export_samples -- /tmp/samples
 //!     node tests/readers/validate_glb.mjs /tmp/samples/*.glb

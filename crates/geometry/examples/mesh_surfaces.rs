@@ -1,5 +1,6 @@
-//! Meshes the open space around closed surfaces from OBJ files, each alone, and prints how long that took and how round the
-//! tetrahedra are: `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj ...`
+//! Meshes the open space around closed surfaces from OBJ files, each alone, and prints how long that took and
+//! how round the tetrahedra are: `cargo run --release -p elastocap-geometry --example mesh_surfaces --
+//! FILE.obj ...`
 
 use elastocap_geometry::import::obj::{Placement, surface_from_path};
 use elastocap_geometry::meshing::tets::{Sizing, mesh};

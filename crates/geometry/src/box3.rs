@@ -2,7 +2,8 @@
 
 /// An axis-aligned box in metres; index 0, 1, 2 are x1 (in-plane), x2 (up), x3 (along the width).
 ///
-/// A bound may be infinite where the scene is open. A box with `min[a] == max[a]` on exactly one axis is a sheet.
+/// A bound may be infinite where the scene is open. A box with `min[a] == max[a]` on exactly one axis is a
+/// sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Box3 {
     /// Lower corner, m.

@@ -5,11 +5,12 @@ use crate::scene::{Box3, across};
 use crate::shapes::{Shape, TriangleSurface};
 use crate::winding;
 
-/// Halvings of a segment in the search for its point nearest to a box.
-const HALVINGS: usize = 60;
+/// Steps of the search for the point of a segment that is nearest to a box. Each leaves two thirds of the
+/// segment.
+const SEARCH_STEPS: usize = 60;
 
 /// A shape touches a box if their distance is below this share of the largest coordinate of the box, since
-/// rounding may separate them.
+/// rounding may separate them. It is not tuned.
 const ROUNDING: f64 = 1e-12;
 
 impl Shape {
@@ -22,23 +23,23 @@ impl Shape {
         let region = &Box3 { min: region.min.map(|x| x - slack), max: region.max.map(|x| x + slack) };
         match self {
             Self::Box(box3) => box3.touches(region),
-            Self::Sphere { center, radius } => nearest(region, *center) <= *radius,
-            Self::Shell { center, radius } => farthest(region, *center) >= *radius,
-            Self::Capsule { from, to, radius } => nearest_to_segment(region, [*from, *to]) <= *radius,
+            Self::Sphere { center, radius } => nearest_distance(region, *center) <= *radius,
+            Self::Shell { center, radius } => farthest_distance(region, *center) >= *radius,
+            Self::Capsule { from, to, radius } => distance_to_segment(region, [*from, *to]) <= *radius,
             Self::Cylinder { axis, base, radius, height } => {
-                let plane = Plane::of(region, *axis);
-                plane.meets([base[*axis], base[*axis] + height])
-                    && plane.nearest(across(*axis).map(|a| base[a])) <= *radius
+                let projection = Projection::of(region, *axis);
+                projection.meets_slab([base[*axis], base[*axis] + height])
+                    && projection.nearest_distance(across(*axis).map(|a| base[a])) <= *radius
             }
             Self::Tube { axis, base, radii: [inner, outer], height } => {
-                let (plane, middle) = (Plane::of(region, *axis), across(*axis).map(|a| base[a]));
-                plane.meets([base[*axis], base[*axis] + height])
-                    && plane.nearest(middle) <= *outer
-                    && plane.farthest(middle) >= *inner
+                let (projection, middle) = (Projection::of(region, *axis), across(*axis).map(|a| base[a]));
+                projection.meets_slab([base[*axis], base[*axis] + height])
+                    && projection.nearest_distance(middle) <= *outer
+                    && projection.farthest_distance(middle) >= *inner
             }
             Self::Extrusion { axis, from, to, outline, .. } => {
-                let plane = Plane::of(region, *axis);
-                plane.meets([from.min(*to), from.max(*to)]) && plane.meets_outline(outline)
+                let projection = Projection::of(region, *axis);
+                projection.meets_slab([from.min(*to), from.max(*to)]) && projection.meets_outline(outline)
             }
             Self::Surface(surface) => surface.touches_box(region),
             Self::Physical(_) => false,
@@ -66,41 +67,46 @@ impl TriangleSurface {
 }
 
 /// The distance of a box from a point, m; zero for a point in it.
-fn nearest(region: &Box3, point: [f64; 3]) -> f64 {
+fn nearest_distance(region: &Box3, point: [f64; 3]) -> f64 {
     let beyond = |a: usize| (region.min[a] - point[a]).max(point[a] - region.max[a]).max(0.0);
     (0..3).map(|a| beyond(a).powi(2)).sum::<f64>().sqrt()
 }
 
 /// The distance of the farthest point of a box from a point, m.
-fn farthest(region: &Box3, point: [f64; 3]) -> f64 {
+fn farthest_distance(region: &Box3, point: [f64; 3]) -> f64 {
     let away = |a: usize| (point[a] - region.min[a]).abs().max((region.max[a] - point[a]).abs());
     (0..3).map(|a| away(a).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The distance of a box from a segment, m: that from a point of the segment is a convex function of its place.
-fn nearest_to_segment(region: &Box3, [from, to]: [[f64; 3]; 2]) -> f64 {
-    let at = |share: f64| nearest(region, [0, 1, 2].map(|a| from[a] + share * (to[a] - from[a])));
+/// The distance of a box from a segment, m, by ternary search: along the segment, the distance from the box
+/// is a convex function.
+fn distance_to_segment(region: &Box3, [from, to]: [[f64; 3]; 2]) -> f64 {
+    let distance_at =
+        |share: f64| nearest_distance(region, [0, 1, 2].map(|a| from[a] + share * (to[a] - from[a])));
     let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
+    for _ in 0..SEARCH_STEPS {
         let third = (high - low) / 3.0;
-        if at(low + third) <= at(high - third) {
+        if distance_at(low + third) <= distance_at(high - third) {
             high -= third;
         } else {
             low += third;
         }
     }
-    at(0.5 * (low + high)).min(at(0.0)).min(at(1.0))
+    distance_at(0.5 * (low + high)).min(distance_at(0.0)).min(distance_at(1.0))
 }
 
-/// A box seen along an axis.
-struct Plane {
+/// A box as an interval along an axis and a rectangle across it, m.
+struct Projection {
     /// The ends of the box along the axis.
     ends: [f64; 2],
+    /// The lower corner of the rectangle.
     min: [f64; 2],
+    /// The upper corner of the rectangle.
     max: [f64; 2],
 }
 
-impl Plane {
+impl Projection {
+    /// The box seen along an axis.
     fn of(region: &Box3, axis: usize) -> Self {
         Self {
             ends: [region.min[axis], region.max[axis]],
@@ -109,21 +115,24 @@ impl Plane {
         }
     }
 
-    /// Whether the box and the slab between two heights have a height in common.
-    fn meets(&self, [low, high]: [f64; 2]) -> bool {
+    /// Whether the box reaches into the slab between two coordinates along the axis.
+    fn meets_slab(&self, [low, high]: [f64; 2]) -> bool {
         self.ends[0] <= high && low <= self.ends[1]
     }
 
-    fn nearest(&self, point: [f64; 2]) -> f64 {
+    /// The distance of the rectangle from a point, m; zero for a point in it.
+    fn nearest_distance(&self, point: [f64; 2]) -> f64 {
         let beyond = |k: usize| (self.min[k] - point[k]).max(point[k] - self.max[k]).max(0.0);
         beyond(0).hypot(beyond(1))
     }
 
-    fn farthest(&self, point: [f64; 2]) -> f64 {
+    /// The distance of the farthest point of the rectangle from a point, m.
+    fn farthest_distance(&self, point: [f64; 2]) -> f64 {
         let away = |k: usize| (point[k] - self.min[k]).abs().max((self.max[k] - point[k]).abs());
         away(0).hypot(away(1))
     }
 
+    /// Whether the rectangle and a polygon share a point.
     fn meets_outline(&self, outline: &[[f64; 2]]) -> bool {
         let flat = |[x, y]: [f64; 2]| [x, y, 0.0];
         let region = Box3 { min: flat(self.min), max: flat(self.max) };
@@ -135,26 +144,26 @@ impl Plane {
 
 /// Whether a box and a triangle share a point, by clipping the triangle at the faces of the box.
 fn meets_triangle(region: &Box3, triangle: [[f64; 3]; 3]) -> bool {
-    let mut left = triangle.to_vec();
+    let mut clipped = triangle.to_vec();
     for a in 0..3 {
         for (sign, end) in [(1.0, region.max[a]), (-1.0, -region.min[a])] {
             let beyond = |p: &[f64; 3]| sign * p[a] - end;
-            let corners = std::mem::take(&mut left);
+            let corners = std::mem::take(&mut clipped);
             for (p, q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
                 let (from, to) = (beyond(p), beyond(q));
                 if from <= 0.0 {
-                    left.push(*p);
+                    clipped.push(*p);
                 }
                 if (from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0) {
                     let share = from / (from - to);
                     let mut cut = [0, 1, 2].map(|k| p[k] + share * (q[k] - p[k]));
                     cut[a] = sign * end;
-                    left.push(cut);
+                    clipped.push(cut);
                 }
             }
         }
     }
-    !left.is_empty()
+    !clipped.is_empty()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ pub struct Cubic {
 }
 
 /// The point at a share of the way from one point to another.
-fn mixed(t: f64, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+fn interpolated(t: f64, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| a[k] + t * (b[k] - a[k]))
 }
 
@@ -21,12 +21,13 @@ impl Cubic {
     /// The polar form of the cubic, which is linear in each of three parameters (de Casteljau's algorithm).
     fn blossom(&self, [r, s, t]: [f64; 3]) -> [f64; 2] {
         let [a, b, c, d] = self.control;
-        let [a, b, c] = [mixed(r, a, b), mixed(r, b, c), mixed(r, c, d)];
-        let [a, b] = [mixed(s, a, b), mixed(s, b, c)];
-        mixed(t, a, b)
+        let [a, b, c] = [interpolated(r, a, b), interpolated(r, b, c), interpolated(r, c, d)];
+        let [a, b] = [interpolated(s, a, b), interpolated(s, b, c)];
+        interpolated(t, a, b)
     }
 
-    /// The part between two parameters, from the first to the second. At 0 and 1 its ends are those of the whole to the last bit.
+    /// The part between two parameters, from the first to the second. At 0 and 1 its ends are those of the
+    /// whole to the last bit.
     #[must_use]
     pub fn part(&self, [from, to]: [f64; 2]) -> Self {
         let end = |t: f64| match t {
@@ -45,14 +46,16 @@ impl Cubic {
         Self { control: [d, c, b, a] }
     }
 
-    /// The distance of a control point from where it would be on a straight line of constant speed, over the length of the chord.
+    /// How far the curve bends away from its chord: the larger distance of the two inner control points from
+    /// where they would be on a straight line of constant speed, over the length of the chord.
     pub fn bow(&self) -> f64 {
         let [a, b, c, d] = self.control;
-        let far = [(1.0 / 3.0, b), (2.0 / 3.0, c)].map(|(t, p)| distance(p, mixed(t, a, d)));
-        far[0].max(far[1]) / distance(a, d)
+        let offsets = [(1.0 / 3.0, b), (2.0 / 3.0, c)].map(|(t, p)| distance(p, interpolated(t, a, d)));
+        offsets[0].max(offsets[1]) / distance(a, d)
     }
 
-    /// The sum of the angles, all positive, by which the lines between the control points turn: the curve turns by no more.
+    /// The sum of the absolute angles between successive lines of the control polygon, rad: the curve itself
+    /// turns by no more.
     pub fn turn(&self) -> f64 {
         let legs: Vec<[f64; 2]> =
             self.control.windows(2).map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]]).collect();
@@ -63,7 +66,7 @@ impl Cubic {
         legs.windows(2).map(angle).sum()
     }
 
-    /// The direction of the curve at its begin, of length one.
+    /// The unit vector along the curve where it begins.
     pub fn begins(&self) -> [f64; 2] {
         let [from, rest @ ..] = self.control;
         let next = rest.into_iter().find(|p| *p != from).unwrap_or(from);
@@ -71,12 +74,13 @@ impl Cubic {
         [0, 1].map(|k| (next[k] - from[k]) / length)
     }
 
-    /// Parameters from 0 to 1, ascending, at which the polynomial with these Bernstein coefficients vanishes. Roots at which it does not
-    /// change its sign may be missed.
+    /// Parameters from 0 to 1, ascending, at which the polynomial with these Bernstein coefficients vanishes.
+    /// Roots at which it does not change its sign may be missed.
     fn roots(values: [f64; 4]) -> Vec<f64> {
-        let line = Self { control: values.map(|value| [value, 0.0]) };
-        let value = |t: f64| line.at(t)[0];
+        let polynomial = Self { control: values.map(|value| [value, 0.0]) };
+        let value = |t: f64| polynomial.at(t)[0];
         let [a, b, c, d] = values;
+        // Between these parameters, the polynomial rises or falls throughout.
         let mut ends = vec![0.0];
         ends.extend(quadratic_roots([b - a, c - b, d - c]));
         ends.push(1.0);
@@ -111,9 +115,10 @@ impl Cubic {
     }
 
     /// The number of crossings of the curve with the ray from a point in the direction of the first axis,
-    /// counted as for the straight sides of an outline.
+    /// counted by the same rule as for straight sides ([`crate::outline::passes`]).
     pub fn passes(&self, p: [f64; 2]) -> usize {
         let [a, b, c, d] = self.control.map(|q| q[1]);
+        // Between these parameters, the second coordinate rises or falls throughout.
         let mut ends = vec![0.0];
         ends.extend(quadratic_roots([b - a, c - b, d - c]));
         ends.push(1.0);
@@ -126,7 +131,7 @@ impl Cubic {
                 self.at(t)[1]
             }
         };
-        let meets = |pair: &[f64]| {
+        let meets_ray = |pair: &[f64]| {
             let [mut low, mut high] = [pair[0], pair[1]];
             let is_above = height(low) > p[1];
             if is_above == (height(high) > p[1]) {
@@ -138,10 +143,10 @@ impl Cubic {
             }
             p[0] < self.at(low)[0]
         };
-        ends.windows(2).filter(|pair| meets(pair)).count()
+        ends.windows(2).filter(|pair| meets_ray(pair)).count()
     }
 
-    /// A rectangle that contains the curve, by its lower and upper corner: that around the control points.
+    /// A rectangle that contains the curve, by its lower and upper corner: the bounds of the control points.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let corner = |start: f64, least: fn(f64, f64) -> f64| {
             [0, 1].map(|k| self.control.iter().map(|p| p[k]).fold(start, least))
@@ -150,7 +155,8 @@ impl Cubic {
     }
 }
 
-/// Parameters between 0 and 1, ascending, at which a quadratic changes its sign that has these Bernstein coefficients.
+/// Parameters between 0 and 1, ascending, at which the quadratic with these Bernstein coefficients changes
+/// its sign.
 fn quadratic_roots([a, b, c]: [f64; 3]) -> Vec<f64> {
     // a (1 - t)^2 + 2 b t (1 - t) + c t^2 = square t^2 + 2 half t + a
     let (square, half) = (a - 2.0 * b + c, b - a);
@@ -158,7 +164,7 @@ fn quadratic_roots([a, b, c]: [f64; 3]) -> Vec<f64> {
     if root <= 0.0 {
         return Vec::new();
     }
-    // Without cancellation.
+    // With this sign of the square root, neither of the roots suffers from cancellation.
     let far = -(half + root.sqrt().copysign(half));
     let mut roots = vec![far / square, a / far];
     roots.retain(|t| *t > 0.0 && *t < 1.0);
@@ -166,33 +172,36 @@ fn quadratic_roots([a, b, c]: [f64; 3]) -> Vec<f64> {
     roots
 }
 
+/// The distance between two points.
 pub(crate) fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
-/// The cubic spline through points, with continuous slope and curvature in a parameter that grows by the distance of neighbouring
-/// points from each to the next: from the first to the last point without curvature at the ends, or, if `closed`, back to the first.
-/// Neighbouring points must differ, and there must be two of them, or three of a closed spline.
+/// The cubic spline through points, with continuous first and second derivatives. Its parameter grows by the
+/// distance between neighbouring points from each to the next. An open spline is natural: its second
+/// derivative vanishes at the first and the last point. A `closed` one returns from the last point to the
+/// first. Neighbouring points must differ, and there must be at least two of them, or three of a closed
+/// spline.
 pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
     let n = points.len();
     let pieces = if closed { n } else { n - 1 };
     let ends = |k: usize| [points[k % n], points[(k + 1) % n]];
-    let steps: Vec<f64> = (0..pieces).map(ends).map(|[p, q]| distance(p, q)).collect();
-    let mean = |k: usize| {
+    let chords: Vec<f64> = (0..pieces).map(ends).map(|[p, q]| distance(p, q)).collect();
+    let chord_slope = |k: usize| {
         let [p, q] = ends(k);
-        [0, 1].map(|m| (q[m] - p[m]) / steps[k])
+        [0, 1].map(|m| (q[m] - p[m]) / chords[k])
     };
-    // One row for the slope at each point: the factors of the slopes before and after it, if its factor is 2,
-    // and the right-hand side.
+    // One equation for the slope at each point, in which that slope has the factor 2: the factors of the
+    // slopes before and after it, and the right-hand side.
     let rows: Vec<([f64; 2], [f64; 2])> = (0..n)
         .map(|k| {
             let (before, after) = ((k + pieces - 1) % pieces, k % pieces);
             match closed || (k > 0 && k < n - 1) {
-                false if k == 0 => ([0.0, 1.0], mean(0).map(|x| 3.0 * x)),
-                false => ([1.0, 0.0], mean(pieces - 1).map(|x| 3.0 * x)),
+                false if k == 0 => ([0.0, 1.0], chord_slope(0).map(|x| 3.0 * x)),
+                false => ([1.0, 0.0], chord_slope(pieces - 1).map(|x| 3.0 * x)),
                 true => {
-                    let share = steps[after] / (steps[before] + steps[after]);
-                    let (one, other) = (mean(before), mean(after));
+                    let share = chords[after] / (chords[before] + chords[after]);
+                    let (one, other) = (chord_slope(before), chord_slope(after));
                     let right = [0, 1].map(|m| 3.0 * (share * one[m] + (1.0 - share) * other[m]));
                     ([share, 1.0 - share], right)
                 }
@@ -202,7 +211,7 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
     let slopes = slopes(&rows, closed);
     (0..pieces)
         .map(|k| {
-            let ([p, q], third) = (ends(k), steps[k] / 3.0);
+            let ([p, q], third) = (ends(k), chords[k] / 3.0);
             let (u, v) = (slopes[k], slopes[(k + 1) % n]);
             let first = [0, 1].map(|m| p[m] + third * u[m]);
             let second = [0, 1].map(|m| q[m] - third * v[m]);
@@ -211,23 +220,24 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
         .collect()
 }
 
-/// Solves the tridiagonal equations for the slopes, which are cyclic if the spline is closed.
+/// Solves the equations for the slopes, which are tridiagonal, and cyclic if the spline is closed.
 fn slopes(rows: &[([f64; 2], [f64; 2])], closed: bool) -> Vec<[f64; 2]> {
     let n = rows.len();
-    // The two factors beyond the corners of the matrix are those of a product of two vectors: Sherman and Morrison's formula.
-    let (first, last) = (rows[0].0[0], rows[n - 1].0[1]);
-    let corner = if closed { -2.0 } else { 0.0 };
+    // The matrix of a closed spline has entries in two of its corners too. It is the sum of a tridiagonal
+    // matrix and a product of two vectors, and is inverted by the Sherman-Morrison formula.
+    let (top_right, bottom_left) = (rows[0].0[0], rows[n - 1].0[1]);
+    let top_left = if closed { -2.0 } else { 0.0 };
     let (mut diagonal, mut x) = (vec![2.0; n], Vec::with_capacity(n));
     if closed {
-        diagonal[0] -= corner;
-        diagonal[n - 1] -= first * last / corner;
+        diagonal[0] -= top_left;
+        diagonal[n - 1] -= top_right * bottom_left / top_left;
     }
-    // Three right-hand sides: both coordinates, and the vector of the product.
+    // Three right-hand sides: the two coordinates, and the first vector of the product.
     for (k, (_, right)) in rows.iter().enumerate() {
         let column = if k == 0 {
-            corner
+            top_left
         } else if k == n - 1 && closed {
-            last
+            bottom_left
         } else {
             0.0
         };
@@ -247,7 +257,7 @@ fn slopes(rows: &[([f64; 2], [f64; 2])], closed: bool) -> Vec<[f64; 2]> {
     if !closed {
         return x.into_iter().map(|[u, v, _]| [u, v]).collect();
     }
-    let along = |m: usize| x[0][m] + x[n - 1][m] * first / corner;
+    let along = |m: usize| x[0][m] + x[n - 1][m] * top_right / top_left;
     let share = [0, 1].map(|m| along(m) / (1.0 + along(2)));
     x.iter().map(|x| [0, 1].map(|m| x[m] - share[m] * x[2])).collect()
 }

@@ -5,13 +5,15 @@ use crate::shapes::{Arc, Curve};
 use std::f64::consts::{PI, TAU};
 
 /// The number of sides for a whole circle, and for a curve that turns as much, where polygons replace curves.
+/// It is not tuned.
 const SIDES: f64 = 128.0;
 
-/// Points closer together than this share of the outline's extent are one.
+/// Points closer together than this share of the outline's extent are the same point. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const SAME: f64 = 1e-12;
 
-/// Neighbouring points of a spline closer together than this share of the outline's extent count as one: the spline would not be
-/// defined, or be determined by rounding.
+/// Neighbouring points of a spline closer together than this share of the outline's extent count as one: the
+/// spline would not be defined, or be determined by rounding. It is not tuned.
 const COINCIDENT: f64 = 1e-9;
 
 /// One entry of an outline.
@@ -43,12 +45,13 @@ pub enum Entry {
     },
 }
 
-/// A fault of an outline, with the number of the entry.
+/// A fault of an outline, with the number of the entry that has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flaw {
-    /// The three points of an arc lie on a line, or two of them are one.
+    /// The three points of an arc lie on a line, or two of them are the same.
     Straight(usize),
-    /// Two neighbouring points of a spline are one, or so few are given that it goes there and back.
+    /// Two neighbouring points of a spline are the same, or a closed spline has too few points to enclose an
+    /// area.
     Coincident(usize),
     /// A rounded corner beside an arc or a spline.
     BesideArc(usize),
@@ -65,7 +68,7 @@ pub struct Drawn {
     pub outline: Vec<[f64; 2]>,
     /// The parts of the outline that replace curves: one for each arc, and one for each cubic of a spline.
     pub arcs: Vec<Arc>,
-    /// The entry that each corner comes from.
+    /// For each corner of `outline`, the number of the entry that it comes from.
     pub entries: Vec<usize>,
 }
 
@@ -75,6 +78,7 @@ pub struct Drawn {
 /// [`Flaw`]
 pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
     let n = entries.len();
+    // The point at which an entry ends; for a rounded corner, the corner without the rounding.
     let place = |k: usize| match &entries[k % n] {
         Entry::Corner(place)
         | Entry::Arc { to: place, .. }
@@ -91,7 +95,6 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
     });
     let extent = extent.fold(0.0, f64::max);
     let near = SAME * extent;
-    // The drawing starts with an entry that does not begin at the end of a curve.
     let is_curve = |k: usize| matches!(entries[k % n], Entry::Arc { .. } | Entry::Spline { .. });
     let is_rounded = |k: usize| matches!(entries[k % n], Entry::Rounded { .. });
     // The length that a rounded corner removes from both straight sides; 0 for other entries.
@@ -101,6 +104,7 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
         }
         Entry::Corner(_) | Entry::Arc { .. } | Entry::Spline { .. } => 0.0,
     };
+    // A curve begins where the entry before it ends, so that the drawing starts with another entry.
     let first = (0..n).find(|k| !is_curve(*k));
     let mut out = Drawn::default();
     if let (None, true) = (first, n > 0) {
@@ -112,7 +116,7 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
             return Err(Flaw::BesideArc((k + n - 1) % n));
         }
         match entries[k] {
-            // The end of a rounding may be the next corner.
+            // The rounding before this corner may end in it: then it is drawn already.
             Entry::Corner(corner) if is_rounded(k + n - 1) && out.is_at(corner, near) => {}
             Entry::Corner(corner) => out.push(corner, k),
             Entry::Arc { through, to } => {
@@ -149,6 +153,7 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
                 }
                 let Angle { sides: [u, v], cosine, sine, .. } = angle;
                 let [begin, end] = [u, v].map(|side| [0, 1].map(|a| corner[a] + cut * side[a]));
+                // The center lies on the line that halves the angle.
                 let sum = [u[0] + v[0], u[1] + v[1]];
                 let along = radius.hypot(cut) / sum[0].hypot(sum[1]);
                 let center = [0, 1].map(|a| corner[a] + along * sum[a]);
@@ -165,14 +170,17 @@ pub fn drawn(entries: &[Entry]) -> Result<Drawn, Flaw> {
 struct Angle {
     /// Unit vectors from the corner along the side before and the side after.
     sides: [[f64; 2]; 2],
+    /// Lengths of these two sides.
     lengths: [f64; 2],
+    /// The cosine of the angle.
     cosine: f64,
-    /// Negative where the outline turns to the left.
+    /// The sine of the angle, negative where the outline turns to the left.
     sine: f64,
 }
 
 impl Angle {
-    /// The angle at a corner, from the ends of its two sides; `None` where the sides have no length, or go straight on or back.
+    /// The angle at a corner, from the ends of its two sides; `None` where the sides have no length, or go
+    /// straight on or back.
     fn new(ends: [[f64; 2]; 2], corner: [f64; 2], near: f64) -> Option<Self> {
         let sides = ends.map(|end| [end[0] - corner[0], end[1] - corner[1]]);
         let lengths = sides.map(|side| side[0].hypot(side[1]));
@@ -196,6 +204,7 @@ impl Angle {
 }
 
 impl Drawn {
+    /// Adds a corner that comes from this entry.
     fn push(&mut self, corner: [f64; 2], entry: usize) {
         self.outline.push(corner);
         self.entries.push(entry);
@@ -206,7 +215,8 @@ impl Drawn {
         self.outline.last().is_some_and(|last| (last[0] - place[0]).hypot(last[1] - place[1]) <= near)
     }
 
-    /// Adds the points of an arc that begins in the last corner, and ends in another.
+    /// Adds the points of an arc between two places, which turns by `turn`, rad, positive if anticlockwise.
+    /// Where the last corner is not where the arc begins, a corner is added there.
     fn arc(
         &mut self,
         center: [f64; 2],
@@ -231,7 +241,8 @@ impl Drawn {
         self.arcs.push(Arc { curve, sides: begin..self.outline.len() - 1 });
     }
 
-    /// Adds the points of a spline that begins in the last corner, and ends in another.
+    /// Adds the points of a spline, given by its cubics. Where the last corner is not where the spline
+    /// begins, a corner is added there.
     fn spline(&mut self, pieces: &[Cubic], entry: usize, near: f64) {
         for piece in pieces {
             if !self.is_at(piece.control[0], near) {
@@ -245,7 +256,7 @@ impl Drawn {
         }
     }
 
-    /// Drops a last corner that is the first one again.
+    /// Drops the last corner of an outline with curves where it is the first one again.
     fn close(&mut self, near: f64) {
         if let (Some(first), Some(last), false) =
             (self.outline.first(), self.outline.last(), self.arcs.is_empty())

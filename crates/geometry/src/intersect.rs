@@ -5,23 +5,29 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+/// A point in space, m.
 pub(crate) type Point = [f64; 3];
 
-/// Triangles, or other objects with bounds, in a tree of boxes.
+/// A bounding volume hierarchy of triangles, or of other objects with bounds.
 pub(crate) struct Search {
+    /// The tree, whose leaves hold indices into `boxes`.
     tree: Bvh2,
+    /// The bounds of each object.
     boxes: Vec<Aabb>,
 }
 
-/// Brings all coordinates to [-1, 1], where single precision is enough: every step keeps the order of two numbers, so boxes
-/// that overlap still overlap.
+/// A shift and a scale that bring all coordinates to [-1, 1], where single precision is enough: every step
+/// keeps the order of two numbers, so boxes that overlap still overlap.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame {
+    /// The point that becomes the origin.
     middle: Point,
+    /// The length that becomes 1.
     scale: f64,
 }
 
 impl Frame {
+    /// The frame in which these points fill [-1, 1].
     pub(crate) fn around<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for p in points {
@@ -35,7 +41,7 @@ impl Frame {
         Self { middle, scale: if half > 0.0 { half } else { 1.0 } }
     }
 
-    /// The smallest box that holds the points.
+    /// The smallest box that holds the points, in the coordinates of the frame.
     pub(crate) fn bounds(&self, points: &[Point]) -> Aabb {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for p in points {
@@ -50,6 +56,7 @@ impl Frame {
 }
 
 impl Search {
+    /// A tree of the faces of a surface.
     fn new(frame: Frame, points: &[Point], faces: &[[u32; 3]]) -> Self {
         Self::of(faces.iter().map(|f| frame.bounds(&f.map(|p| points[p as usize]))).collect())
     }
@@ -84,7 +91,8 @@ impl Search {
     }
 }
 
-/// The first two faces, by their indices, that have a point in common beyond the corners and edges they share.
+/// The first two faces, by their indices, that have a point in common beyond the corners and edges they
+/// share.
 ///
 /// No face may be degenerate.
 pub(super) fn within(points: &[Point], faces: &[[u32; 3]]) -> Option<(usize, usize)> {
@@ -92,21 +100,22 @@ pub(super) fn within(points: &[Point], faces: &[[u32; 3]]) -> Option<(usize, usi
     let search = Search::new(frame, points, faces);
     let mut stack = Vec::new();
     for i in 0..faces.len() {
-        let mut found: Option<usize> = None;
+        let mut first_hit: Option<usize> = None;
         search.near(&search.boxes[i], &mut stack, |j| {
             let j = j as usize;
-            if j > i && found.is_none_or(|f| j < f) && faces_meet(points, faces[i], faces[j]) {
-                found = Some(j);
+            if j > i && first_hit.is_none_or(|f| j < f) && faces_meet(points, faces[i], faces[j]) {
+                first_hit = Some(j);
             }
         });
-        if let Some(j) = found {
+        if let Some(j) = first_hit {
             return Some((i, j));
         }
     }
     None
 }
 
-/// The first face of `left` and a face of `right` that have a point in common.
+/// The first face of `left` that has a point in common with a face of `right`, and the first such face of
+/// `right`. Both surfaces are points and the indices of the corners of their faces.
 pub(super) fn between(
     left: (&[Point], &[[u32; 3]]),
     right: (&[Point], &[[u32; 3]]),
@@ -116,14 +125,16 @@ pub(super) fn between(
     let mut stack = Vec::new();
     for (i, face) in left.1.iter().enumerate() {
         let corners = face.map(|p| left.0[p as usize]);
-        let mut found: Option<usize> = None;
+        let mut first_hit: Option<usize> = None;
         search.near(&frame.bounds(&corners), &mut stack, |j| {
             let j = j as usize;
-            if found.is_none_or(|f| j < f) && apart_meet(corners, right.1[j].map(|p| right.0[p as usize])) {
-                found = Some(j);
+            if first_hit.is_none_or(|f| j < f)
+                && triangles_meet(corners, right.1[j].map(|p| right.0[p as usize]))
+            {
+                first_hit = Some(j);
             }
         });
-        if let Some(j) = found {
+        if let Some(j) = first_hit {
             return Some((i, j));
         }
     }
@@ -132,28 +143,28 @@ pub(super) fn between(
 
 /// Whether two faces of one surface meet beyond the corners they share by index.
 fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
-    let at = |p: u32| points[p as usize];
+    let point = |p: u32| points[p as usize];
     let shared: Vec<u32> = f.into_iter().filter(|p| g.contains(p)).collect();
     match shared[..] {
-        [] => apart_meet(f.map(at), g.map(at)),
-        // Two triangles with a common corner intersect in a star around it. If it is more than the corner, it reaches the
-        // opposite edge of one of the two.
+        [] => triangles_meet(f.map(point), g.map(point)),
+        // Two triangles with a common corner intersect in a star around it. If it is more than the corner, it
+        // reaches the opposite edge of one of the two.
         [corner] => {
             let opposite = |t: [u32; 3]| {
                 let k = t.iter().position(|&p| p == corner).unwrap_or(0);
-                [at(t[(k + 1) % 3]), at(t[(k + 2) % 3])]
+                [point(t[(k + 1) % 3]), point(t[(k + 2) % 3])]
             };
-            segment_meets(opposite(f), g.map(at)) || segment_meets(opposite(g), f.map(at))
+            segment_meets(opposite(f), g.map(point)) || segment_meets(opposite(g), f.map(point))
         }
         // Triangles with a common edge meet elsewhere only if they are folded flat onto each other.
         [u, v] => {
-            let other = |t: [u32; 3]| t.into_iter().find(|p| *p != u && *p != v).map(at);
+            let other = |t: [u32; 3]| t.into_iter().find(|p| *p != u && *p != v).map(point);
             let (Some(a), Some(b)) = (other(f), other(g)) else { return true };
-            if side(at(u), at(v), a, b) != 0.0 {
+            if side(point(u), point(v), a, b) != 0.0 {
                 return false;
             }
-            let axes = flat_axes([at(u), at(v), a]);
-            let turn = |p| flat_turn(axes, at(u), at(v), p);
+            let axes = flat_axes([point(u), point(v), a]);
+            let turn = |p| flat_turn(axes, point(u), point(v), p);
             (turn(a) > 0.0) == (turn(b) > 0.0)
         }
         _ => true,
@@ -161,7 +172,7 @@ fn faces_meet(points: &[Point], f: [u32; 3], g: [u32; 3]) -> bool {
 }
 
 /// Whether two closed triangles have a point in common. If they do, an edge of one meets the other.
-fn apart_meet(f: [Point; 3], g: [Point; 3]) -> bool {
+fn triangles_meet(f: [Point; 3], g: [Point; 3]) -> bool {
     let beyond = |t: [Point; 3], other: [Point; 3]| {
         let s = other.map(|p| side(t[0], t[1], t[2], p));
         s.iter().all(|&s| s > 0.0) || s.iter().all(|&s| s < 0.0)
@@ -190,8 +201,8 @@ fn segment_meets([p, q]: [Point; 2], t: [Point; 3]) -> bool {
     s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0)
 }
 
-/// Whether two closed segments in a plane meet, projected onto two axes. Where they lie on one line, their ends decide, which
-/// the caller tests.
+/// Whether two closed segments in a plane meet, projected onto two axes. Segments on one line meet if they
+/// overlap along both axes.
 fn segments_meet(axes: [usize; 2], [p, q]: [Point; 2], [a, b]: [Point; 2]) -> bool {
     let (pa, pb) = (flat_turn(axes, p, q, a), flat_turn(axes, p, q, b));
     let (ap, aq) = (flat_turn(axes, a, b, p), flat_turn(axes, a, b, q));

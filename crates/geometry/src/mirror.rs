@@ -1,21 +1,24 @@
-//! Planes of symmetry: of a symmetric scene only one half needs to be solved.
+//! Planes of mirror symmetry of a scene: of a symmetric scene, only one half needs to be solved.
 //!
-//! Conductors either lie on both sides of such a plane, or change places with one another about it. Every potential is the sum of
-//! one that is even about the plane, for which it takes the place of an insulated wall, and one that is odd, for which it takes the
-//! place of a grounded one. Where no conductors change places, all potentials of interest are even.
+//! Conductors either lie on both sides of such a plane, or change places with one another about it. Every
+//! potential is the sum of one that is even about the plane, for which it takes the place of an insulated
+//! wall, and one that is odd, for which it takes the place of a grounded one. Where no conductors change
+//! places, all potentials of interest are even.
 
 use crate::meshing::tets::{bounds, flat_parts};
 use crate::scene::{Body, Box3, MirrorPlane, Scene, Wall, across};
 use crate::shapes::{Arc, Curve, Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Distances below this, relative to the extent of the scene, count as zero.
+/// Distances below this, relative to the extent of the scene, count as zero. Not tuned: it only has to lie
+/// above rounding errors and below distances that matter.
 const TOLERANCE: f64 = 1e-12;
 
-/// The planes about which a scene is symmetric, at most one normal to each axis, at a coordinate in m.
+/// The planes about which a scene is symmetric, at most one normal to each axis.
 ///
-/// There is none for an axis along which nothing ends, for groups of a volume mesh, where a sheet lies in the plane, where
-/// conductors that change places about it touch it, and where a surface has edges on one side that the other side has not.
+/// No plane is found along an axis on which no body ends, for groups of a volume mesh, where a sheet lies in
+/// the plane, where conductors that change places about the plane touch it, and where a surface has edges on
+/// one side of it that have no mirror images on the other.
 pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
     let boxes: Vec<Box3> = scene.shapes().map(bounds).chain([scene.domain]).collect();
     let extents = boxes.iter().flat_map(|b| (0..3).map(|a| b.extent(a)));
@@ -26,7 +29,7 @@ pub fn planes(scene: &Scene) -> [Option<MirrorPlane>; 3] {
         if scene.walls[axis][0] != scene.walls[axis][1] {
             return None;
         }
-        // About the middle of a body, or about that of all conductors together.
+        // The candidates are the middle of one body, and that of all conductors together.
         let of_one = scene.shapes().zip(&boxes).find_map(|(shape, b)| middle(shape, b, axis))?;
         let joint = scene.conductor_parts().map(|(_, part)| bounds(part)).reduce(|a, b| a.union(&b));
         let of_all = joint.map(|b| 0.5 * (b.min[axis] + b.max[axis])).filter(|at| at.is_finite());
@@ -60,7 +63,7 @@ pub fn part(scene: &Scene, planes: &[Option<MirrorPlane>; 3]) -> Scene {
     out
 }
 
-/// The coordinate that a mirror plane of a body would have.
+/// The coordinate that a mirror plane of a shape normal to `axis` would have, given the bounds of the shape.
 fn middle(shape: &Shape, b: &Box3, axis: usize) -> Option<f64> {
     match shape {
         Shape::Sphere { center, .. } | Shape::Shell { center, .. } => Some(center[axis]),
@@ -95,15 +98,19 @@ fn keeps_order(dielectrics: &[&Body], images: &[usize]) -> bool {
     })
 }
 
+/// A candidate for a mirror plane.
 #[derive(Debug, Clone, Copy)]
 struct Plane {
+    /// The axis to which the plane is normal.
     axis: usize,
+    /// The coordinate of the plane along that axis, m.
     at: f64,
+    /// The error that coordinates may have from rounding, m.
     near: f64,
 }
 
 impl Plane {
-    /// For each body the one that is its image, if all have one.
+    /// For each body the index of its mirror image; `None` if a body has none.
     fn images(&self, bodies: &[&Body]) -> Option<Vec<usize>> {
         let boxes: Vec<Vec<Box3>> = bodies.iter().map(|b| b.parts.iter().map(bounds).collect()).collect();
         let mut images: Vec<Option<usize>> = vec![None; bodies.len()];
@@ -123,24 +130,24 @@ impl Plane {
 
     /// Whether a body, with the bounds of its parts, is the image of another one, or of itself.
     fn maps_body(&self, one: (&Body, &[Box3]), other: (&Body, &[Box3]), itself: bool) -> bool {
-        let alike = match (one.0.is_conductor(), other.0.is_conductor()) {
+        let same_role = match (one.0.is_conductor(), other.0.is_conductor()) {
             (true, true) => true,
             (false, false) => one.0.role == other.0.role,
             (true, false) | (false, true) => false,
         };
-        let mut left: Vec<usize> = (0..other.1.len()).collect();
-        let count = one.1.len() == left.len();
-        alike
-            && count
+        let mut unmatched: Vec<usize> = (0..other.1.len()).collect();
+        let same_count = one.1.len() == unmatched.len();
+        same_role
+            && same_count
             && one.1.iter().enumerate().all(|(p, b)| {
-                let found = left.iter().position(|&q| {
+                let image = unmatched.iter().position(|&q| {
                     // A sheet in the plane has a field on both of its sides.
                     let in_plane = itself && p == q && b.min[self.axis] == b.max[self.axis];
                     !in_plane
                         && self.maps_box(b, &other.1[q])
                         && self.maps_shape(&one.0.parts[p], &other.0.parts[q])
                 });
-                found.map(|at| left.swap_remove(at)).is_some()
+                image.map(|k| unmatched.swap_remove(k)).is_some()
             })
     }
 
@@ -216,8 +223,8 @@ impl Plane {
         }
     }
 
-    /// Whether the corners of an outline are the images of those of another, one after the other, either way round. Of the two coordinates,
-    /// the mirror reflects the one with the number `reflected`, if any.
+    /// Whether the corners of an outline are the images of those of another, one after the other, either way
+    /// round. Of the two coordinates, the mirror reflects the one with the number `reflected`, if any.
     fn maps_outline(&self, one: &[[f64; 2]], other: &[[f64; 2]], reflected: Option<usize>) -> bool {
         let n = one.len();
         let image = |i: usize| self.image(one[i], reflected);
@@ -253,8 +260,8 @@ impl Plane {
         point
     }
 
-    /// Whether every flat part of one surface is the image of one of the other: its edges, which determine
-    /// it, are the images of edges.
+    /// Whether the flat parts of one surface are the images of those of another. Edges determine a flat part,
+    /// so that its edges are compared.
     fn maps_surface(&self, one: &TriangleSurface, other: &TriangleSurface) -> bool {
         let (Some(first), Some(second)) = (outlines(one), outlines(other)) else { return false };
         let Some(images) = self.corner_images((one, &first), (other, &second)) else { return false };
@@ -273,7 +280,8 @@ impl Plane {
             })
     }
 
-    /// The corner at the image of each corner, if each has one and no two the same.
+    /// For each corner of the outlines of one surface, the corner of the other surface at its image; `None`
+    /// if a corner has no image, or shares it with another corner.
     fn corner_images(
         &self,
         one: (&TriangleSurface, &[Outline]),
@@ -313,10 +321,10 @@ impl Plane {
     }
 }
 
-/// Edges of a flat part of a surface, each with its lower corner first, sorted.
+/// The edges around a flat part of a surface, each with the lower index of its two corners first, sorted.
 type Outline = Vec<[u32; 2]>;
 
-/// The outlines of a surface's flat parts; `None` if an edge has more or fewer than two sides.
+/// The outlines of a surface's flat parts; `None` if an edge belongs to more or fewer than two triangles.
 fn outlines(surface: &TriangleSurface) -> Option<Vec<Outline>> {
     let parts = flat_parts(surface);
     let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();

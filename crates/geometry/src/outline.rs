@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Whether a point lies in a simple polygon.
 ///
-/// Two polygons with a common edge neither share a point next to it nor leave one out: the edge is always taken from its lower
-/// end up, whichever way the polygon passes it, so that rounding puts a point on the same side of it for both.
+/// Two polygons with a common edge neither share a point next to it nor leave one out: the edge is always
+/// taken from its lower end up, whichever way the polygon passes it, so that rounding puts a point on the
+/// same side of it for both.
 pub fn contains(outline: &[[f64; 2]], p: [f64; 2]) -> bool {
     let sides = outline.iter().zip(outline.iter().cycle().skip(1));
     sides.filter(|(a, b)| passes(**a, **b, p)).count() % 2 == 1
@@ -19,11 +20,12 @@ pub fn passes(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> bool {
         && p[0] < low[0] + (high[0] - low[0]) * (p[1] - low[1]) / (high[1] - low[1])
 }
 
-/// Corners of a regular polygon on a circle, the first in the direction of the first axis. Corners in the direction of an axis have the
-/// other coordinate of the center without rounding, and those that are mirror images about an axis are so to the last digit: faces of
-/// boxes often lie there.
+/// Corners of a regular polygon on a circle, the first in the direction of the first axis. Corners in the
+/// direction of an axis have the other coordinate of the center without rounding, and those that are mirror
+/// images about an axis are so to the last digit: faces of boxes often lie there.
 pub fn on_circle(center: [f64; 2], radius: f64, corners: usize) -> Vec<[f64; 2]> {
-    // Within an eighth of a turn, and then by exchanges and signs.
+    // Sines and cosines are taken within an eighth of a turn only. All other corners have the same numbers,
+    // exchanged or with other signs.
     let within_quarter = |part: usize| {
         let angle = |part: usize| part as f64 * TAU / (4 * corners) as f64;
         let (sine, cosine) = angle(part.min(corners - part)).sin_cos();

@@ -1,7 +1,7 @@
-//! Outlines with holes, pulled along an axis, as parts without holes that touch.
+//! Division of outlines with holes, extruded along an axis, into parts without holes that touch one another.
 //!
-//! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts lead from corner to corner, so
-//! that no corner is added and curves stay the curves that they are.
+//! Code that handles one simple outline at a time then needs to know nothing of holes. The cuts between parts
+//! lead from corner to corner, so that no corner is added and curves stay the curves that they are.
 
 use crate::drawing::Drawn;
 use crate::meshing::plane::constrained_triangles;
@@ -11,11 +11,13 @@ use crate::shapes::{Arc, Curve, Shape};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-/// Cells of the grid of its corners up to which a pattern is divided into boxes.
+/// The largest number of cells, in the grid of the coordinates of all corners, from which boxes are made. The
+/// limit is that of `validate/recognised.rs` in elastocap-case, which says how it was measured.
 const MAX_CELLS: usize = 12_000;
 
-/// The space between an outline and the holes in it, pulled along an axis between two ends: boxes where all sides are parallel to the
-/// axes, otherwise extrusions. Holes lie inside the outline and apart from one another. `None` where the plane cannot be divided.
+/// The space between an outline and the holes in it, extruded along an axis between two ends: boxes where all
+/// sides are parallel to the axes, otherwise extrusions. Holes lie inside the outline and apart from one
+/// another. `None` where the plane cannot be divided.
 pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn]) -> Option<Vec<Shape>> {
     let drawings: Vec<&Drawn> = std::iter::once(outline).chain(holes).collect();
     let polygons: Vec<&[[f64; 2]]> = drawings.iter().map(|drawn| drawn.outline.as_slice()).collect();
@@ -44,7 +46,7 @@ pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn])
     }
     let [from, to] = ends;
     let shape = |piece: &Vec<usize>| {
-        let (outline, arcs) = drawn_again(piece, &points, &curved);
+        let (outline, arcs) = outline_and_arcs(piece, &points, &curved);
         Shape::Extrusion { axis, from, to, outline, arcs }
     };
     Some(pieces.iter().map(shape).collect())
@@ -52,27 +54,28 @@ pub fn perforated(axis: usize, ends: [f64; 2], outline: &Drawn, holes: &[Drawn])
 
 /// A side that stands for a part of a curve.
 struct CurvedSide {
+    /// The whole curve.
     curve: Curve,
-    /// The number of the curve among all.
+    /// The number of the curve among those of all outlines.
     number: usize,
-    /// The share of the curve's sides that come before it and that with it.
-    share: [f64; 2],
-    /// The corner in which it begins along the curve.
+    /// The places along the curve at which the side begins and ends, from 0 to 1.
+    range: [f64; 2],
+    /// The corner in which the side begins, in the direction of the curve.
     from: usize,
 }
 
-/// The sides that stand for curves, by their ends in ascending order.
-fn curved_sides(all: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
+/// The sides of all outlines that stand for curves, by the numbers of their two ends in ascending order.
+fn curved_sides(outlines: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
     let mut out = HashMap::new();
     let (mut first, mut number) = (0, 0);
-    for drawn in all {
+    for drawn in outlines {
         let count = drawn.outline.len();
         for Arc { curve, sides } in &drawn.arcs {
             let length = sides.len() as f64;
             for (k, side) in sides.clone().enumerate() {
                 let [a, b] = [first + side, first + (side + 1) % count];
-                let share = [k as f64 / length, (k + 1) as f64 / length];
-                out.insert([a.min(b), a.max(b)], CurvedSide { curve: *curve, number, share, from: a });
+                let range = [k as f64 / length, (k + 1) as f64 / length];
+                out.insert([a.min(b), a.max(b)], CurvedSide { curve: *curve, number, range, from: a });
             }
             number += 1;
         }
@@ -81,14 +84,14 @@ fn curved_sides(all: &[&Drawn]) -> HashMap<[usize; 2], CurvedSide> {
     out
 }
 
-/// The sides of a polygon, by their ends in ascending order.
+/// The sides of a polygon, each as the numbers of its two ends in ascending order.
 fn sides_of(piece: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     let next = piece.iter().cycle().skip(1);
     piece.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)])
 }
 
-/// Simple polygons, by their corners, that triangles are joined to: each grows while a triangle beside it has a corner that it does not
-/// have yet.
+/// Joins triangles to simple polygons, and returns the corners of each polygon. Each polygon grows while a
+/// triangle beside it has a corner that it does not have yet.
 fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     let mut beside: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
     for (t, triangle) in triangles.iter().enumerate() {
@@ -108,7 +111,7 @@ fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
             let free = beside[&side].iter().find(|t| !is_taken[**t]);
             let Some(&t) = free else { continue };
             let Some(&tip) = triangles[t].iter().find(|corner| !side.contains(corner)) else { continue };
-            let Some(place) = (0..piece.len()).find(|k| {
+            let Some(before) = (0..piece.len()).find(|k| {
                 let [a, b] = [piece[*k], piece[(k + 1) % piece.len()]];
                 [a.min(b), a.max(b)] == side
             }) else {
@@ -116,7 +119,7 @@ fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
             };
             if corners.insert(tip) {
                 is_taken[t] = true;
-                piece.insert(place + 1, tip);
+                piece.insert(before + 1, tip);
                 open.extend(side.map(|end| [end.min(tip), end.max(tip)]));
             }
         }
@@ -125,8 +128,8 @@ fn joined(triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     out
 }
 
-/// A polygon with the curves that its sides stand for.
-fn drawn_again(
+/// A polygon and the curves that its sides stand for.
+fn outline_and_arcs(
     piece: &[usize],
     points: &[[f64; 2]],
     curved: &HashMap<[usize; 2], CurvedSide>,
@@ -136,11 +139,12 @@ fn drawn_again(
         let [a, b] = [piece[k % n], piece[(k + 1) % n]];
         curved.get(&[a.min(b), a.max(b)])
     };
+    // Whether the side before side `k` is a part of the same curve.
     let goes_on = |k: usize| {
         let (before, this) = (curved_side(k + n - 1), curved_side(k));
         before.zip(this).is_some_and(|(before, this)| before.number == this.number)
     };
-    // Begins where no curve goes on.
+    // The outline begins in a corner that is not in the middle of a curve.
     let start = (0..n).find(|k| !goes_on(*k)).unwrap_or(0);
     let outline: Vec<[f64; 2]> = (start..start + n).map(|k| points[piece[k % n]]).collect();
     let mut arcs = Vec::new();
@@ -160,8 +164,8 @@ fn drawn_again(
         let sides: Range<usize> = begin..k;
         let curve = match first.curve {
             Curve::Circle { .. } => first.curve,
-            Curve::Cubic(cubic) if is_forward => Curve::Cubic(cubic.part([first.share[0], last.share[1]])),
-            Curve::Cubic(cubic) => Curve::Cubic(cubic.part([last.share[0], first.share[1]]).reversed()),
+            Curve::Cubic(cubic) if is_forward => Curve::Cubic(cubic.part([first.range[0], last.range[1]])),
+            Curve::Cubic(cubic) => Curve::Cubic(cubic.part([last.range[0], first.range[1]]).reversed()),
         };
         arcs.push(Arc { curve, sides });
     }

@@ -15,18 +15,20 @@ use crate::shapes::{Shape, TriangleSurface};
 use elastocap_linalg::vector::{cross, minus};
 use std::ops::Range;
 
-/// How far the volume of the boxes may be from that of the surface, relative to it: rounding of the sum over the triangles.
+/// The largest relative difference, due to rounding, between the volume of some boxes or prisms and the sum
+/// over the triangles of a surface. Not tuned: it only has to lie above rounding errors and below errors that
+/// matter.
 const ROUNDING: f64 = 1e-9;
 
-/// The boxes that a body consists of, which have at most faces in common; `None` if it does not consist of boxes with faces normal
-/// to the axes, or if the grid of its coordinates has more cells than `most`.
-pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
+/// The boxes that a body consists of, which share faces at most; `None` if it does not consist of boxes with
+/// faces normal to the axes, or if the grid of its coordinates has more cells than `max_cells`.
+pub fn boxes_of(shape: &Shape, max_cells: usize) -> Option<Vec<Box3>> {
     match shape {
         Shape::Box(region) => Some(vec![*region]),
         Shape::Extrusion { axis, from, to, outline, .. } => {
-            boxes_of_outlines(*axis, [*from, *to], &[outline], most)
+            boxes_of_outlines(*axis, [*from, *to], &[outline], max_cells)
         }
-        Shape::Surface(surface) => of_surface(surface, most),
+        Shape::Surface(surface) => boxes_of_surface(surface, max_cells),
         Shape::Sphere { .. }
         | Shape::Shell { .. }
         | Shape::Capsule { .. }
@@ -36,20 +38,20 @@ pub fn boxes_of(shape: &Shape, most: usize) -> Option<Vec<Box3>> {
     }
 }
 
-/// The boxes, as [`boxes_of`] gives them, of what an odd number of outlines holds, pulled along an axis between two ends: holes are
-/// outlines in one another.
+/// The boxes, as [`boxes_of`] gives them, of the area that an odd number of outlines contains, pulled along
+/// an axis between two ends: an outline inside another one is a hole.
 pub fn boxes_of_outlines(
     axis: usize,
     [from, to]: [f64; 2],
     outlines: &[&[[f64; 2]]],
-    most: usize,
+    max_cells: usize,
 ) -> Option<Vec<Box3>> {
-    let cells = Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, most)?;
-    // Around holes the few boxes would be other ones than those of the mirror image.
+    let cells = Cells::of_outlines(axis, [from.min(to), from.max(to)], outlines, max_cells)?;
+    // Around holes, `Cells::boxes` would divide a body and its mirror image in different ways.
     Some(if outlines.len() > 1 { cells.strips() } else { cells.boxes() })
 }
 
-/// How many cells the planes of all faces of some boxes divide the space between them into.
+/// The number of cells into which the planes of all faces of some boxes divide the box around them.
 pub fn cells_between(boxes: impl Iterator<Item = Box3>) -> usize {
     let boxes: Vec<Box3> = boxes.collect();
     let along = |axis: usize| {
@@ -59,14 +61,15 @@ pub fn cells_between(boxes: impl Iterator<Item = Box3>) -> usize {
     (0..3).map(along).fold(1, usize::saturating_mul)
 }
 
-fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Vec<Box3>> {
-    let boxes = Cells::of_surface(surface, most)?.boxes();
+/// The boxes of which a closed surface of triangles consists, as [`boxes_of`] gives them.
+fn boxes_of_surface(surface: &TriangleSurface, max_cells: usize) -> Option<Vec<Box3>> {
+    let boxes = Cells::of_surface(surface, max_cells)?.boxes();
     let volume: f64 = boxes.iter().map(|b| [0, 1, 2].map(|a| b.extent(a)).iter().product::<f64>()).sum();
     encloses(surface, volume).then_some(boxes)
 }
 
-/// Whether a surface is closed and turned outward around this volume, m^3, by Gauss's theorem: how triangles are turned has played no part
-/// in what else is looked at, nor has, in part, which of them there are.
+/// Whether a surface is closed and turned outward around this volume, m^3, by Gauss's theorem. The other
+/// tests ignore how the triangles are turned, and some of the triangles altogether.
 fn encloses(surface: &TriangleSurface, volume: f64) -> bool {
     let (mut enclosed, mut total, mut areas) = (0.0, 0.0, [0.0; 3]);
     for face in &surface.faces {
@@ -80,8 +83,8 @@ fn encloses(surface: &TriangleSurface, volume: f64) -> bool {
     is_closed && volume > 0.0 && (enclosed - volume).abs() <= ROUNDING * volume
 }
 
-/// Between a triangle and the plane through the first point of the surface that is normal to x1, m^3; negative where the triangle is
-/// seen from below.
+/// The signed volume between a triangle and the plane through the first point of the surface that is normal
+/// to x1, m^3: the sum over a closed surface that is turned outward is the volume inside.
 fn volume_below(surface: &TriangleSurface, face: &[u32; 3]) -> f64 {
     let from = surface.points[0];
     let [p, q, r] = face.map(|k| [0, 1, 2].map(|a| surface.points[k as usize][a] - from[a]));
@@ -91,46 +94,51 @@ fn volume_below(surface: &TriangleSurface, face: &[u32; 3]) -> f64 {
 
 /// The cells of a grid that a body fills.
 struct Cells {
-    /// Planes of the grid along each axis, ascending, m. Two equal ones are a sheet.
+    /// Planes of the grid along each axis, ascending, m. Two equal planes are the ends of a sheet.
     planes: [Vec<f64>; 3],
     /// Whether each cell is filled, the first axis fastest.
     filled: Vec<bool>,
 }
 
 /// Coordinates in ascending order, each once.
-fn ascending(mut all: Vec<f64>) -> Vec<f64> {
-    all.sort_by(f64::total_cmp);
-    all.dedup();
-    all
+fn ascending(mut coordinates: Vec<f64>) -> Vec<f64> {
+    coordinates.sort_by(f64::total_cmp);
+    coordinates.dedup();
+    coordinates
 }
 
-/// The place of a coordinate among ascending ones that have it.
-fn place(planes: &[f64], at: f64) -> usize {
+/// The index of the plane at a coordinate, which must be among the planes.
+fn plane_index(planes: &[f64], at: f64) -> usize {
     planes.partition_point(|plane| *plane < at)
 }
 
+/// The coordinate halfway between a plane and the next one.
 fn middle(planes: &[f64], k: usize) -> f64 {
     planes[k] + 0.5 * (planes[k + 1] - planes[k])
 }
 
 impl Cells {
-    fn empty(planes: [Vec<f64>; 3], most: usize) -> Option<Self> {
+    /// Cells between these planes, none of them filled; `None` if there are no cells, or more than
+    /// `max_cells`.
+    fn empty(planes: [Vec<f64>; 3], max_cells: usize) -> Option<Self> {
         let counts = planes.each_ref().map(|p| p.len().saturating_sub(1));
         let cells = counts.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))?;
-        (1..=most).contains(&cells).then(|| Self { planes, filled: vec![false; cells] })
+        (1..=max_cells).contains(&cells).then(|| Self { planes, filled: vec![false; cells] })
     }
 
+    /// The number of cells along each axis.
     fn counts(&self) -> [usize; 3] {
         self.planes.each_ref().map(|p| p.len() - 1)
     }
 
+    /// The position of a cell in `filled`.
     fn index(&self, cell: [usize; 3]) -> usize {
         let [n, m, _] = self.counts();
         cell[0] + n * (cell[1] + m * cell[2])
     }
 
     /// Cells, filled where they lie in an odd number of polygons pulled along an axis.
-    fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], most: usize) -> Option<Self> {
+    fn of_outlines(axis: usize, ends: [f64; 2], outlines: &[&[[f64; 2]]], max_cells: usize) -> Option<Self> {
         let mut edges =
             outlines.iter().flat_map(|outline| outline.iter().zip(outline.iter().cycle().skip(1)));
         if !edges.all(|(a, b)| a[0] == b[0] || a[1] == b[1]) {
@@ -145,7 +153,7 @@ impl Cells {
         for (k, &a) in across.iter().enumerate() {
             planes[a] = ascending(outlines.iter().flat_map(|outline| outline.iter().map(|q| q[k])).collect());
         }
-        let mut cells = Self::empty(planes, most)?;
+        let mut cells = Self::empty(planes, max_cells)?;
         let [columns, rows] = across.map(|a| cells.counts()[a]);
         for row in 0..rows {
             for column in 0..columns {
@@ -162,7 +170,7 @@ impl Cells {
     }
 
     /// Cells, filled where they lie in a closed surface of triangles.
-    fn of_surface(surface: &TriangleSurface, most: usize) -> Option<Self> {
+    fn of_surface(surface: &TriangleSurface, max_cells: usize) -> Option<Self> {
         let corners = |face: &[u32; 3]| face.map(|k| surface.points[k as usize]);
         let flat = |face: &[u32; 3], axis: usize| {
             let [p, q, r] = corners(face).map(|corner| corner[axis]);
@@ -172,17 +180,18 @@ impl Cells {
             return None;
         }
         let used = |axis: usize| surface.faces.iter().flat_map(corners).map(move |p| p[axis]).collect();
-        let mut cells = Self::empty([0, 1, 2].map(|axis| ascending(used(axis))), most)?;
-        // Along x1, cells change from empty to filled and back where a triangle normal to x1 covers their middle.
+        let mut cells = Self::empty([0, 1, 2].map(|axis| ascending(used(axis))), max_cells)?;
+        // Along x1, cells change from empty to filled and back where a triangle normal to x1 covers their
+        // middle.
         let [n, rows, layers] = cells.counts();
         let mut changes = vec![false; (n + 1) * rows * layers];
         for face in surface.faces.iter().filter(|face| flat(face, 0)) {
             let triangle = corners(face);
             let [y, z] = [1, 2].map(|axis| {
-                let ends = triangle.map(|p| place(&cells.planes[axis], p[axis]));
+                let ends = triangle.map(|p| plane_index(&cells.planes[axis], p[axis]));
                 ends.into_iter().min().unwrap_or(0)..ends.into_iter().max().unwrap_or(0)
             });
-            let plane = place(&cells.planes[0], triangle[0][0]);
+            let plane = plane_index(&cells.planes[0], triangle[0][0]);
             for layer in z {
                 for row in y.clone() {
                     let centre = [middle(&cells.planes[1], row), middle(&cells.planes[2], layer)];
@@ -204,7 +213,8 @@ impl Cells {
         Some(cells)
     }
 
-    /// The filled cells as boxes: from the first cell that is left, each box goes as far as it can along x1, then x2, then x3.
+    /// The filled cells as boxes: from the first cell that is left, each box goes as far as it can along x1,
+    /// then x2, then x3.
     fn boxes(mut self) -> Vec<Box3> {
         let mut boxes = Vec::new();
         let counts = self.counts();
@@ -221,7 +231,7 @@ impl Cells {
                             to[axis] += 1;
                         }
                     }
-                    self.empty_out(from, to);
+                    self.clear(from, to);
                     boxes.push(Box3 {
                         min: [0, 1, 2].map(|a| self.planes[a][from[a]]),
                         max: [0, 1, 2].map(|a| self.planes[a][to[a]]),
@@ -232,8 +242,9 @@ impl Cells {
         boxes
     }
 
-    /// The filled cells as boxes that are each as long along x1 as they can be, and wider only where all that is beside them is alike:
-    /// the boxes of a mirror image are the mirror images of the boxes.
+    /// The filled cells as boxes that are each as long along x1 as they can be. Whole rows and layers of
+    /// cells are joined only where they are alike, so that the boxes of a mirror image are the mirror images
+    /// of the boxes.
     fn strips(&self) -> Vec<Box3> {
         let [n, rows, layers] = self.counts();
         let row = |row: usize, layer: usize| &self.filled[n * (row + rows * layer)..][..n];
@@ -261,7 +272,8 @@ impl Cells {
         block(from, to).all(|cell| self.filled[self.index(cell)])
     }
 
-    fn empty_out(&mut self, from: [usize; 3], to: [usize; 3]) {
+    /// Marks all cells of a block as not filled.
+    fn clear(&mut self, from: [usize; 3], to: [usize; 3]) {
         for cell in block(from, to) {
             let index = self.index(cell);
             self.filled[index] = false;
@@ -269,7 +281,7 @@ impl Cells {
     }
 }
 
-/// Neighbouring numbers below `count` that are alike, together.
+/// The numbers below `count`, as ranges of neighbours that are the same.
 fn alike(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     for k in 0..count {
@@ -281,7 +293,7 @@ fn alike(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>>
     out
 }
 
-/// The cells of a block.
+/// The cells of a block, from the cell `from` to the cell before `to` along each axis.
 fn block(from: [usize; 3], to: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let plane = move |k| (from[1]..to[1]).flat_map(move |j| (from[0]..to[0]).map(move |i| [i, j, k]));
     (from[2]..to[2]).flat_map(plane)

@@ -1,7 +1,7 @@
 //! The scene as the solvers see it: bodies, walls and what fills the rest, in SI units.
 //!
-//! There is one [`Scene`] for all solvers. Each of them says which shapes it takes: the box solver boxes and sheets alone
-//! ([`Scene::is_boxes`]), the meshers any shape.
+//! There is one [`Scene`] for all solvers. Each of them says which shapes it takes: the box solver boxes and
+//! sheets alone ([`Scene::is_boxes`]), the meshers any shape.
 
 pub use crate::box3::Box3;
 use crate::shapes::Shape;
@@ -9,22 +9,22 @@ use crate::shapes::Shape;
 /// The condition on the field on one outer side of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wall {
-    /// No flux through it.
+    /// No flux passes through the side.
     Insulated,
-    /// At potential zero.
+    /// The side is at potential zero.
     Grounded,
-    /// There is none: the field decays to zero at infinity.
+    /// There is no wall: the field decays to zero at infinity.
     Open,
 }
 
 /// How the potential of a conductor is determined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Potential {
-    /// A source: it may be given any potential, and has a row in the capacitance matrix.
+    /// A source: the conductor may be given any potential, and has a row in the capacitance matrix.
     Driven,
-    /// It is at zero, as grounded walls are, and has no row in the matrix.
+    /// The conductor is at potential zero, as grounded walls are, and has no row in the matrix.
     Grounded,
-    /// Nothing but the field: the conductor floats, and its potential is an unknown.
+    /// The conductor floats: its potential is an unknown, which the field and its charge determine.
     Floating {
         /// The charge that it carries, C.
         charge: f64,
@@ -89,7 +89,7 @@ pub enum Purpose {
 pub struct Body {
     /// Unique within the scene.
     pub name: String,
-    /// Where it is: the union of these. They may touch, overlap or lie apart; never empty.
+    /// The shapes whose union the body is. They may touch, overlap or lie apart; there is at least one.
     pub parts: Vec<Shape>,
     /// Its electrical role.
     pub role: Role,
@@ -153,7 +153,7 @@ impl Body {
         self.parts.iter().map(Shape::as_box).collect()
     }
 
-    /// The smallest box that holds it, infinite where the body is; `None` where only a mesh knows.
+    /// The smallest box that holds it, infinite where the body is; `None` if a part is a group of a mesh.
     pub fn bounds(&self) -> Option<Box3> {
         let parts: Option<Vec<Box3>> = self.parts.iter().map(Shape::bounds).collect();
         parts?.into_iter().reduce(|all, part| all.union(&part))
@@ -170,9 +170,9 @@ impl Body {
 pub struct MirrorPlane {
     /// The coordinate of the plane along the axis, m.
     pub at: f64,
-    /// For each conductor of the scene the one that is its image; itself, if the plane cuts it in two.
+    /// For each conductor of the scene the index of its mirror image: its own, if the plane cuts it in two.
     pub conductors: Vec<usize>,
-    /// For each dielectric of the scene the one that is its image; itself, if the plane cuts it in two.
+    /// For each dielectric of the scene the index of its mirror image: its own, if the plane cuts it in two.
     pub dielectrics: Vec<usize>,
 }
 
@@ -206,7 +206,7 @@ pub struct Dielectric<'a> {
     pub relative_permittivity: f64,
 }
 
-/// The body, if any, that a point of the scene lies in.
+/// What a point of the scene lies in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filling<'a> {
     /// In no body.
@@ -217,7 +217,7 @@ pub enum Filling<'a> {
     Dielectric(Dielectric<'a>),
 }
 
-/// The two other axes, ascending.
+/// The two axes other than `axis`, ascending.
 pub fn across(axis: usize) -> [usize; 2] {
     [[1, 2], [0, 2], [0, 1]][axis]
 }
@@ -225,25 +225,27 @@ pub fn across(axis: usize) -> [usize; 2] {
 /// A scene of bodies of any shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// The bodies. Conductors stand in the order of the capacitance matrix and have pairwise no common point; dielectrics stand
-    /// in the order in which they override one another, the last one where several are. How the two kinds are mixed is of no
-    /// meaning: conductors override dielectrics.
+    /// The bodies. Conductors stand in the order of the capacitance matrix and have pairwise no common point;
+    /// dielectrics stand in the order in which they override one another: where several overlap, the last one
+    /// counts. The order of a conductor and a dielectric does not matter: conductors override dielectrics.
     pub bodies: Vec<Body>,
     /// eps_r wherever no dielectric is.
     pub background_permittivity: f64,
-    /// Outer walls; a bound is infinite exactly where the wall is [`Wall::Open`]. Around the hollow of a [`Shape::Shell`], which
-    /// bounds the scene itself, and infinite for a scene of [`Shape::Physical`] bodies, which ends where their mesh does.
+    /// The box in which the scene ends; a bound is infinite exactly where the wall is [`Wall::Open`]. In a
+    /// [`Shape::Shell`], which bounds the scene itself, it is the box around the hollow. It is infinite for a
+    /// scene of [`Shape::Physical`] bodies, which ends where their mesh does.
     pub domain: Box3,
-    /// `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
+    /// The walls as `walls[axis][side]`, side 0 at `domain.min`, side 1 at `domain.max`.
     pub walls: [[Wall; 2]; 3],
 }
 
-/// How much around the conductors belongs to [`Scene::sensor`], as a share of their largest extent.
+/// How much around the conductors belongs to [`Scene::sensor`], as a share of their largest extent. It is not
+/// tuned.
 const AROUND: f64 = 0.5;
 
 impl Scene {
-    /// The box that field files show: the conductors, some space around them, and the whole height of the layer, if there is one. All of space
-    /// where no bounds of conductors are known.
+    /// The box that field files show: the conductors, some space around them, and the whole height of the
+    /// layer, if there is one. All of space where no bounds of conductors are known.
     pub fn sensor(&self) -> Box3 {
         let conductors = self.conductor_parts().filter_map(|(_, part)| part.bounds());
         let Some(conductors) = conductors.reduce(|all, part| all.union(&part)) else { return Box3::SPACE };
@@ -346,8 +348,11 @@ impl Scene {
 /// Finds the body of a scene that contains a point; see [`Scene::lookup`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lookup<'a> {
+    /// The conductors, in order.
     conductors: Vec<Conductor<'a>>,
+    /// The dielectrics, in the order in which they override one another.
     dielectrics: Vec<Dielectric<'a>>,
+    /// eps_r wherever no dielectric is.
     background_permittivity: f64,
 }
 

@@ -2,25 +2,28 @@
 
 use crate::scene::Box3;
 
-/// The distance of a section from the middle, as a share of the conductors' extent: meshes that are mirrored
-/// in the middle have faces there, and a section must not coincide with faces.
+/// The distance between a section and its nominal place, as a share of the conductors' extent: meshes that
+/// are mirrored in the middle of the conductors have faces there, and a section must not coincide with faces.
+/// It is not tuned.
 const BESIDE: f64 = 1.3e-4;
 
-/// A plane through the middle of the conductors, at right angles to an axis.
+/// A plane through the conductors, at right angles to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionPlane {
     /// The axis, 0 to 2.
     pub axis: usize,
-    /// The middle of the conductors along the axis, m.
+    /// The nominal place of the plane along the axis, m: the middle of the conductors, or another place that
+    /// the section is to show.
     pub middle: f64,
     /// The extent of the conductors along the axis, m.
     pub extent: f64,
 }
 
 impl SectionPlane {
-    /// The plane that shows most of some conductors: across x3; across x1 where they lie beside each other
-    /// along x3 alone, or have no extent along x3. Each conductor has one or several parts, whose bounds are
-    /// given with a key of the conductor. `None` where the conductors have no finite extent along that axis.
+    /// The plane through the middle of some conductors that shows most of them. It is at right angles to x3,
+    /// or to x1 where the conductors lie beside each other along x3 alone, or have no extent along x3.
+    /// `parts` are the bounds of the parts of the conductors, each with a key of its conductor. `None` where
+    /// the conductors have no extent along the axis of the plane, or an infinite one.
     pub fn through<K: PartialEq>(parts: &[(K, Box3)]) -> Option<Self> {
         let bounds_of_all = parts.iter().map(|(_, bounds)| *bounds).reduce(|a, b| a.union(&b))?;
         let apart = |a: usize| {
@@ -34,9 +37,10 @@ impl SectionPlane {
         (extent > 0.0 && extent.is_finite()).then_some(Self { axis, middle, extent })
     }
 
-    /// The planes that show a scene which is loaded around a place, [x1, x3] in m: one through that place, at right angles to the same axis as
-    /// [`SectionPlane::through`], and where this one misses more than half of the conductors a second one that cuts as many as possible.
-    /// Without a load the usual plane alone.
+    /// The planes that show a scene which is loaded around a place, [x1, x3] in m. The first goes through
+    /// that place, at right angles to the same axis as [`SectionPlane::through`]. Where it misses more than
+    /// half of the conductors, a second plane cuts as many as possible. Without a load, the plane of
+    /// [`SectionPlane::through`] is the only one.
     pub fn of_scene<K: PartialEq>(parts: &[(K, Box3)], load: Option<[f64; 2]>) -> Vec<Self> {
         let Some(usual) = Self::through(parts) else { return Vec::new() };
         let Some([x1, x3]) = load else { return vec![usual] };
@@ -45,7 +49,7 @@ impl SectionPlane {
         let first = |key: &K| parts.iter().position(|(other, _)| other == key);
         let numbered: Vec<(usize, &Box3)> =
             parts.iter().filter_map(|(key, bounds)| Some((first(key)?, bounds))).collect();
-        let count = |plane: &Self| {
+        let conductors_cut = |plane: &Self| {
             let mut is_cut = vec![false; parts.len()];
             for (conductor, _) in numbered.iter().filter(|(_, bounds)| plane.cuts(bounds)) {
                 is_cut[*conductor] = true;
@@ -53,21 +57,21 @@ impl SectionPlane {
             is_cut.into_iter().filter(|is_cut| *is_cut).count()
         };
         let conductors = numbered.iter().enumerate().filter(|(k, (conductor, _))| k == conductor).count();
-        let of_load = count(&at_load);
-        if 2 * of_load >= conductors {
+        let cut_at_load = conductors_cut(&at_load);
+        if 2 * cut_at_load >= conductors {
             return vec![at_load];
         }
         let mut ends: Vec<f64> =
             parts.iter().flat_map(|(_, bounds)| [bounds.min[usual.axis], bounds.max[usual.axis]]).collect();
         ends.sort_by(f64::total_cmp);
         ends.dedup();
-        let between = ends.windows(2).map(|pair| Self { middle: 0.5 * (pair[0] + pair[1]), ..usual });
-        let away = |plane: &Self| (plane.middle - at_load.middle).abs();
-        let best = between
-            .map(|plane| (count(&plane), plane))
-            .max_by(|a, b| a.0.cmp(&b.0).then(away(&b.1).total_cmp(&away(&a.1))));
-        let more = best.filter(|(found, _)| *found > of_load).map(|(_, plane)| plane);
-        std::iter::once(at_load).chain(more).collect()
+        let candidates = ends.windows(2).map(|pair| Self { middle: 0.5 * (pair[0] + pair[1]), ..usual });
+        let from_load = |plane: &Self| (plane.middle - at_load.middle).abs();
+        let best = candidates
+            .map(|plane| (conductors_cut(&plane), plane))
+            .max_by(|a, b| a.0.cmp(&b.0).then(from_load(&b.1).total_cmp(&from_load(&a.1))));
+        let second = best.filter(|(cut, _)| *cut > cut_at_load).map(|(_, plane)| plane);
+        std::iter::once(at_load).chain(second).collect()
     }
 
     /// Whether the plane cuts a body with these bounds.
@@ -75,12 +79,12 @@ impl SectionPlane {
         bounds.min[self.axis] <= self.at() && self.at() <= bounds.max[self.axis]
     }
 
-    /// The coordinate of the cut, m.
+    /// The coordinate of the cut along the axis, m.
     pub fn at(&self) -> f64 {
         self.middle + BESIDE * self.extent
     }
 
-    /// The ends of a thin slab around the plane, m. The lower end is the middle, where grids of mirrored
+    /// The ends of a thin slab around the cut, m. Its lower end is the nominal place, where grids of mirrored
     /// scenes have a plane.
     pub fn slab(&self) -> [f64; 2] {
         [self.middle, self.middle + 2.0 * BESIDE * self.extent]

@@ -1,4 +1,4 @@
-//! Distances of points and segments in space, m. A segment may be a point.
+//! Distances between points and segments in space, m. The two ends of a segment may be the same point.
 
 use elastocap_linalg::vector::{dot, length, minus};
 
@@ -6,25 +6,26 @@ use elastocap_linalg::vector::{dot, length, minus};
 type Point = [f64; 3];
 
 /// The point of the segment nearest to `p`, as a share of the way from its first end to its second.
-fn nearest(p: Point, [a, b]: [Point; 2]) -> f64 {
+fn nearest_share(p: Point, [a, b]: [Point; 2]) -> f64 {
     let along = minus(b, a);
     let squared = dot(along, along);
     if squared > 0.0 { (dot(minus(p, a), along) / squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-fn at([a, b]: [Point; 2], share: f64) -> Point {
+/// The point at a share of the way from the first end of a segment to its second.
+fn point_at([a, b]: [Point; 2], share: f64) -> Point {
     [0, 1, 2].map(|k| a[k] + share * (b[k] - a[k]))
 }
 
 /// The distance of a point from a segment.
 pub fn distance_to_segment(p: Point, segment: [Point; 2]) -> f64 {
-    length(minus(p, at(segment, nearest(p, segment))))
+    length(minus(p, point_at(segment, nearest_share(p, segment))))
 }
 
-/// The least distance of two segments (Ericson, Real-Time Collision Detection, section 5.1.9).
+/// The least distance between two segments (Ericson, Real-Time Collision Detection, section 5.1.9).
 pub fn distance_of_segments(one: [Point; 2], other: [Point; 2]) -> f64 {
-    // The least distance is that of an end, unless the nearest points of the two lines are inside both
-    // segments.
+    // The least distance is that of an end from the other segment, unless the points where the two lines are
+    // nearest to each other lie inside both segments.
     let of_ends = [
         distance_to_segment(one[0], other),
         distance_to_segment(one[1], other),
@@ -41,7 +42,11 @@ pub fn distance_of_segments(one: [Point; 2], other: [Point; 2]) -> f64 {
     let s = (uv * dot(v, w) - vv * dot(u, w)) / determinant;
     let t = (uu * dot(v, w) - uv * dot(u, w)) / determinant;
     let within = |share: f64| (0.0..=1.0).contains(&share);
-    if within(s) && within(t) { least.min(length(minus(at(one, s), at(other, t)))) } else { least }
+    if within(s) && within(t) {
+        least.min(length(minus(point_at(one, s), point_at(other, t))))
+    } else {
+        least
+    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,8 @@ pub enum Shape {
         /// Its radius, positive.
         radius: f64,
     },
-    /// Everything outside a ball: a closed conducting surface, with nothing solved beyond it. A conductor only.
+    /// Everything outside a ball: a closed conducting surface, with nothing solved beyond it. A conductor
+    /// only.
     Shell {
         /// The middle of the hollow.
         center: [f64; 3],
@@ -38,7 +39,7 @@ pub enum Shape {
     },
     /// A circular cylinder along a coordinate axis.
     Cylinder {
-        /// Along which it stands.
+        /// The axis of the cylinder.
         axis: usize,
         /// The middle of the end with the lower coordinate.
         base: [f64; 3],
@@ -49,7 +50,7 @@ pub enum Shape {
     },
     /// A circular tube along a coordinate axis.
     Tube {
-        /// Along which it stands.
+        /// The axis of the tube.
         axis: usize,
         /// The middle of the end with the lower coordinate.
         base: [f64; 3],
@@ -60,15 +61,17 @@ pub enum Shape {
     },
     /// A polygon pulled along a coordinate axis; a conductor may have `from == to`, a sheet.
     Extrusion {
-        /// Along which it is pulled.
+        /// The axis along which the polygon is pulled.
         axis: usize,
         /// Lower end along the axis.
         from: f64,
         /// Upper end along the axis.
         to: f64,
-        /// Corners in the two other coordinates in ascending order of axis, one simple polygon, either way round.
+        /// The corners of one simple polygon, either way round, in the two other coordinates in ascending
+        /// order of axis.
         outline: Vec<[f64; 2]>,
-        /// Parts of the outline that stand for curves, in its order; without them it is the polygon.
+        /// The parts of the outline that stand for curves, in the order of the corners; empty if the sides of
+        /// the polygon are the true ones.
         arcs: Vec<Arc>,
     },
     /// The space that a closed surface of triangles encloses.
@@ -77,13 +80,14 @@ pub enum Shape {
     Physical(String),
 }
 
-/// Sides of an outline that stand for an arc of a curve: its corners there lie on the curve, close together.
+/// Sides of an outline that stand for an arc of a curve: the ends of the sides lie on the curve, close
+/// together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arc {
     /// The curve, in the coordinates of the outline.
     pub curve: Curve,
-    /// The numbers of the corners in which its sides begin: the arc ends in the corner after them, the first of the outline after
-    /// the last.
+    /// The numbers of the sides, which are those of the corners in which the sides begin. The arc ends in the
+    /// corner after them; after the last corner of the outline comes the first one again.
     pub sides: Range<usize>,
 }
 
@@ -102,8 +106,8 @@ pub enum Curve {
 }
 
 impl Shape {
-    /// The smallest box that contains the body, infinite where the body is; that of the hollow for a
-    /// [`Shape::Shell`]; `None` for a group of a mesh.
+    /// The smallest box that contains the body, infinite where the body is. For a [`Shape::Shell`] it is the
+    /// box around the hollow. `None` for a group of a mesh.
     pub fn bounds(&self) -> Option<Box3> {
         match self {
             Shape::Box(b) => Some(*b),
@@ -134,7 +138,7 @@ impl Shape {
         }
     }
 
-    /// The box or sheet, if it is one.
+    /// The box or sheet, if the shape is one.
     pub fn as_box(&self) -> Option<Box3> {
         match self {
             Shape::Box(region) => Some(*region),
@@ -149,7 +153,7 @@ impl Shape {
         }
     }
 
-    /// This shape moved by the vector `by`, m; `None` for a group of a mesh, which stays where that is.
+    /// This shape moved by the vector `by`, m; `None` for a group of a mesh, which stays where the mesh is.
     #[must_use]
     pub fn moved(&self, by: [f64; 3]) -> Option<Self> {
         let place = |x: &[f64; 3]| [0, 1, 2].map(|k| x[k] + by[k]);
@@ -234,6 +238,7 @@ impl Shape {
     }
 }
 
+/// The smallest box that contains all points; `None` if there are none.
 fn around(points: impl Iterator<Item = [f64; 3]>) -> Option<Box3> {
     points.map(|p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p))
 }

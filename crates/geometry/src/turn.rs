@@ -1,5 +1,4 @@
-//! Rotation of a scene about a coordinate axis, so that its planes of symmetry become normal to the other
-//! axes.
+//! Rotation of a scene about a coordinate axis that makes its planes of symmetry normal to the other axes.
 //!
 //! A pad with a disc on its diagonal has a mirror plane that is not normal to a coordinate axis. Where only
 //! the bodies, and not the walls, distinguish directions across an axis, the scene can first be turned about
@@ -10,18 +9,23 @@ use crate::mirror;
 use crate::scene::{Body, Box3, Scene, across};
 use crate::shapes::{Arc, Curve, Shape};
 
-/// Distances from the middle of a scene that differ by less than this share are the same.
+/// Distances from the middle of a scene that differ by less than this share are the same, and a coordinate of
+/// a unit vector below it is zero. Not tuned: it only has to lie above rounding errors and below distances
+/// that matter.
 const ALIKE: f64 = 1e-10;
 
-/// The largest number of features at the greatest distance from the middle; more are the corners of polygons
-/// that replace circles.
+/// The largest number of features at the greatest distance from the middle that are tried as mirror images.
+/// There are more only where polygons replace circles. It is not tuned.
 const MAX_IMAGES: usize = 64;
 
 /// A turn about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
+    /// The axis about which the scene is turned.
     axis: usize,
+    /// The cosine of the angle.
     cosine: f64,
+    /// The sine of the angle.
     sine: f64,
 }
 
@@ -31,7 +35,7 @@ impl Turn {
         [self.cosine * x - self.sine * y, self.sine * x + self.cosine * y]
     }
 
-    /// The angle, in degrees from 0 to 180.
+    /// The angle in degrees, between 0 and 180: half a turn more leaves mirror planes where they are.
     pub fn degrees(&self) -> f64 {
         self.sine.atan2(self.cosine).to_degrees().rem_euclid(180.0)
     }
@@ -45,6 +49,7 @@ impl Turn {
         out
     }
 
+    /// A curve of an outline after the turn.
     fn curve(&self, curve: &Curve) -> Curve {
         match curve {
             Curve::Circle { center, radius } => {
@@ -56,16 +61,18 @@ impl Turn {
         }
     }
 
-    /// The scene after the turn; `None` if a body has no such image among the shapes, or a wall is in the way.
+    /// The scene after the turn; `None` if a body has no [`Shape`] after it, or the scene is bounded across
+    /// the axis.
     fn scene(&self, scene: &Scene) -> Option<Scene> {
         let bodies = scene.bodies.iter().map(|body| {
             let parts: Option<Vec<Shape>> = body.parts.iter().map(|part| self.shape(part)).collect();
             Some(Body { parts: parts?, ..body.clone() })
         });
-        is_everywhere_across(&scene.domain, self.axis)
+        is_unbounded_across(&scene.domain, self.axis)
             .then(|| Some(Scene { bodies: bodies.collect::<Option<_>>()?, ..scene.clone() }))?
     }
 
+    /// The shape after the turn; `None` if no [`Shape`] describes it.
     fn shape(&self, shape: &Shape) -> Option<Shape> {
         let [p, q] = across(self.axis);
         let moved = |base: &[f64; 3]| {
@@ -74,7 +81,7 @@ impl Turn {
             out
         };
         match shape {
-            Shape::Box(b) if is_everywhere_across(b, self.axis) => Some(shape.clone()),
+            Shape::Box(b) if is_unbounded_across(b, self.axis) => Some(shape.clone()),
             Shape::Box(b) => {
                 let corners = corners_across(b, self.axis)?;
                 let (from, to) = (b.min[self.axis], b.max[self.axis]);
@@ -119,14 +126,14 @@ impl Turn {
 /// The turn about an axis after which a scene has more mirror planes normal to coordinate axes, with the
 /// scene after it; `None` if there is none, or the scene is bounded across the axis.
 pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
-    if !is_everywhere_across(&scene.domain, axis) {
+    if !is_unbounded_across(&scene.domain, axis) {
         return None;
     }
-    let planes = |scene: &Scene| {
-        let found = mirror::planes(scene);
-        across(axis).into_iter().filter(|k| found[*k].is_some()).count()
+    let count_planes = |scene: &Scene| {
+        let planes = mirror::planes(scene);
+        across(axis).into_iter().filter(|k| planes[*k].is_some()).count()
     };
-    let mut most = planes(scene);
+    let mut most = count_planes(scene);
     let mut best = None;
     for direction in mirror_lines(scene, axis)? {
         if most == 2 {
@@ -134,7 +141,7 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
         }
         let turn = Turn { axis, cosine: direction[0], sine: -direction[1] };
         let Some(turned) = turn.scene(scene) else { continue };
-        let count = planes(&turned);
+        let count = count_planes(&turned);
         if count > most {
             (most, best) = (count, Some((turn, turned)));
         }
@@ -142,9 +149,9 @@ pub fn to_mirror_planes(scene: &Scene, axis: usize) -> Option<(Turn, Scene)> {
     best
 }
 
-/// Candidate directions, of length one and normal to the axis, of lines about which the scene may be
-/// symmetric. In a symmetric scene, the feature that is farthest from the middle of all features is the image
-/// of one at the same distance.
+/// Candidate directions, as unit vectors across the axis, of lines about which the scene may be symmetric. In
+/// a symmetric scene, the feature that is farthest from the middle of all features is its own mirror image,
+/// or that of another feature at the same distance. `None` where a shape has no known features.
 fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
     let mut features = Vec::new();
     for shape in scene.shapes() {
@@ -162,16 +169,16 @@ fn mirror_lines(scene: &Scene, axis: usize) -> Option<Vec<[f64; 2]>> {
         let (sine, cosine) = (0.5 * (angle(farthest) + angle(image))).sin_cos();
         [cosine, sine]
     });
-    // Along an axis the scene needs no turn.
+    // A scene that is symmetric about a line along a coordinate axis needs no turn.
     Some(lines.filter(|line| line.iter().all(|x| x.abs() > ALIKE)).collect())
 }
 
-/// The points that determine the position of a shape across the axis: corners of outlines, and middles of
+/// The points that determine the position of a shape across the axis: corners of outlines, and centres of
 /// circles. `None` for other shapes.
 fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
     let [p, q] = across(axis);
     match shape {
-        Shape::Box(b) if is_everywhere_across(b, axis) => Some(Vec::new()),
+        Shape::Box(b) if is_unbounded_across(b, axis) => Some(Vec::new()),
         Shape::Box(b) => corners_across(b, axis).map(|corners| corners.to_vec()),
         Shape::Extrusion { axis: a, outline, .. } if *a == axis => Some(outline.clone()),
         Shape::Cylinder { axis: a, base, .. } | Shape::Tube { axis: a, base, .. } if *a == axis => {
@@ -189,7 +196,7 @@ fn features_of(shape: &Shape, axis: usize) -> Option<Vec<[f64; 2]>> {
 }
 
 /// Whether a box has no end across an axis.
-fn is_everywhere_across(b: &Box3, axis: usize) -> bool {
+fn is_unbounded_across(b: &Box3, axis: usize) -> bool {
     across(axis).into_iter().all(|k| b.min[k] == f64::NEG_INFINITY && b.max[k] == f64::INFINITY)
 }
 

@@ -1,6 +1,7 @@
 //! Whatever the bytes of a file are, the readers answer, and take no more memory than ten times the file.
 //!
-//! Valid files with bytes changed, cut, doubled and moved; `MUTATED_FILES` sets how many, 5000 if it is not set.
+//! Valid files with bytes changed, cut, doubled and moved; `MUTATED_FILES` sets how many, 5000 if it is not
+//! set.
 
 use std::sync::{Mutex, PoisonError};
 

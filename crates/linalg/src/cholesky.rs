@@ -7,17 +7,19 @@ use faer::linalg::cholesky::ldlt::factor::{
 use faer::linalg::cholesky::ldlt::solve::solve_in_place;
 use faer::{Mat, MatMut, Par};
 
-/// Smaller pivots of the matrix scaled to unit diagonal are raised to this number.
+/// The least pivot of a matrix that is scaled to a unit diagonal; smaller pivots are raised to this
+/// number. Not tuned: it only has to lie above rounding errors and below errors that matter.
 const LEAST_PIVOT: f64 = 1e-13;
 
 /// A factor `A = S^-1 L D L^T S^-1` with `S` and `D` diagonal, such that `S A S` has a unit diagonal.
 ///
 /// A matrix with a null space, say the Laplacian of a region that touches no conductor, has pivots that are
-/// zero but for rounding. They are raised to 1e-13 of the diagonal entry: such a matrix is solved as if
-/// constants had a little energy.
+/// zero but for rounding. These pivots are raised to 1e-13 of the diagonal entry: such a matrix is solved as
+/// if constants had a little energy.
 ///
-/// Where all pivots are known to be positive, take `faer::Mat::llt`. Its version that raises pivots, in faer 0.24, is no
-/// use here: it divides the column by the raised pivot and leaves the old one on the diagonal.
+/// Where all pivots are known to be positive, take [`Llt`](crate::dense::Llt). The version of faer's L L^T
+/// that raises pivots is no use here: in faer 0.24 it divides the column by the raised pivot and leaves the
+/// old one on the diagonal.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
     /// `L` below the diagonal, `D` on it.
@@ -69,7 +71,7 @@ impl Cholesky {
         let n = self.scale.len();
         x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);
         let column = MatMut::from_column_major_slice_mut(&mut *x, n, 1);
-        // No memory: triangular solves need none.
+        // An empty stack, since triangular solves need no memory.
         let none = MemStack::new(&mut []);
         solve_in_place(self.factor.as_ref(), self.factor.diagonal(), column, Par::Seq, none);
         x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);

@@ -1,6 +1,7 @@
 //! Conjugate gradients in double precision, until the energy of the solution is known well enough.
 //!
-//! The preconditioner may work in double or in single precision ([`Operator::Precision`]), and the method follows it:
+//! The preconditioner may work in double or in single precision ([`Operator::Precision`]), and the method
+//! follows it:
 //!
 //! | preconditioner | residual it is given | next direction | step |
 //! |---|---|---|---|
@@ -9,20 +10,20 @@
 //!
 //! A preconditioner that rounds to single precision is not quite symmetric. The next direction is then made
 //! conjugate with the change of the residual (Polak and Ribiere), which costs one inner product and keeps the
-//! rate; and r p is no longer r M^-1 r to all digits, so that it is computed. In exact arithmetic both rows
-//! are the same.
+//! rate; and r p no longer equals r M^-1 r to all digits, so that it is computed. In exact arithmetic both
+//! rows of the table are the same method.
 
 use crate::gemm::Real;
 use crate::reduction::dot;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A symmetric positive definite operator on the free unknowns of an array, with a preconditioner; both keep entries
-/// that are not unknowns at zero.
+/// A symmetric positive definite operator on the free unknowns of an array, with a preconditioner; both keep
+/// entries that are not unknowns at zero.
 pub trait Operator {
     /// The precision of the preconditioner, `f32` or `f64`.
     type Precision: Precision;
-    /// Entries of the array.
+    /// Number of entries of the array, those that are not unknowns included.
     fn unknowns(&self) -> usize;
     /// y = A x.
     fn apply(&mut self, x: &[f64], y: &mut [f64]);
@@ -92,27 +93,29 @@ pub struct Convergence {
     pub reached: bool,
 }
 
-/// When to stop.
+/// When a solve stops.
 #[derive(Debug, Clone, Copy)]
 pub struct Goal<'a> {
     /// Largest estimated energy of the error, as a share of the energy reached.
     pub share: f64,
     /// Energy at x = 0, which every iteration lowers.
     pub start: f64,
-    /// The largest number of iterations. A solve also ends after a fifteenth of them without progress.
+    /// The largest number of iterations. A solve also ends after a fifteenth as many iterations in
+    /// a row without progress.
     pub iteration_limit: usize,
     /// Set from outside to stop at once, short of the goal.
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// An iteration limit that solves with a good preconditioner stay far below.
+/// An iteration limit that solves with a good preconditioner stay far below. It is not tuned.
 pub const ITERATION_LIMIT: usize = 300;
 
-/// A solve ends after the iteration limit over this number of iterations in a row that do not lower the least
-/// r M^-1 r by a tenth.
+/// The iteration limit over the number of iterations in a row without progress after which a solve ends.
+/// Progress is to lower the least r M^-1 r so far by a tenth. Not tuned: a limit that ordinary cases do not
+/// reach.
 const STALLED: usize = 15;
 
-/// The least number of vector entries per thread.
+/// The least number of vector entries per task. Tuned: `cargo bench --bench solver`.
 const TASK: usize = 16_384;
 
 /// One right-hand side, and where its solution goes.
@@ -124,7 +127,7 @@ pub struct System<'a> {
     pub x: &'a mut [f64],
     /// Working memory, resized as needed; on return b - A x up to the drift of the recursion.
     pub r: &'a mut Vec<f64>,
-    /// When to stop.
+    /// When the solve stops.
     pub goal: Goal<'a>,
 }
 
@@ -148,7 +151,8 @@ pub fn solve<O: Operator>(
     }
 }
 
-/// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of them at once.
+/// Solves several systems with one operator as [`solve`] does, with the same results, but iterates on all of
+/// them at once.
 pub fn solve_all<O: Operator>(op: &mut O, systems: Vec<System<'_>>) -> Vec<Convergence> {
     let n = op.unknowns();
     let mut states: Vec<Iteration<'_, O::Precision>> =
@@ -180,7 +184,7 @@ fn step<O: Operator>(
         op.precondition_all(&r, &mut z);
     }
     for (state, end) in states.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
-        *end = state.turn();
+        *end = state.choose_direction();
     }
     {
         let (mut p, mut q) = (Vec::new(), Vec::new());
@@ -199,10 +203,11 @@ fn step<O: Operator>(
 /// The state of one system between iterations.
 struct Iteration<'a, P> {
     system: System<'a>,
-    /// Energy reached.
+    /// The energy reached so far.
     energy: f64,
     /// The divisor of the residual before it is rounded.
     scale: f64,
+    /// Memory for the residual over the scale, rounded.
     rounded: Vec<P>,
     /// M^-1 r over the scale.
     z: Vec<P>,
@@ -210,9 +215,11 @@ struct Iteration<'a, P> {
     p: Vec<f64>,
     /// A p, then the previous residual.
     q: Vec<f64>,
-    /// r M^-1 r, its least so far, and iterations in a row without progress.
+    /// r M^-1 r at the last direction.
     rz: f64,
+    /// The least r M^-1 r so far.
     best: f64,
+    /// The number of iterations in a row without progress.
     stalled: usize,
     /// The amount by which each iteration lowered the energy.
     steps: Vec<f64>,
@@ -237,6 +244,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
         }
     }
 
+    /// Computes the scale of the residual, and ends the solve where the residual is zero or not finite.
     fn scale_residual(&mut self) -> Option<Convergence> {
         self.scale = P::scale(self.system.r);
         let ended = self.scale == 0.0 || !self.scale.is_finite();
@@ -248,7 +256,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
     }
 
     /// Computes the next direction from the preconditioned residual, unless the solve ends here.
-    fn turn(&mut self) -> Option<Convergence> {
+    fn choose_direction(&mut self) -> Option<Convergence> {
         let (iterations, goal, scale) = (self.steps.len(), self.system.goal, self.scale);
         let next: f64 = dot(self.system.r, &self.z) * scale;
         self.stalled = if next < 0.9 * self.best { 0 } else { self.stalled + 1 };
@@ -305,6 +313,7 @@ impl<'a, P: Precision> Iteration<'a, P> {
 
 /// The decrease of the energy that further iterations would bring at the rate of the last few.
 fn remaining(steps: &[f64]) -> f64 {
+    // Iterations from which the rate is taken. Tuned: `cargo bench --bench solver`.
     const WINDOW: usize = 4;
     let n = steps.len();
     if n <= WINDOW {
@@ -318,7 +327,8 @@ fn remaining(steps: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The second difference on a line between two zeros, preconditioned by its diagonal in the precision `T`.
+    /// The second difference on a line between two zeros, preconditioned by its diagonal in the precision
+    /// `T`.
     struct Chain<T>(usize, std::marker::PhantomData<T>);
 
     impl<T: Precision> Operator for Chain<T> {

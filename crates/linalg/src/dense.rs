@@ -2,9 +2,9 @@
 //!
 //! The methods of faer's matrices (`a * b`, `a.svd()`, `a.llt(..)`) take as many threads as rayon has and
 //! distribute their sums over them: singular vectors, say, then depend on the number of threads in their last
-//! digits. The matrices of this project are those of a line or of some conductors, and many of them are
-//! treated at the same time, so that one thread for each is fast as well. Outside of tests, dense matrices
-//! are multiplied and factorised by this module only.
+//! digits. The matrices of this project are small, since they belong to one line of a grid or to a few
+//! conductors, and many of them are treated at the same time, so that one thread for each is fast as well.
+//! Outside of tests those methods are not called.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -47,7 +47,8 @@ pub fn solve_upper_triangular(upper: MatRef<'_, f64>, x: MatMut<'_, f64>) {
     triangular_solve::solve_upper_triangular_in_place(upper, x, Par::Seq);
 }
 
-/// The factor `A = L L^T` of a positive definite matrix. [`crate::cholesky`] is for those that are semi-definite.
+/// The factor `A = L L^T` of a positive definite matrix. [`crate::cholesky`] is for those that are
+/// semi-definite.
 #[derive(Debug, Clone)]
 pub struct Llt {
     lower: Mat<f64>,
@@ -92,7 +93,7 @@ impl Llt {
     /// `A^-1 right`.
     pub fn solve(&self, right: MatRef<'_, f64>) -> Mat<f64> {
         let mut x = right.to_owned();
-        // No memory: triangular solves need none.
+        // An empty stack, since triangular solves need no memory.
         llt::solve::solve_in_place(self.lower.as_ref(), x.as_mut(), Par::Seq, MemStack::new(&mut []));
         x
     }
@@ -103,6 +104,7 @@ impl Llt {
 pub struct Lu {
     /// `U` on and above the diagonal, `L` without its unit diagonal below.
     factors: Mat<f64>,
+    /// The permutation of the rows, and its inverse, as faer gives them.
     forward: Vec<usize>,
     inverse: Vec<usize>,
 }
@@ -144,7 +146,7 @@ impl Lu {
 /// All left singular vectors, in the columns of a square matrix, and the singular values, descending.
 ///
 /// # Errors
-/// [`NoFactors::NoConvergence`].
+/// [`NoFactors::NoConvergence`] if the iteration does not converge.
 pub fn left_singular_vectors(matrix: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<f64>), NoFactors> {
     let (m, n) = matrix.shape();
     let (mut u, mut v) = (Mat::zeros(m, m), Mat::zeros(n, n));
@@ -164,10 +166,11 @@ pub fn left_singular_vectors(matrix: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<f
     Ok((u, values.column_vector().iter().copied().collect()))
 }
 
-/// Eigenvectors of a symmetric matrix, in columns, and its eigenvalues, ascending; only the lower triangle is read.
+/// Eigenvectors of a symmetric matrix, in columns, and its eigenvalues, ascending; only the lower triangle is
+/// read.
 ///
 /// # Errors
-/// [`NoFactors::NoConvergence`].
+/// [`NoFactors::NoConvergence`] if the iteration does not converge.
 pub fn symmetric_eigenvectors(matrix: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<f64>), NoFactors> {
     let n = matrix.nrows();
     let (mut vectors, mut values) = (Mat::zeros(n, n), Diag::zeros(n));

@@ -35,11 +35,11 @@ pub trait Real:
 /// Left factor: element (i, p) at `i * row + p * col`.
 #[derive(Debug, Clone, Copy)]
 pub struct Left<'a, T> {
-    /// Entries.
+    /// The entries.
     pub data: &'a [T],
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Columns.
+    /// Number of columns.
     pub cols: usize,
     /// Stride between rows.
     pub row: usize,
@@ -50,9 +50,9 @@ pub struct Left<'a, T> {
 /// Right factor: element (p, j) at `p * stride + j`; as many rows as the left factor has columns.
 #[derive(Debug, Clone, Copy)]
 pub struct Right<'a, T> {
-    /// Entries.
+    /// The entries.
     pub data: &'a [T],
-    /// Columns.
+    /// Number of columns.
     pub cols: usize,
     /// Stride between rows.
     pub stride: usize,
@@ -61,7 +61,7 @@ pub struct Right<'a, T> {
 /// Destination of the product: element (i, j) at `i * stride + j`.
 #[derive(Debug)]
 pub struct Target<'a, T> {
-    /// Entries.
+    /// The entries.
     pub data: &'a mut [T],
     /// Stride between rows.
     pub stride: usize,
@@ -69,8 +69,8 @@ pub struct Target<'a, T> {
 
 /// `c = a b`, or `c += a b`, on the calling thread, with the widest vectors the processor has.
 ///
-/// Every entry is summed in the order of the inner index, whatever the shape: splitting a product by rows or columns
-/// does not change its bytes.
+/// Every entry is summed in the order of the inner index, whatever the shape: splitting a product by rows or
+/// columns does not change its bytes.
 pub fn multiply<T: Real>(a: Left<'_, T>, b: Right<'_, T>, mut c: Target<'_, T>, accumulate: bool) {
     if a.rows > 0 && b.cols > 0 {
         T::product(a, b, &mut c, accumulate);
@@ -118,6 +118,7 @@ macro_rules! real {
                 }
             }
 
+            /// The product for the columns `j .. j + width`, which fill at most `NV` vectors.
             #[inline(always)]
             fn strip<S: Simd, const NV: usize>(
                 simd: S,
@@ -144,6 +145,8 @@ macro_rules! real {
                 }
             }
 
+            /// The product for `MR` rows from row `i` on of the columns of a strip; `full` says that these
+            /// columns fill all `NV` vectors.
             #[inline(always)]
             fn tile<S: Simd, const MR: usize, const NV: usize>(
                 simd: S,

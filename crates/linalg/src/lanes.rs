@@ -18,7 +18,8 @@ use crate::gemm::Real;
 use front::Front;
 use pulp::Arch;
 
-/// The number of matrices that are factorised at the same time.
+/// The number of matrices that are factorised at the same time. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 pub const LANES: usize = 16;
 
 /// One number for each of the matrices.
@@ -45,6 +46,7 @@ impl<T: Real> Lane<T> {
         Self([x; LANES])
     }
 
+    /// The values of `f`, lane by lane.
     #[inline(always)]
     fn map2(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
         let mut out = self.0;
@@ -75,8 +77,8 @@ impl<T: Real> Lane<T> {
         self.map2(other, |a, b| a - b)
     }
 
-    /// The sum of this and a product, lane by lane. `FUSED` says that the processor has an instruction for it, which rounds once; where
-    /// it has none, one is emulated at a hundred times the cost.
+    /// The sum of this and a product, lane by lane. `FUSED` says that the processor has an instruction for
+    /// it, which rounds once; where it has none, one is emulated at a hundred times the cost.
     #[inline(always)]
     #[must_use]
     fn plus_product<const FUSED: bool>(self, a: Self, b: Self) -> Self {
@@ -96,6 +98,7 @@ impl<T: Real> Lane<T> {
 struct Supernode {
     /// The first of these unknowns, which are consecutive.
     first: u32,
+    /// The number of these unknowns.
     columns: u32,
     /// The other unknowns of the front, ascending.
     below: Vec<u32>,
@@ -113,12 +116,17 @@ struct Supernode {
 /// The plan by which the unknowns of a sparse symmetric matrix are eliminated.
 #[derive(Debug)]
 pub struct Elimination {
+    /// In the order in which they are eliminated.
     supernodes: Vec<Supernode>,
+    /// The order of the matrices.
     unknowns: usize,
+    /// The number of entries of one factor.
     entries: usize,
 }
 
-/// Zeros that may be stored for larger supernodes, as a share of the entries.
+/// The largest share of zeros among the stored entries of a supernode of more than twelve unknowns that is
+/// joined from smaller ones. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const FILL: f64 = 0.25;
 
 impl Elimination {
@@ -202,7 +210,7 @@ impl Elimination {
         self.unknowns
     }
 
-    /// Entries of one factor.
+    /// Number of entries of one factor.
     pub fn entries(&self) -> usize {
         self.entries
     }
@@ -227,7 +235,8 @@ impl Elimination {
         mut element: impl FnMut(u32, &mut Vec<Lane<f64>>),
     ) -> Option<LaneFactor<T>> {
         let mut factor = vec![Lane::<T>::default(); self.entries];
-        let mut left: Vec<Vec<Lane<T>>> = vec![Vec::new(); self.supernodes.len()];
+        // The remainder of each front, until it is added to the front of the parent.
+        let mut remainders: Vec<Vec<Lane<T>>> = vec![Vec::new(); self.supernodes.len()];
         // Memory of remainders that have been added to other fronts, for the next remainders.
         let mut spare: Vec<Vec<Lane<T>>> = Vec::new();
         let mut front: Vec<Lane<T>> = Vec::new();
@@ -243,12 +252,14 @@ impl Elimination {
                 let places: Vec<usize> = places
                     .iter()
                     .zip(&block_sizes)
-                    .flat_map(|(at, size)| at.map(|at| at as usize..at as usize + size).into_iter().flatten())
+                    .flat_map(|(place, size)| {
+                        place.map(|p| p as usize..p as usize + size).into_iter().flatten()
+                    })
                     .collect();
                 vectorized(|| add_element(&matrix, &places, &mut front, rows));
             }
             for &child in &node.children {
-                let rest = std::mem::take(&mut left[child as usize]);
+                let rest = std::mem::take(&mut remainders[child as usize]);
                 let Some((_, places)) = &self.supernodes[child as usize].parent else { continue };
                 vectorized(|| add_rest(&rest, places, &mut front, rows));
                 spare.push(rest);
@@ -259,7 +270,7 @@ impl Elimination {
             if !Arch::new().dispatch(Front { entries: &front, rows, columns, panel, rest: &mut rest }) {
                 return None;
             }
-            left[number] = rest;
+            remainders[number] = rest;
         }
         Some(LaneFactor { values: factor })
     }
@@ -280,7 +291,8 @@ fn add_element<T: Real>(matrix: &[Lane<f64>], places: &[usize], front: &mut [Lan
     }
 }
 
-/// Adds the lower triangle that remains of another front to a front, at the places of its unknowns.
+/// Adds `rest`, the lower triangle that remains of another front, to a front at the places of the unknowns of
+/// `rest`.
 #[inline(always)]
 fn add_rest<T: Real>(rest: &[Lane<T>], places: &[u32], front: &mut [Lane<T>], rows: usize) {
     let mut rest = rest;
@@ -334,6 +346,7 @@ fn structures(n: usize, groups: &[Vec<Option<u32>>]) -> Vec<Vec<u32>> {
 /// The factors of [`LANES`] matrices; see [`Elimination::factorise`].
 #[derive(Debug, Clone)]
 pub struct LaneFactor<T> {
+    /// The columns of each supernode, row by row, from the index `offset` of the supernode on.
     values: Vec<Lane<T>>,
 }
 
@@ -372,7 +385,8 @@ impl Root for f64 {
 mod tests {
     use super::*;
 
-    /// A grid of blocks of one to `largest` unknowns, coupled in squares, in an order that is anything but good.
+    /// A grid of blocks of one to `largest` unknowns, coupled in squares, in an order that is anything but
+    /// good.
     fn grid(n: usize, largest: usize) -> (Vec<usize>, Vec<Vec<Option<u32>>>) {
         let number = |i: usize, j: usize| ((i * n + j) * 7 % (n * n)) as u32;
         let mut groups = Vec::new();

@@ -1,7 +1,8 @@
-//! Sparse symmetric systems that are solved again and again on one pattern, by faer.
+//! Sparse symmetric systems that are factorised and solved again and again on one pattern, by faer.
 //!
-//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. The products in a factor are cut into parts by its
-//! size and not by the number of threads, so that results are the same bytes at any number of threads.
+//! nalgebra-sparse holds pattern and values, faer's supernodal LDL^T factorises them. The products in a
+//! factor are cut into parts by its size and not by the number of threads, so that results are the same bytes
+//! at any number of threads.
 
 use std::num::NonZeroU32;
 
@@ -50,27 +51,32 @@ impl Place {
         u32::try_from(index + 1).ok().and_then(NonZeroU32::new).map(Self)
     }
 
+    /// The index among the values.
     #[inline]
     fn index(self) -> usize {
         self.0.get() as usize - 1
     }
 }
 
-/// The places of a dense block row after row, `None` for entries above the diagonal of the matrix or of
-/// values that are not unknowns.
+/// The places of the entries of a dense block, row after row. Entries above the diagonal of the matrix have
+/// none, nor have those of values that are not unknowns.
 pub type BlockPlaces = Vec<Option<Place>>;
 
 /// A symmetric matrix with a fixed pattern, its values, its factors, and the memory for them.
 ///
-/// The unknowns have to be numbered so that the factors stay sparse, as by [`ordering`](crate::ordering): no further
-/// reordering is done.
+/// The unknowns have to be numbered so that the factors stay sparse, as by [`ordering`](crate::ordering): no
+/// further reordering is done.
 pub struct SymmetricSolver {
     /// The lower triangle, by columns.
     matrix: CscMatrix<f64>,
+    /// The pattern of the factors and the order of the operations.
     symbolic: SymbolicCholesky<usize>,
-    /// Empty until the first factorisation, so that its size is known before the memory is allocated.
+    /// The values of the factors; empty until the first factorisation, so that their size is known before the
+    /// memory is allocated.
     factors: Vec<f64>,
+    /// The amount of working memory that a factorisation and a solve need.
     scratch: StackReq,
+    /// The working memory, allocated together with `factors`.
     memory: MemBuffer,
 }
 
@@ -80,12 +86,13 @@ impl std::fmt::Debug for SymmetricSolver {
     }
 }
 
-/// The least number of operations for which two threads factorise faster than one.
+/// The least number of operations for which two threads factorise faster than one. Tuned:
+/// `cargo bench --bench mechanics`.
 const WORTH_TWO_THREADS: f64 = 1e10;
 
-/// The parallelism with which faer factorises. It depends on a lower estimate of the operations only, for a
-/// factor with columns of equal length.
-fn parts(symbolic: &SymbolicCholesky<usize>) -> Par {
+/// The parallelism with which faer factorises. It depends only on a lower estimate of the number of
+/// operations: the number for a factor whose columns are equally long.
+fn parallelism(symbolic: &SymbolicCholesky<usize>) -> Par {
     let entries = symbolic.len_val() as f64;
     if entries * entries > WORTH_TWO_THREADS * symbolic.ncols() as f64 { Par::rayon(2) } else { Par::Seq }
 }
@@ -107,8 +114,8 @@ impl SymmetricSolver {
         }
         let place = |column: Option<u32>, row: Option<u32>| {
             let (column, row) = (column? as usize, row? as usize);
-            let within = pattern.lane(column).binary_search(&row).ok()?;
-            Place::new(pattern.major_offsets()[column] + within)
+            let in_column = pattern.lane(column).binary_search(&row).ok()?;
+            Place::new(pattern.major_offsets()[column] + in_column)
         };
         let places =
             groups.iter().map(|g| g.iter().flat_map(|&r| g.iter().map(move |&c| place(c, r))).collect());
@@ -116,12 +123,12 @@ impl SymmetricSolver {
         let entries = pattern.nnz();
         let matrix = CscMatrix::try_from_pattern_and_values(pattern, vec![0.0; entries])
             .map_err(|_| LdltError::TooLarge)?;
-        let same: Vec<usize> = (0..unknowns).collect();
+        let identity: Vec<usize> = (0..unknowns).collect();
         let symbolic = factorize_symbolic_cholesky(
             symbolic(&matrix),
             Side::Lower,
             // Not `Identity`: faer 0.24 then reads a lower triangle as an upper one, and panics.
-            SymmetricOrdering::Custom(PermRef::new_checked(&same, &same, unknowns)),
+            SymmetricOrdering::Custom(PermRef::new_checked(&identity, &identity, unknowns)),
             CholeskySymbolicParams {
                 supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
                 ..Default::default()
@@ -129,7 +136,7 @@ impl SymmetricSolver {
         )
         .map_err(|_| LdltError::TooLarge)?;
         let scratch = symbolic
-            .factorize_numeric_ldlt_scratch::<f64>(parts(&symbolic), Default::default())
+            .factorize_numeric_ldlt_scratch::<f64>(parallelism(&symbolic), Default::default())
             .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         let memory = MemBuffer::new(StackReq::EMPTY);
         Ok((Self { matrix, symbolic, factors: Vec::new(), scratch, memory }, places))
@@ -140,12 +147,12 @@ impl SymmetricSolver {
         self.matrix.ncols()
     }
 
-    /// Entries of the factor.
+    /// Number of entries of the factor.
     pub fn factor_entries(&self) -> usize {
         self.symbolic.len_val()
     }
 
-    /// Bytes of matrix and factor, whether they are allocated yet or not.
+    /// Bytes of the matrix, the factor and the working memory, whether they are allocated yet or not.
     pub fn memory_bytes(&self) -> u64 {
         let of_matrix = 16 * self.matrix.nnz() + 8 * self.matrix.col_offsets().len();
         (of_matrix + 8 * self.factor_entries() + self.scratch.unaligned_bytes_required()) as u64
@@ -181,7 +188,8 @@ impl SymmetricSolver {
         }
     }
 
-    /// Factorises the matrix. Returns the number of negative pivots: zero if and only if the matrix is positive definite.
+    /// Factorises the matrix. Returns the number of negative pivots: zero if and only if the matrix is
+    /// positive definite.
     ///
     /// # Errors
     /// [`LdltError::Singular`] if a pivot is zero or not finite.
@@ -196,7 +204,7 @@ impl SymmetricSolver {
                 SparseColMatRef::new(symbolic(&self.matrix), self.matrix.values()),
                 Side::Lower,
                 LdltRegularization::default(),
-                parts(&self.symbolic),
+                parallelism(&self.symbolic),
                 MemStack::new(&mut self.memory),
                 Default::default(),
             )
@@ -212,10 +220,12 @@ impl SymmetricSolver {
         Ok(negative)
     }
 
-    /// Solves with the last factors, in place, and refines until the residual stops falling. Returns the residual
-    /// over the right-hand side, in the maximum norm; not finite if there is no solution.
+    /// Solves with the last factors, in place, and refines the solution, at most four times, until the
+    /// residual is small or stops falling. Returns the least residual met over the right-hand side, both in
+    /// the maximum norm; not finite if there is no solution.
     ///
-    /// `x` has as many entries as there are unknowns. Call [`SymmetricSolver::factorise`] first.
+    /// `x` is the right-hand side, then the solution, and has as many entries as there are unknowns. Call
+    /// [`SymmetricSolver::factorise`] first.
     pub fn solve(&mut self, x: &mut [f64]) -> f64 {
         let right: Vec<f64> = x.to_vec();
         let size = max_norm(&right);
@@ -243,6 +253,7 @@ impl SymmetricSolver {
         best
     }
 
+    /// Overwrites a right-hand side with the solution by the last factors.
     fn back_substitute(&mut self, x: &mut [f64]) {
         let n = x.len();
         LdltRef::new(&self.symbolic, &self.factors).solve_in_place_with_conj(
@@ -303,6 +314,7 @@ fn symbolic(matrix: &CscMatrix<f64>) -> SymbolicSparseColMatRef<'_, usize> {
     )
 }
 
+/// The largest magnitude; NaN if there is a NaN.
 fn max_norm(x: &[f64]) -> f64 {
     // A plain maximum would drop NaN.
     x.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })

@@ -2,9 +2,10 @@
 
 /// The nodes of a mesh in an order that keeps the factors of a matrix on it sparse.
 ///
-/// The elements are cut in two along the axis or diagonal where the halves share the fewest nodes; those nodes go last,
-/// and both halves are ordered in the same way. `nodes` are positions in any unit, `elements` the numbers of their nodes,
-/// below `nodes.len()`. Returns the old numbers of the nodes in their new order, without nodes that are in no element.
+/// The elements are cut in two along the axis or diagonal where the halves share the fewest nodes; those
+/// nodes go last, and both halves are ordered in the same way. `nodes` are positions in any unit, `elements`
+/// the numbers of their nodes, below `nodes.len()`. Returns the old numbers of the nodes in their new order,
+/// without nodes that are in no element.
 ///
 /// # Panics
 /// If an element has a node that is not in `nodes`.
@@ -27,17 +28,24 @@ pub fn dissection_order<const D: usize, const N: usize>(
     cutter.order
 }
 
+/// The state of the dissection of a mesh.
 struct Cutter<'a, const D: usize, const N: usize> {
     elements: &'a [[u32; N]],
+    /// The mean of the nodes of each element.
     centres: Vec<[f64; D]>,
-    /// For each node, the last half in which it was marked.
+    /// For each node the stamp that it got last, which tells the cut and whether the node is on the left side
+    /// of it alone or on both sides.
     mark: Vec<u32>,
+    /// For each node whether it is in a separator or in the order already.
     taken: Vec<bool>,
+    /// The last stamp used.
     stamp: u32,
+    /// The nodes ordered so far.
     order: Vec<u32>,
 }
 
 impl<const D: usize, const N: usize> Cutter<'_, D, N> {
+    /// Appends the nodes of some elements, without those that are taken, to the order.
     fn dissect(&mut self, part: &mut [u32]) {
         if part.len() <= 2 {
             for &e in part.iter() {
@@ -82,15 +90,17 @@ impl<const D: usize, const N: usize> Cutter<'_, D, N> {
         }
     }
 
-    /// Sorts elements along `direction` and returns where they may be cut: near the middle, where the gaps between centres are
-    /// widest, so that layers of a regular mesh stay whole.
+    /// Sorts elements along `direction` and returns where they may be cut: near the middle, where the gaps
+    /// between centres are widest, so that layers of a regular mesh stay whole.
     fn sort(&self, part: &mut [u32], direction: usize) -> Vec<usize> {
         part.sort_unstable_by(|&a, &b| {
-            let centre = |e: u32, k: usize| match k {
+            // Along the direction first, then along the axes.
+            let coordinate = |e: u32, k: usize| match k {
                 0 => self.along(e, direction),
                 k => self.centres[e as usize][(direction + k) % D],
             };
-            (0..D).fold(a.cmp(&a), |o, k| o.then(centre(a, k).total_cmp(&centre(b, k)))).then(a.cmp(&b))
+            let order = |k: usize| coordinate(a, k).total_cmp(&coordinate(b, k));
+            (1..D).fold(order(0), |earlier, k| earlier.then(order(k))).then(a.cmp(&b))
         });
         let n = part.len();
         let gap = |k: usize| self.along(part[k], direction) - self.along(part[k - 1], direction);

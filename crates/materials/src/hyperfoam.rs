@@ -1,10 +1,13 @@
-//! The law of Ogden and Storåkers for foams (Journal of the Mechanics and Physics of Solids 34, 125-145, 1986).
+//! The law of Ogden and Storåkers for foams (Journal of the Mechanics and Physics of Solids 34, 125-145,
+//! 1986).
 //!
-//! `W = sum_i 2 mu_i / a_i^2 [l1^a_i + l2^a_i + l3^a_i - 3 + (J^(-a_i b_i) - 1) / b_i]` with `b = nu / (1 - 2 nu)`; for `nu = 0` the last
-//! part is its limit, `-a ln J`. At rest the shear modulus is `sum mu_i` and the bulk modulus `sum 2 mu_i (b_i + 1/3)`.
+//! `W = sum_i 2 mu_i / a_i^2 [l1^a_i + l2^a_i + l3^a_i - 3 + (J^(-a_i b_i) - 1) / b_i]` with `b = nu / (1 - 2
+//! nu)`; for `nu = 0` the last part is its limit, `-a ln J`. At rest the shear modulus is `sum mu_i` and the
+//! bulk modulus `sum 2 mu_i (b_i + 1/3)`.
 //!
-//! Every term is a convex function of the logarithms of the stretches where its shear modulus is positive. The lateral stretch of a
-//! foam that is pressed along one axis is therefore unique, and the nominal stress rises with the compression.
+//! Every term is a convex function of the logarithms of the stretches where its shear modulus is positive.
+//! The lateral stretch of a foam that is pressed along one axis is therefore unique, and the nominal stress
+//! rises with the compression.
 
 use crate::plane::EnergyDerivatives;
 
@@ -13,9 +16,9 @@ use crate::plane::EnergyDerivatives;
 pub struct HyperfoamTerm {
     /// The part `mu` of this term in the shear modulus at rest, Pa; positive.
     pub shear_modulus: f64,
-    /// `a`, not zero.
+    /// The exponent `a`, not zero.
     pub exponent: f64,
-    /// `nu`, at least 0 and less than 0.5.
+    /// Poisson's ratio `nu`, at least 0 and less than 0.5.
     pub poisson_ratio: f64,
 }
 
@@ -47,7 +50,8 @@ impl HyperfoamTerm {
         2.0 * self.shear_modulus * (self.volume_exponent() + 1.0 / 3.0)
     }
 
-    /// `a (J - 1) + (J^(-a b) - 1) / b`, which completes `l1^a + l2^a + l3^a - 3 - a (J - 1)` to the bracket of the energy.
+    /// `a (J - 1) + (J^(-a b) - 1) / b`, which completes `l1^a + l2^a + l3^a - 3 - a (J - 1)` to the bracket
+    /// of the energy.
     pub(crate) fn volume_part(&self, j: f64) -> EnergyDerivatives {
         let (a, b) = (self.exponent, self.volume_exponent());
         let log = j.ln();
@@ -61,7 +65,8 @@ impl HyperfoamTerm {
         }
     }
 
-    /// The principal Kirchhoff stress in Pa along an axis whose stretch has this logarithm, where `J` has the logarithm `log_j`.
+    /// The principal Kirchhoff stress in Pa along an axis whose stretch has this logarithm, where `J` has the
+    /// logarithm `log_j`.
     fn kirchhoff(&self, log_stretch: f64, log_j: f64) -> f64 {
         let (a, b) = (self.exponent, self.volume_exponent());
         a * self.scale() * ((a * log_stretch).exp_m1() - (-a * b * log_j).exp_m1())
@@ -76,7 +81,8 @@ pub fn bulk_modulus(terms: &[HyperfoamTerm]) -> f64 {
 /// The foam at a compression `U/H` in `[0, 1)` along one axis, free to get wider along the others.
 pub fn pressed_freely(terms: &[HyperfoamTerm], compression: f64) -> PressedFoam {
     let axial = (-compression).ln_1p();
-    // The lateral stress of term i vanishes at the logarithm -nu_i of the axial one, and rises with the lateral stretch.
+    // The lateral stress of term i vanishes at the logarithm -nu_i of the axial one, and rises with the
+    // lateral stretch.
     let ratios = terms.iter().map(|term| term.poisson_ratio);
     let least = ratios.clone().fold(0.5, f64::min);
     let most = ratios.fold(0.0, f64::max);
@@ -87,23 +93,26 @@ pub fn pressed_freely(terms: &[HyperfoamTerm], compression: f64) -> PressedFoam 
     pressed(terms, axial, lateral)
 }
 
-/// The foam at a compression `U/H` in `[0, 1)` along one axis, with the others held: the limit of a wide layer between plates that it
-/// sticks to.
+/// The foam at a compression `U/H` in `[0, 1)` along one axis, with the others held: the limit of a wide
+/// layer between plates that it sticks to.
 pub fn pressed_between_walls(terms: &[HyperfoamTerm], compression: f64) -> PressedFoam {
     pressed(terms, (-compression).ln_1p(), 0.0)
 }
 
-/// The compression `U/H` at which `pressed`, a function that rises from 0 at 0, has the nominal pressure `wanted` in Pa.
+/// The compression `U/H` at which `pressed`, a function that rises from 0 at 0, has the nominal pressure
+/// `wanted` in Pa.
 pub fn compression_under(wanted: f64, pressed: impl Fn(f64) -> f64) -> f64 {
     root([0.0, 1.0 - f64::EPSILON], |compression| pressed(compression) - wanted)
 }
 
+/// The foam with these logarithms of its stretches along the axis and across it.
 fn pressed(terms: &[HyperfoamTerm], axial: f64, lateral: f64) -> PressedFoam {
     let stress: f64 = terms.iter().map(|term| term.kirchhoff(axial, axial + 2.0 * lateral)).sum();
     PressedFoam { lateral_stretch: lateral.exp(), nominal_pressure: -stress / axial.exp() }
 }
 
-/// The place where a rising function of one number changes its sign in an interval, by halving; the nearer end where it does not.
+/// The place where a rising function of one number changes its sign in an interval, by halving; the nearer
+/// end where it does not.
 fn root([mut low, mut high]: [f64; 2], value: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);

@@ -8,9 +8,10 @@ use crate::{gent, ogden, yeoh};
 
 /// A law of distortion: the strain energy of a rubber per reference volume, in Pa.
 ///
-/// Where the volume can change, the energy is a function of `F / J^(1/3)`. An incompressible rubber takes it as a function
-/// of `F` itself, less its slope at rest times `J - 1`. Where `J = 1` that is the same; for Mooney-Rivlin, neo-Hookean and Yeoh
-/// rubbers it is a polynomial, so that the quadrature of the element is exact.
+/// Where the volume can change, the energy is a function of `F / J^(1/3)`. An incompressible rubber takes it
+/// as a function of `F` itself, less its slope at rest times `J - 1`. Where `J = 1` that is the same; for
+/// Mooney-Rivlin, neo-Hookean and Yeoh rubbers it is a polynomial, so that the quadrature of the element is
+/// exact.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HyperelasticLaw {
     /// `W = mu/2 (I1 - 3)`.
@@ -30,7 +31,8 @@ pub enum HyperelasticLaw {
         /// The factors `c10`, `c20`, `c30` in Pa.
         constants: [f64; 3],
     },
-    /// `W = sum_p mu_p / alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3)`, so that `mu = sum mu_p alpha_p / 2`.
+    /// `W = sum_p mu_p / alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3)`, so that `mu = sum mu_p alpha_p
+    /// / 2`.
     Ogden {
         /// The pairs `(mu_p in Pa, alpha_p)`; no exponent may be zero.
         terms: Vec<(f64, f64)>,
@@ -43,7 +45,8 @@ pub enum HyperelasticLaw {
         limiting_invariant: f64,
     },
     /// The law of foams, which contains the volume: see [`hyperfoam`](crate::hyperfoam). It is used with
-    /// [`Volume::OfLaw`](crate::Volume::OfLaw) and is never split.
+    /// [`Volume::OfLaw`](crate::Volume::OfLaw): its energy is not split into one of distortion and one of
+    /// volume.
     Hyperfoam {
         /// The terms, each with a positive shear modulus.
         terms: Vec<HyperfoamTerm>,
@@ -62,7 +65,8 @@ impl HyperelasticLaw {
         }
     }
 
-    /// The constants of the law if it is a Mooney-Rivlin or neo-Hookean one: these have a closed form of the pressed layer.
+    /// The constants of the law if it is a Mooney-Rivlin or neo-Hookean one: these have a closed form of the
+    /// pressed layer.
     pub fn as_mooney_rivlin(&self) -> Option<MooneyRivlin> {
         match self {
             Self::NeoHookean { shear_modulus } => Some(MooneyRivlin::neo_hookean(*shear_modulus)),
@@ -71,7 +75,8 @@ impl HyperelasticLaw {
         }
     }
 
-    /// Whether the energy of an incompressible rubber is a polynomial in `F`, so that it has a value where `J <= 0`.
+    /// Whether the energy of an incompressible rubber is a polynomial in `F`, so that it has a value where `J
+    /// <= 0`.
     pub(crate) fn is_polynomial(&self) -> bool {
         match self {
             Self::NeoHookean { .. } | Self::MooneyRivlin { .. } | Self::Yeoh { .. } => true,
@@ -91,8 +96,8 @@ impl HyperelasticLaw {
         }
     }
 
-    /// Energy and derivatives in plane strain at `f` with `J = j > 0`; a polynomial law of a rubber that `keeps_volume` takes
-    /// any `j`. `None` beyond the limit of the law, where the energy is infinite.
+    /// Energy and derivatives in plane strain at `f` with `J = j > 0`; a polynomial law of a rubber that
+    /// `keeps_volume` takes any `j`. `None` beyond the limit of the law, where the energy is infinite.
     pub(crate) fn in_plane(
         &self,
         f: &plane::Tensor,
@@ -136,8 +141,9 @@ impl HyperelasticLaw {
         })
     }
 
-    /// Calls `add` with each measure of deformation at `f` that the energy depends on, and with the energy's derivatives by that
-    /// measure and by `J = j > 0`. `None`, and nothing added, beyond the limit of the law, where the energy is infinite.
+    /// Calls `add` with each measure of deformation at `f` that the energy depends on, and with the energy's
+    /// derivatives by that measure and by `J = j > 0`. `None`, and nothing added, beyond the limit of the
+    /// law, where the energy is infinite.
     pub(crate) fn in_space(
         &self,
         f: &space::Tensor,
@@ -182,10 +188,11 @@ impl HyperelasticLaw {
         Some(())
     }
 
-    /// `sigma_33` in Pa of an *incompressible* rubber or of a hyperfoam in plane strain, from `J sigma_33 = dW/dF33` at `F33 = 1`.
+    /// `sigma_33` in Pa of an *incompressible* rubber or of a hyperfoam in plane strain, from `J sigma_33 =
+    /// dW/dF33` at `F33 = 1`.
     ///
-    /// `d` are the derivatives of the whole energy at `f` with `J = j`; `field` is the pressure field and `barrier` the slope of
-    /// the volume barrier by `J`, both in Pa.
+    /// `d` are the derivatives of the whole energy at `f` with `J = j`; `field` is the pressure field and
+    /// `barrier` the slope of the volume barrier by `J`, both in Pa.
     pub(crate) fn third_normal_stress(
         &self,
         f: &plane::Tensor,
@@ -198,17 +205,19 @@ impl HyperelasticLaw {
         match self {
             // W = W(I1, J), of which w_I is the first derivative and w_J the other.
             Self::NeoHookean { .. } | Self::Yeoh { .. } | Self::Gent { .. } => 2.0 * d.i / j + volumetric,
-            // dI2/dF33 = 2 I, and I2 = I + J^2 has put 2 J into w_J.
+            // dI2/dF33 = 2 I. The 2 J that I2 = I + J^2 contributes to w_J does not belong here.
             Self::MooneyRivlin { c10, c01 } => {
                 let i = f.iter().map(|x| x * x).sum::<f64>();
                 2.0 * (c10 + c01 * i) / j + volumetric - 2.0 * j * c01
             }
-            // l3^alpha - alpha (J - 1) for each term, the barrier and the field.
+            // In each term only l3^alpha - alpha (J - 1) depends on F33. The barrier and the field depend on
+            // J.
             Self::Ogden { terms } => {
                 let sum: f64 = terms.iter().map(|(mu, _)| mu).sum();
                 sum * (1.0 - j) / j + barrier + field
             }
-            // l3^a, and J dw/dJ of the terms that are not powers of a stretch.
+            // In each term F33 enters as l3^a and through J in the volume part, here without the a (J - 1)
+            // that `volume_part` adds to it.
             Self::Hyperfoam { terms } => {
                 let stress = |term: &HyperfoamTerm| {
                     let volume = term.volume_part(j).j - term.exponent;

@@ -1,8 +1,8 @@
 //! Hyperelastic rubbers: the energy, the stress and the tangent that belong to a deformation gradient.
 //!
-//! A [`Rubber`] is a [`HyperelasticLaw`], which says how it resists distortion, together with a [`Volume`], which says how it
-//! resists a change of volume. Case files name laws, finite elements and the closed form of the layer evaluate them: all three
-//! use the types of this crate.
+//! A [`Rubber`] is a [`HyperelasticLaw`], which says how it resists distortion, together with a [`Volume`],
+//! which says how it resists a change of volume. Case files name these laws; finite elements and the closed
+//! form of the layer evaluate them.
 //!
 //! ```
 //! use elastocap_materials::{HyperelasticLaw, Rubber, Volume};
@@ -17,7 +17,8 @@
 //! ```
 //!
 //! # Units
-//! Moduli, stresses and energies per reference volume are in Pa; deformation gradients and invariants are dimensionless.
+//! Moduli, stresses and energies per reference volume are in Pa; deformation gradients and invariants are
+//! dimensionless.
 //!
 //! # Modules
 //! | module | contents |

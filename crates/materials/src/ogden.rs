@@ -1,4 +1,5 @@
-//! The law of Ogden (Proceedings of the Royal Society A 326, 565-584, 1972): sums of powers of the principal stretches.
+//! The law of Ogden (Proceedings of the Royal Society A 326, 565-584, 1972): sums of powers of the principal
+//! stretches.
 
 use nalgebra::Matrix3;
 
@@ -7,23 +8,24 @@ use crate::space::{Measure, Tensor};
 
 /// `J^(-alpha/3) (l1^alpha + l2^alpha + 1) - 3`, where `spread = I - 2J`.
 ///
-/// `l1^alpha + l2^alpha = 2 J^(alpha/2) cosh(b acosh z)` with `b = alpha/2` and `z = I/(2J)`, a Chebyshev function
-/// of `z`: smooth where the stretches coincide (`z = 1`), which formulas in `l1` and `l2` are not.
+/// `l1^alpha + l2^alpha = 2 J^(alpha/2) cosh(b acosh z)` with `b = alpha/2` and `z = I/(2J)`, a Chebyshev
+/// function of `z`: smooth where the stretches coincide (`z = 1`), which formulas in `l1` and `l2` are not.
 pub(crate) fn stretch_powers(spread: f64, j: f64, alpha: f64) -> EnergyDerivatives {
     let (t, t1, t2) = chebyshev(0.5 * alpha, 0.5 * spread / j);
     let z = 1.0 + 0.5 * spread / j;
     let e = alpha / 6.0;
     let je = j.powf(e);
     let (j1, j2) = (je / j, je / (j * j));
-    let out = (-2.0 * e * j.ln()).exp();
+    // The power of the stretch across the plane.
+    let across = (-2.0 * e * j.ln()).exp();
     EnergyDerivatives {
-        w: 2.0 * je * t + out - 3.0,
+        w: 2.0 * je * t + across - 3.0,
         i: j1 * t1,
-        j: 2.0 * j1 * (e * t - z * t1) - 2.0 * e * out / j,
+        j: 2.0 * j1 * (e * t - z * t1) - 2.0 * e * across / j,
         ii: 0.5 * j2 * t2,
         ij: j2 * ((e - 1.0) * t1 - z * t2),
         jj: 2.0 * j2 * ((e - 1.0) * (e * t - z * t1) - z * ((e - 1.0) * t1 - z * t2))
-            + 2.0 * e * (2.0 * e + 1.0) * out / (j * j),
+            + 2.0 * e * (2.0 * e + 1.0) * across / (j * j),
     }
 }
 
@@ -78,8 +80,8 @@ fn chebyshev(b: f64, excess: f64) -> (f64, f64, f64) {
 impl Measure {
     /// `l1^a + l2^a + l3^a`, a function of the eigenvalues `c = l^2` of `C = F'F`.
     ///
-    /// In the basis of the eigenvectors, `dS/dC = diag(h)` with `h(c) = a/2 c^(a/2 - 1)`, and its derivative holds
-    /// `h'(c_i)` and the divided differences `(h(c_i) - h(c_j)) / (c_i - c_j)`, which are taken without
+    /// In the basis of the eigenvectors, `dS/dC = diag(h)` with `h(c) = a/2 c^(a/2 - 1)`, and its derivative
+    /// holds `h'(c_i)` and the divided differences `(h(c_i) - h(c_j)) / (c_i - c_j)`, which are taken without
     /// cancellation where stretches agree.
     pub(crate) fn power_sum(f: &Tensor, exponent: f64) -> Self {
         let matrix = Matrix3::from_row_slice(f);

@@ -1,8 +1,8 @@
 //! Tensors and invariants in plane strain, and an energy's derivatives by them.
 //!
 //! With `F33 = 1` every isotropic energy is a function `w(I, J)` of `I = F:F` (in the plane) and `J = det F`:
-//! the three-dimensional invariants are `I1 = I + 1` and `I2 = I + J^2`. First Piola stress and tangent follow
-//! from six derivatives of `w`, exactly and without any eigenvalue problem:
+//! the three-dimensional invariants are `I1 = I + 1` and `I2 = I + J^2`. First Piola stress and tangent
+//! follow from six derivatives of `w`, exactly and without any eigenvalue problem:
 //!
 //! `P = 2 w_I F + w_J G`, `G = cof F`,
 //! `dP/dF = 2 w_I 1 + 4 w_II F(x)F + 2 w_IJ (F(x)G + G(x)F) + w_JJ G(x)G + w_J dG/dF`.
@@ -67,6 +67,7 @@ impl EnergyDerivatives {
         a
     }
 
+    /// The energy and its derivatives times `s`.
     pub(crate) fn scaled(&self, s: f64) -> Self {
         Self {
             w: s * self.w,
@@ -78,6 +79,7 @@ impl EnergyDerivatives {
         }
     }
 
+    /// The sum with another energy and its derivatives.
     pub(crate) fn plus(&self, o: &Self) -> Self {
         Self {
             w: self.w + o.w,
@@ -89,8 +91,8 @@ impl EnergyDerivatives {
         }
     }
 
-    /// The energy that is a function of this one, by the chain rule. Call with the derivatives of an invariant less its value
-    /// at rest, and with the function and its derivatives at that value.
+    /// The energy that is a function of this one, by the chain rule. Call with the derivatives of an
+    /// invariant less its value at rest, and with the function and its derivatives at that value.
     pub(crate) fn chained(&self, outer: &FunctionOfInvariant) -> Self {
         let FunctionOfInvariant { value, slope, curvature } = *outer;
         Self {
@@ -112,12 +114,12 @@ pub(crate) struct FunctionOfInvariant {
     pub(crate) curvature: f64,
 }
 
-/// `I1 - 3 - 2 (J - 1)`: where `J = 1` the first invariant, and stationary at rest.
+/// `I1 - 3 - 2 (J - 1)`: equal to `I1 - 3` where `J = 1`, and stationary at rest.
 fn plain_first_invariant(i: f64, j: f64) -> EnergyDerivatives {
     EnergyDerivatives { w: i - 2.0 - 2.0 * (j - 1.0), i: 1.0, j: -2.0, ..Default::default() }
 }
 
-/// `I2 - 3 - 4 (J - 1)`: where `J = 1` the second invariant, and stationary at rest.
+/// `I2 - 3 - 4 (J - 1)`: equal to `I2 - 3` where `J = 1`, and stationary at rest.
 pub(crate) fn plain_second_invariant(i: f64, j: f64) -> EnergyDerivatives {
     EnergyDerivatives {
         w: i + j * j - 3.0 - 4.0 * (j - 1.0),
@@ -128,7 +130,8 @@ pub(crate) fn plain_second_invariant(i: f64, j: f64) -> EnergyDerivatives {
     }
 }
 
-/// The first invariant less its value at rest, as a rubber sees it that keeps its volume or does not.
+/// The first invariant less its value at rest, in the form for a rubber that keeps its volume or for one that
+/// does not.
 pub(crate) fn first_invariant_for(i: f64, j: f64, keeps_volume: bool) -> EnergyDerivatives {
     if keeps_volume { plain_first_invariant(i, j) } else { first_invariant(i, j) }
 }

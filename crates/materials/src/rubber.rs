@@ -12,13 +12,15 @@ pub enum Volume {
     Incompressible,
     /// `kappa/2 (J - 1)^2` with the bulk modulus `kappa` in Pa, and the pressure as a separate field.
     BulkModulus(f64),
-    /// The compressible neo-Hookean solid `mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` with `lambda` in Pa and the shear modulus
-    /// of the law, whichever law that is. It has no pressure field and is for materials far from incompressible.
+    /// The compressible neo-Hookean solid `mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` with `lambda` in Pa
+    /// and the shear modulus of the law, whichever law that is. It has no pressure field and is for materials
+    /// far from incompressible.
     LogLame(f64),
-    /// `kappa/4 (J^2 - 1 - 2 ln J)` in addition to the distortion, with `kappa` in Pa and without a pressure field. Elements lock
-    /// where `kappa/mu` is large.
+    /// `kappa/4 (J^2 - 1 - 2 ln J)` in addition to the distortion, with `kappa` in Pa and without a pressure
+    /// field. Elements lock where `kappa/mu` is large.
     DisplacementOnly(f64),
-    /// Nothing beside the law, which contains the volume: for [`HyperelasticLaw::Hyperfoam`]. It has no pressure field.
+    /// Nothing beside the law, which contains the volume: for [`HyperelasticLaw::Hyperfoam`]. It has no
+    /// pressure field.
     OfLaw,
 }
 
@@ -29,17 +31,19 @@ pub struct Rubber {
     pub distortion: HyperelasticLaw,
     /// The law of volume.
     pub volume: Volume,
-    /// Factor of `mu (J - 1 - ln J)`, added to the energy of an *incompressible* rubber at every quadrature point.
+    /// Factor of `mu (J - 1 - ln J)`, added to the energy of an *incompressible* rubber at every quadrature
+    /// point.
     ///
-    /// The term and its slope vanish where `J = 1`, so that it changes only the discretisation: it keeps `J` of
-    /// single points from running to zero where the mesh is coarse, and suppresses wrinkles of the size of an element,
-    /// which would stop Newton's method. [`Rubber::USUAL_BARRIER`] gives the smallest error on the closed form of
-    /// the layer over 5 to 40 % compression.
+    /// The term and its slope vanish where `J = 1`, so that it changes only the discretisation: it keeps `J`
+    /// of single points from running to zero where the mesh is coarse, and suppresses wrinkles of the size of
+    /// an element, which would stop Newton's method. [`Rubber::USUAL_BARRIER`] gives the smallest error on
+    /// the closed form of the layer over 5 to 40 % compression.
     pub volume_barrier: f64,
 }
 
 impl Rubber {
-    /// The [`Rubber::volume_barrier`] to use unless there is a reason for another one.
+    /// The [`Rubber::volume_barrier`] to use unless there is a reason for another one. Tuned:
+    /// `cargo bench --bench mechanics`.
     pub const USUAL_BARRIER: f64 = 1.5;
 
     /// An incompressible neo-Hookean rubber with shear modulus `mu` in Pa and the usual barrier.
@@ -47,8 +51,8 @@ impl Rubber {
         Self::of_law(HyperelasticLaw::NeoHookean { shear_modulus }, None)
     }
 
-    /// A rubber with the bulk modulus `kappa` in Pa, or an incompressible one with the usual barrier. A hyperfoam knows its bulk modulus
-    /// itself.
+    /// A rubber with this `bulk_modulus` in Pa or, without one, an incompressible rubber with the usual
+    /// barrier. For a hyperfoam, whose law contains the volume, `bulk_modulus` is ignored.
     pub fn of_law(distortion: HyperelasticLaw, bulk_modulus: Option<f64>) -> Self {
         match bulk_modulus {
             _ if matches!(distortion, HyperelasticLaw::Hyperfoam { .. }) => {
@@ -73,8 +77,9 @@ impl Rubber {
         }
     }
 
-    /// Whether the energy is defined where `J <= 0`: that of an incompressible rubber without barrier is if its law is a
-    /// polynomial. Single points of an element can then turn inside out while the element keeps its volume.
+    /// Whether the energy is defined where `J <= 0`, as that of an incompressible rubber without barrier
+    /// whose law is a polynomial. Single points of an element can then turn inside out while the element
+    /// keeps its volume.
     pub fn knows_inside_out(&self) -> bool {
         self.keeps_volume() && self.volume_barrier == 0.0 && self.distortion.is_polynomial()
     }
@@ -83,20 +88,22 @@ impl Rubber {
         self.volume == Volume::Incompressible
     }
 
-    /// Whether there is a limit of extension at which the energy becomes infinite; see [`Rubber::extension_left`].
+    /// Whether there is a limit of extension at which the energy becomes infinite; see
+    /// [`Rubber::extension_left`].
     pub fn has_extension_limit(&self) -> bool {
         self.limiting_invariant().is_some()
     }
 
-    /// The extension that is left at the in-plane tensor `f` before the limit of the law: 1 at rest, 0 or less where the energy is infinite.
-    /// `None` for a law without limit.
+    /// The extension that is left at the in-plane tensor `f` before the limit of the law: 1 at rest, 0 or
+    /// less where the energy is infinite. `None` for a law without limit.
     pub fn extension_left(&self, f: &plane::Tensor) -> Option<f64> {
         let i = f.iter().map(|x| x * x).sum::<f64>();
         let w = plane::first_invariant_for(i, plane::determinant(f), self.keeps_volume()).w;
         self.limiting_invariant().map(|limit| gent::margin(w, limit))
     }
 
-    /// The extension that is left at the tensor `f` in three dimensions before the limit of the law; see [`Rubber::extension_left`].
+    /// The extension that is left at the tensor `f` in three dimensions before the limit of the law; see
+    /// [`Rubber::extension_left`].
     pub fn extension_left_in_space(&self, f: &space::Tensor) -> Option<f64> {
         let limit = self.limiting_invariant()?;
         let measure = Measure::first_invariant(f);
@@ -105,7 +112,7 @@ impl Rubber {
 
     fn limiting_invariant(&self) -> Option<f64> {
         match self.volume {
-            // Of the law, only the shear modulus counts.
+            // This solid uses nothing but the shear modulus of the law.
             Volume::LogLame(_) => None,
             Volume::Incompressible | Volume::BulkModulus(_) | Volume::DisplacementOnly(_) | Volume::OfLaw => {
                 self.distortion.limiting_invariant()
@@ -113,10 +120,11 @@ impl Rubber {
         }
     }
 
-    /// The part of the energy that follows from the displacement alone (all but the pressure field's) at the in-plane tensor `f`.
+    /// The part of the energy that follows from the displacement alone (all but the pressure field's) at the
+    /// in-plane tensor `f`.
     ///
-    /// `w` is infinite, and its derivatives are zero, where `J <= 0`, unless [`Rubber::knows_inside_out`], and beyond the
-    /// [limit of extension](Rubber::extension_left).
+    /// `w` is infinite, and its derivatives are zero, where `J <= 0`, unless [`Rubber::knows_inside_out`],
+    /// and beyond the [limit of extension](Rubber::extension_left).
     pub fn derivatives(&self, f: &plane::Tensor) -> EnergyDerivatives {
         let infinite = EnergyDerivatives { w: f64::INFINITY, ..Default::default() };
         let j = plane::determinant(f);
@@ -148,8 +156,8 @@ impl Rubber {
         d
     }
 
-    /// The part of energy, stress and tangent that follows from the displacement alone (all but the pressure field's) at the
-    /// deformation gradient `f`.
+    /// The part of energy, stress and tangent that follows from the displacement alone (all but the pressure
+    /// field's) at the deformation gradient `f`.
     ///
     /// The energy is infinite, and the rest is not to be used, where `J <= 0` and beyond the
     /// [limit of extension](Rubber::extension_left_in_space).
@@ -197,10 +205,11 @@ impl Rubber {
         response
     }
 
-    /// `sigma_33` in Pa in plane strain at `f`, from `J sigma_33 = dW/dF33` at `F33 = 1`: `w(I, J)` does not contain it.
+    /// `sigma_33` in Pa in plane strain at `f`, from `J sigma_33 = dW/dF33` at `F33 = 1`: `w(I, J)` does not
+    /// contain it.
     ///
-    /// `d` are the [derivatives](Rubber::derivatives) at `f`, `field` is the pressure field in Pa (zero where the rubber has none)
-    /// and `in_plane` is `sigma_11 + sigma_22` in Pa.
+    /// `d` are the [derivatives](Rubber::derivatives) at `f`, `field` is the pressure field in Pa (zero where
+    /// the rubber has none) and `in_plane` is `sigma_11 + sigma_22` in Pa.
     pub fn third_normal_stress(
         &self,
         f: &plane::Tensor,

@@ -1,9 +1,10 @@
 //! Tensors and measures of deformation in three dimensions, and stress and tangent from them.
 //!
-//! Every law is a function of the volume ratio `J` and of *measures* of the deformation, each homogeneous in `F`:
-//! `I1 = F:F`, `I2 = G:G` with `G = cof F`, and `S = l1^a + l2^a + l3^a` of the principal stretches. A measure `e` of
-//! degree `n` enters as `e / J^(n/3) - 3` where the volume can change, and as `e - 3 - n (J - 1)` where it cannot (see
-//! [`HyperelasticLaw`](crate::HyperelasticLaw)). First Piola stress and tangent follow by the chain rule, from slope and curvature of `e`:
+//! Every law is a function of the volume ratio `J` and of *measures* of the deformation, each homogeneous in
+//! `F`: `I1 = F:F`, `I2 = G:G` with `G = cof F`, and `S = l1^a + l2^a + l3^a` of the principal stretches. A
+//! measure `e` of degree `n` enters as `e / J^(n/3) - 3` where the volume can change, and as `e - 3 - n (J -
+//! 1)` where it cannot (see [`HyperelasticLaw`](crate::HyperelasticLaw)). First Piola stress and tangent
+//! follow by the chain rule, from slope and curvature of `e`:
 //!
 //! `P = w_e e' + w_J G`, `dP/dF = w_e e'' + w_ee e'(x)e' + w_eJ (e'(x)G + G(x)e') + w_JJ G(x)G + w_J dG/dF`.
 
@@ -61,11 +62,15 @@ pub fn add_cofactor_slope(f: &Tensor, factor: f64, tangent: &mut [Tensor; 9]) {
     }
 }
 
-/// A measure of the deformation: a function of `F`, homogeneous of degree `degree` and 3 at rest.
+/// A measure of the deformation: a homogeneous function of `F` that is 3 at rest.
 pub(crate) struct Measure {
+    /// The degree of homogeneity.
     pub(crate) degree: f64,
+    /// The value at a deformation gradient `F`.
     pub(crate) value: f64,
+    /// The derivative by `F`.
     pub(crate) slope: Tensor,
+    /// The second derivative by `F`.
     pub(crate) curvature: [Tensor; 9],
 }
 
@@ -79,10 +84,11 @@ impl Measure {
         Self { degree: 2.0, value: f.iter().map(|x| x * x).sum(), slope: f.map(|x| 2.0 * x), curvature }
     }
 
-    /// `I2 = G:G = (I1^2 - tr C^2) / 2`, with slope `2 (I1 F - F C)`.
+    /// `I2 = G:G = (I1^2 - tr C^2) / 2` with `C = F'F`, whose slope is `2 (I1 F - F C)`.
     pub(crate) fn second_invariant(f: &Tensor) -> Self {
         let first: f64 = f.iter().map(|x| x * x).sum();
-        let sum = |at: &dyn Fn(usize) -> f64| at(0) + at(1) + at(2);
+        let sum = |term: &dyn Fn(usize) -> f64| term(0) + term(1) + term(2);
+        // C = F'F and B = FF'.
         let right: Tensor = std::array::from_fn(|a| sum(&|m| f[3 * m + a / 3] * f[3 * m + a % 3]));
         let left: Tensor = std::array::from_fn(|a| sum(&|m| f[3 * (a / 3) + m] * f[3 * (a % 3) + m]));
         let slope =
@@ -106,7 +112,8 @@ impl Measure {
         Self { degree: 4.0, value: cofactor(f).iter().map(|x| x * x).sum(), slope, curvature }
     }
 
-    /// The measure without its volume: value and derivatives by the measure (`i`) and by `J`.
+    /// The part of the measure that distortion changes, less its value at rest, with its derivatives by the
+    /// measure (`i`) and by `J`.
     pub(crate) fn distortion(&self, j: f64, keeps_volume: bool) -> EnergyDerivatives {
         let n = self.degree;
         if keeps_volume {
@@ -128,6 +135,8 @@ impl Measure {
 }
 
 impl Response {
+    /// Adds the contribution of a measure, from the energy's derivatives `d` by the measure (`i`) and by `J`,
+    /// and `g = cof F`; the term with the slope of the cofactor is left out.
     pub(crate) fn add(&mut self, measure: &Measure, d: &EnergyDerivatives, g: &Tensor) {
         self.energy += d.w;
         for r in 0..9 {

@@ -35,12 +35,13 @@ impl StressTable {
 
     /// Nominal stress in Pa of the loading branch at a compression `U/H`; `None` beyond the table.
     pub fn loading_at(&self, compression: f64) -> Option<f64> {
-        self.value(&self.loading, compression)
+        self.interpolated(&self.loading, compression)
     }
 
-    /// Nominal stress in Pa of the unloading branch at a compression `U/H`; `None` beyond the table, and without that branch.
+    /// Nominal stress in Pa of the unloading branch at a compression `U/H`; `None` beyond the table, and
+    /// without that branch.
     pub fn unloading_at(&self, compression: f64) -> Option<f64> {
-        self.value(self.unloading.as_deref()?, compression)
+        self.interpolated(self.unloading.as_deref()?, compression)
     }
 
     /// The compression `U/H` at which the loading branch has a nominal stress in Pa.
@@ -58,19 +59,22 @@ impl StressTable {
                 false => CompressionMatch::At(first),
             };
         }
-        // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which is 0.
+        // `from` is at least 1 here: a stress that is no point of the table lies above the first one, which
+        // is 0.
         let [low, high] = [from - 1, from];
         let share = (stress - self.loading[low]) / (self.loading[high] - self.loading[low]);
         CompressionMatch::At(self.compression[low] + share * (self.compression[high] - self.compression[low]))
     }
 
-    fn value(&self, stresses: &[f64], compression: f64) -> Option<f64> {
-        let high = self.compression.partition_point(|tabulated| *tabulated < compression);
-        let (last, upper) = (*self.compression.get(high)?, *stresses.get(high)?);
-        if high == 0 {
-            return Some(upper);
+    /// The stress of a branch at a compression, from its tabulated `stresses`; `None` beyond the table.
+    fn interpolated(&self, stresses: &[f64], compression: f64) -> Option<f64> {
+        let next = self.compression.partition_point(|tabulated| *tabulated < compression);
+        let (end, stress_at_end) = (*self.compression.get(next)?, *stresses.get(next)?);
+        if next == 0 {
+            return Some(stress_at_end);
         }
-        let (first, lower) = (self.compression[high - 1], stresses[high - 1]);
-        Some(lower + (compression - first) / (last - first) * (upper - lower))
+        let (start, stress_at_start) = (self.compression[next - 1], stresses[next - 1]);
+        let share = (compression - start) / (end - start);
+        Some(stress_at_start + share * (stress_at_end - stress_at_start))
     }
 }

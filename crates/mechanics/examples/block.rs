@@ -1,10 +1,11 @@
-//! The block of Reese and others under a dead pressure on the inner quarter of its top: compression of the top's centre.
+//! The block of Reese and others under a dead pressure on the inner quarter of its top: compression of the
+//! top's centre.
 //!
 //! `cargo run --release -p elastocap-mechanics --example block -- 8`
 //! takes the hexahedra along each edge of the quarter, an even number.
 //!
-//! 1. A quarter of a block, 1 x 1 x 1 mm, with planes of symmetry `x1 = 0` and `x3 = 0`; the bottom moves freely in
-//!    its plane, the top only up and down.
+//! 1. A quarter of a block, 1 x 1 x 1 mm, with planes of symmetry `x1 = 0` and `x3 = 0`; the bottom moves
+//!    freely in its plane, the top only up and down.
 //! 2. Nearly incompressible neo-Hookean rubber, mu = 80.194 MPa and nu = 0.4999.
 //! 3. A dead pressure p on a quarter of the quarter's top, p/p0 = 20, 40, ..., 100 with p0 = 4 MPa.
 //!
@@ -14,8 +15,8 @@
 //! | 8 x 8 x 8 | 21.968 | 42.489 | 58.568 | 69.380 | 76.115 % |
 //! | 12 x 12 x 12 | 21.975 | 42.504 | 58.585 | 69.379 | 76.067 % |
 //!
-//! Trilinear hexahedra with constant pressure (an independent code) come down to the same values, and more slowly: 70.1
-//! and 77.8 % under the two largest loads with 8 x 8 x 8, 69.7 and 76.8 % with 12 x 12 x 12.
+//! Trilinear hexahedra with constant pressure (an independent code) come down to the same values, and more
+//! slowly: 70.1 and 77.8 % under the two largest loads with 8 x 8 x 8, 69.7 and 76.8 % with 12 x 12 x 12.
 
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::{Mesh, uniform};

@@ -1,5 +1,5 @@
-//! How far electrodes float with the layer: gap, height and thickness of an in-plane pair by finite elements over those of
-//! the closed form, as the Markdown table of `docs/floating-electrodes.md`.
+//! How far electrodes float with the layer: gap, height and thickness of an in-plane pair by finite elements
+//! over those of the closed form, as the Markdown table of `docs/floating-electrodes.md`.
 //!
 //! `cargo run --release -p elastocap-mechanics --example floating_electrodes -- 8`
 //! takes the level of the mesh: 5, 10, 20, 40 elements over the thickness for 0, 1, 2, 3.
@@ -81,7 +81,8 @@ fn ratios(
         .collect()
 }
 
-/// Mean deformed coordinate `axis` over the line of the electrode where that coordinate was `at`, by the trapezoidal rule.
+/// Mean deformed coordinate `axis` over the line of the electrode where that coordinate was `at`, by the
+/// trapezoidal rule.
 fn mean(model: &LayerModel, electrode: &Inclusion, axis: usize, at: f64) -> f64 {
     let along = 1 - axis;
     let nodes = model.equations().body().mesh.nodes.iter().enumerate();

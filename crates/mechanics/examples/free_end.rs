@@ -1,9 +1,10 @@
 //! The free end of section 3.2 on one mesh, with the rubber of the paper: force, stored energy and its slope.
 //!
-//! `cargo run --release -p elastocap-mechanics --example free_end -- 5 96 0.05 1.5 0.0025 0.06`
-//! takes quadrilaterals over the thickness, those per thickness at the bonded corner, how far from it they stay equal, the
-//! growth of the others, the compression between two rows and the last of them. Lengths are in thicknesses, stresses in shear
-//! moduli; the slope is that over the row before and the next one, printed one row late.
+//! `cargo run --release -p elastocap-mechanics --example free_end -- 5 96 0.05 1.5 0.0025 0.06` takes
+//! quadrilaterals over the thickness, those per thickness at the bonded corner, how far from it they stay
+//! equal, the growth of the others, the compression between two rows and the last of them. Lengths are in
+//! thicknesses, stresses in shear moduli; the slope is that over the row before and the next one, printed one
+//! row late.
 
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber};
 use elastocap_mechanics::solid::dimension::Element;

@@ -1,9 +1,10 @@
 //! The layer of section 3.2, pressed over its whole top: force against compression on a mesh of one's choice.
 //!
-//! `cargo run --release -p elastocap-mechanics --example layer_end -- free 16 0.5 8 0.02`
-//! takes the end (`free` or `substrate`), quadrilaterals over the thickness, the ratio and the number of the rings
-//! around the bonded corner, the compression between two rows and the last of them; with `folding` in the place of
-//! `free`, and the quadrilaterals per thickness at the corner in the place of the ratio, the end may fold through itself.
+//! `cargo run --release -p elastocap-mechanics --example layer_end -- free 16 0.5 8 0.02` takes the end
+//! (`free` or `substrate`), quadrilaterals over the thickness, the ratio and the number of the rings around
+//! the bonded corner, the compression between two rows and the last of them; with `folding` in the place of
+//! `free`, and the quadrilaterals per thickness at the corner in the place of the ratio, the end may fold
+//! through itself.
 
 use elastocap_mechanics::materials::Rubber;
 use elastocap_mechanics::solid::layer::{End, Indenter, LayerMesh, LayerModel};

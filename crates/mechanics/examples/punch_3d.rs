@@ -1,13 +1,14 @@
 //! A punch on a layer of finite width: force against compression.
 //!
-//! `cargo run --release -p elastocap-mechanics --example punch_3d -- held 6 0.5 0.1 0.3`
-//! takes the indenter (`top`, `held`, `bonded`, `flat`, `cylinder`, `sphere`, `block`, or `plane-strain` for a held
-//! punch on a layer that cannot spread along its width), about how many hexahedra go over the thickness, half the
-//! width over the thickness, the compression between two rows and in the last, and what becomes of the end and the
+//! `cargo run --release -p elastocap-mechanics --example punch_3d -- held 6 0.5 0.1 0.3` takes the indenter
+//! (`top`, `held`, `bonded`, `flat`, `cylinder`, `sphere`, `block`, or `plane-strain` for a held punch on a
+//! layer that cannot spread along its width), about how many hexahedra go over the thickness, half the width
+//! over the thickness, the compression between two rows and in the last, and what becomes of the end and the
 //! side: `free` or `substrate`.
 //!
 //! 1. A quarter of a layer of half-length 3, bonded below. All lengths are in thicknesses.
-//! 2. The flat punches are 500/450 wide to each side, as in the paper; cylinder and sphere have the radius 1.5.
+//! 2. The flat punches are 500/450 wide to each side, as in the paper; cylinder and sphere have the radius
+//!    1.5.
 //! 3. Forces are those on the whole layer, over the shear modulus and the thickness squared.
 
 use elastocap_mechanics::materials::Rubber;

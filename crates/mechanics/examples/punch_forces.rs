@@ -1,5 +1,5 @@
-//! Prints the table of `mechanics::punch_force`: F / (mu U w) of a sharp flat punch without friction on a long layer, with the largest
-//! relative error of each row.
+//! Prints the table of `mechanics::punch_force`: F / (mu U w) of a sharp flat punch without friction on a
+//! long layer, with the largest relative error of each row.
 //!
 //! `cargo run --release -p elastocap-mechanics --example punch_forces [HALF_WIDTH ...]`
 

@@ -1,6 +1,8 @@
-//! A sharp punch in contact on a layer of thickness 1, free end 5 thicknesses beyond it, and punches with rounded corners that tend to it.
+//! A sharp punch in contact on a layer of thickness 1, free end 5 thicknesses beyond it, and punches with
+//! rounded corners that tend to it.
 //!
-//! `cargo run --release -p elastocap-mechanics --example sharp_punch -- HALF_WIDTH TOLERANCE [RADIUS ...] : COMPRESSION ...`
+//! `cargo run --release -p elastocap-mechanics --example sharp_punch -- HALF_WIDTH TOLERANCE [RADIUS ...] :
+//! COMPRESSION ...`
 //!
 //! `HALF_WIDTH@POSITION` moves the punches off the middle of the layer, in thicknesses.
 

@@ -1,6 +1,7 @@
 //! The shear length L/H of the closed form over compression and contact length, from finite elements.
 //!
-//! `cargo run --release -p elastocap-mechanics --example shear_length -- 8` takes the quadrilaterals over the thickness.
+//! `cargo run --release -p elastocap-mechanics --example shear_length -- 8` takes the quadrilaterals over the
+//! thickness.
 
 use elastocap_mechanics::solid::layer::End;
 use elastocap_mechanics::solid::shear_length::{Contact, shear_lengths};

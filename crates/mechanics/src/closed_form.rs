@@ -8,8 +8,8 @@
 //! `tan theta = sinh n` keep all their digits at both ends, whereas near full compression `theta` is within
 //! rounding of `pi/2` and its cosine is lost.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 mod axial_balance;
 mod constants;

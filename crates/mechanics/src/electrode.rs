@@ -66,7 +66,8 @@ impl ElectrodePose {
         })
     }
 
-    /// The gap `d = D f(S)` (m) between two electrodes side by side at this height, from the gap `D` before (m).
+    /// The gap `d = D f(S)` (m) between two electrodes side by side at this height, from the gap `D` before
+    /// (m).
     pub fn gap(&self, reference_gap: f64) -> f64 {
         reference_gap * self.layer_stretch
     }
@@ -90,8 +91,8 @@ fn square_difference(excess: f64) -> f64 {
 
 /// `t/T = sqrt((k + sqrt(k^2 + 4)) / 2)`, the positive root of `s^2 - s^-2 = k`.
 ///
-/// `k` is the load over the electrode's shear modulus, negative under compression. There the printed form is a
-/// difference of nearly equal numbers; its reciprocal for `-k` is the same root as a sum.
+/// `k` is the load over the electrode's shear modulus, negative under compression. There the printed form is
+/// a difference of nearly equal numbers; its reciprocal for `-k` is the same root as a sum.
 fn thickness_stretch(k: f64) -> f64 {
     let magnitude = k.abs();
     let root = (0.5 * (magnitude + magnitude.hypot(2.0))).sqrt();

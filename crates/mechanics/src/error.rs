@@ -1,7 +1,7 @@
 //! Errors of input that this crate refuses.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use thiserror::Error;
 
@@ -87,7 +87,8 @@ pub enum MechanicsError {
         /// The last `U/H` with this force.
         to: f64,
     },
-    /// The contact is so long compared with the shear length that the force of equation (50) is tensile from the start.
+    /// The contact is so long compared with the shear length that the force of equation (50) is tensile from
+    /// the start.
     #[error(
         "with a contact half-length of {contact_half_length} m and a shear length of {shear_length} m on a layer \
          {thickness} m thick, equation (50) of the paper (Large deformation mechanics of a soft elastomeric layer under \

@@ -1,7 +1,8 @@
 //! A layer of foam that is compressed evenly: the same stretch everywhere, and no stress along the layer.
 //!
-//! The nominal stress is that of a test between plates that do not hold the foam: by the law of Ogden and Storåkers with the lateral
-//! stretch at which the lateral stress vanishes, or by a table of such a test. The force is that stress times the area of the contact.
+//! The nominal stress is that of a test between plates that do not hold the foam: by the law of Ogden and
+//! Storåkers with the lateral stretch at which the lateral stress vanishes, or by a table of such a test. The
+//! force is that stress times the area of the contact.
 
 use elastocap_materials::hyperfoam::{compression_under, pressed_between_walls, pressed_freely};
 use elastocap_materials::stress_table::CompressionMatch;
@@ -21,16 +22,21 @@ pub enum FoamLaw<'a> {
 /// The foam in one load step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoamState {
+    /// The thickness at rest, m.
     thickness: f64,
+    /// `U/H`.
     compression: f64,
+    /// The compressive force while the load grows, N.
     force: f64,
+    /// The compressive force at the same compression while the load is taken off, N, if a table has it.
     unloading_force: Option<f64>,
+    /// The stretch along the layer.
     lateral_stretch: f64,
 }
 
 impl FoamLaw<'_> {
-    /// The compression `U/H` at which the foam has the same `force` (N) on `area` (m^2) where it cannot get wider: that of a wide layer
-    /// between plates that it sticks to. `None` for a table, which does not say.
+    /// The compression `U/H` under this `force` (N) on `area` (m^2) if the foam cannot get wider, as in a
+    /// wide layer between plates that it sticks to. `None` for a table, which does not say.
     pub fn compression_between_walls(&self, force: f64, area: f64) -> Option<f64> {
         match self {
             Self::Hyperfoam(terms) => {
@@ -40,8 +46,8 @@ impl FoamLaw<'_> {
         }
     }
 
-    /// The force in N on `area` (m^2) at a compression `U/H` where the foam cannot get wider. A table has the one force that was measured; `None`
-    /// beyond it.
+    /// The force in N on `area` (m^2) at a compression `U/H` if the foam cannot get wider. A table gives the
+    /// force that was measured, without such walls, and `None` beyond its end.
     pub fn force_between_walls(&self, compression: f64, area: f64) -> Option<f64> {
         let pressure = match self {
             Self::Hyperfoam(terms) => pressed_between_walls(terms, compression).nominal_pressure,
@@ -52,7 +58,8 @@ impl FoamLaw<'_> {
 }
 
 impl FoamState {
-    /// The foam of reference `thickness` (m) under a `compression` `U/H` in `[0, 1)`, pressed over an `area` at rest in m^2.
+    /// The foam of reference `thickness` (m) under a `compression` `U/H` in `[0, 1)`, pressed over an `area`
+    /// at rest in m^2.
     ///
     /// # Errors
     /// [`MechanicsError::NotPositive`], [`MechanicsError::Compression`], and [`MechanicsError::BeyondTable`].
@@ -89,10 +96,12 @@ impl FoamState {
         })
     }
 
-    /// The foam of reference `thickness` (m) under a compressive `force` (N) on an `area` at rest in m^2, as it is loaded.
+    /// The foam of reference `thickness` (m) under a compressive `force` (N) on an `area` at rest in m^2, as
+    /// it is loaded.
     ///
     /// # Errors
-    /// [`MechanicsError::Force`], [`MechanicsError::BeyondTableForce`], [`MechanicsError::Plateau`], and as [`FoamState::new`].
+    /// [`MechanicsError::Force`], [`MechanicsError::BeyondTableForce`], [`MechanicsError::Plateau`], and as
+    /// [`FoamState::new`].
     pub fn under_force(
         thickness: f64,
         law: FoamLaw<'_>,

@@ -1,13 +1,14 @@
 //! The compression that a given force causes: equation (50) the other way round.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use crate::closed_form::{ClosedFormSettings, ForceCurve, Phase};
 use crate::error::MechanicsError;
 use elastocap_materials::MooneyRivlin;
 
-/// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster.
+/// Step of `n` in the search for a bracket. The force has one maximum, and nothing in it varies faster. It is
+/// not tuned.
 const SEARCH_STEP: f64 = 1.0 / 16.0;
 
 /// Largest `n` searched. There `h/H = 2e-16`, and beyond it `U/H` is 1 to rounding.
@@ -81,7 +82,8 @@ pub(crate) fn phase_for_force(curve: &ForceCurve, force: f64) -> Result<Phase, M
     Ok(Phase::from_n(solve(curve, target, low, high)))
 }
 
-/// An interval of `n` at whose upper end the normalised force is at least `target`, or at its maximum.
+/// An interval of `n` from below at whose upper end the normalised force is at least `target` or, if it never
+/// is, at its maximum; the last interval below [`LARGEST_N`] if the force rises up to there.
 fn bracket(curve: &ForceCurve, target: f64) -> (f64, f64) {
     let mut low = 0.0;
     while low < LARGEST_N {

@@ -1,7 +1,7 @@
 //! One load step of the layer: deformation, stress, force and poses of electrodes.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use crate::closed_form::{ClosedFormSettings, ForceCurve, LayerMap, LayerStress, shear_stiffness};
 use crate::electrode::{ElectrodePose, ElectrodeStiffness};
@@ -9,26 +9,29 @@ use crate::error::MechanicsError;
 use crate::inverse::phase_for_force;
 use elastocap_materials::MooneyRivlin;
 
-/// The layer in one load step: its deformation, its stress, the force on it and the poses of electrodes in it.
+/// The layer in one load step: its deformation, its stress, the force on it and the poses of electrodes in
+/// it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerState {
+    /// The stress, which contains the deformation.
     stress: LayerStress,
     rubber: MooneyRivlin,
     /// The area of the contact before loading, m^2.
     contact_area: f64,
+    /// Compressive force of the punch, N.
     force: f64,
 }
 
 impl LayerState {
     /// The layer of reference `thickness` `H` (m) under a `compression` `U/H` in `[0, 1)`.
     ///
-    /// The force is that of equation (50) at any compression; see [`crate::force_limit`] for how far it means
-    /// something.
+    /// The force is that of equation (50) at any compression; beyond
+    /// [`crate::force_limit`] it has no meaning.
     ///
     /// # Errors
-    /// [`MechanicsError::NotPositive`] for the thickness, the rubber's shear modulus or a length of the settings,
-    /// [`MechanicsError::Compression`], and [`MechanicsError::ForceDoesNotRise`] if the contact is too long for
-    /// the shear length.
+    /// [`MechanicsError::NotPositive`] for the thickness, the rubber's shear modulus or a length of the
+    /// settings, [`MechanicsError::Compression`], and [`MechanicsError::ForceDoesNotRise`] if the contact is
+    /// too long for the shear length.
     pub fn new(
         thickness: f64,
         rubber: MooneyRivlin,
@@ -54,6 +57,7 @@ impl LayerState {
         Self::with_map(LayerMap::from_phase(thickness, phase), rubber, settings, &curve)
     }
 
+    /// The layer under the deformation `map`, with the force on `curve`.
     fn with_map(
         map: LayerMap,
         rubber: MooneyRivlin,
@@ -98,11 +102,13 @@ impl LayerState {
         self.force
     }
 
-    /// The horizontal force in N, along `x1` and `x3`, that shifts a plate with the area of the contact by `shift` (m) along these axes.
-    /// The plate is bonded to the compressed layer: simple shear. Without compression it is too stiff by about a quarter of the thickness over
-    /// the contact's length, because its free ends do not shear; more so with it (`docs/mechanics.md`).
+    /// The horizontal force in N, along `x1` and `x3`, that shifts a plate with the area of the contact by
+    /// `shift` (m) along these axes. The plate is bonded to the compressed layer: simple shear. Without
+    /// compression it is too stiff by about a quarter of the thickness over the contact's length, because its
+    /// free ends do not shear; more so with it (`docs/mechanics.md`).
     ///
-    /// `None` along `x3` where the rubber does not resist that shear: one of its constants is negative then, and the layer stretched.
+    /// `None` along `x3` where the rubber does not resist that shear: one of its constants is negative then,
+    /// and the layer stretched.
     pub fn shear_force(&self, shift: [f64; 2]) -> [Option<f64>; 2] {
         let (along1, along3) = shear_stiffness(self.map(), self.rubber, self.contact_area);
         let force = |stiffness: f64, shift: f64| if shift == 0.0 { 0.0 } else { stiffness * shift };

@@ -7,13 +7,13 @@ use elastocap_files::ReadError;
 /// The largest size of a file that is read as a whole, bytes.
 const LARGEST_FILE: u64 = 512 << 20;
 
-/// The largest size of a file that is copied, bytes: the field of a step.
+/// The largest size of a file that is copied, such as the field of a step, bytes.
 const LARGEST_COPY: u64 = 64 << 30;
 
 /// The bytes of a regular file of at most 512 MiB.
 ///
 /// # Errors
-/// [`ReadError`].
+/// [`ReadError`] if the file is missing, larger, not regular, or unreadable.
 pub fn read_bounded(file: &Path) -> Result<Vec<u8>, ReadError> {
     elastocap_files::read(file, LARGEST_FILE)
 }

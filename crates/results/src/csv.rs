@@ -19,7 +19,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A number, or an empty cell.
+/// A number, or the text of an empty cell where there is none.
 pub fn optional(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
@@ -38,7 +38,7 @@ pub fn quoted(text: &str) -> String {
     }
 }
 
-/// One line for each load step: see [`Row`].
+/// The text of `curve.csv`: a header, and one line for each load step with the columns of [`Row`].
 pub fn curve(outcome: &Outcome) -> String {
     let mut out = Row::COLUMNS.join(",");
     out.push('\n');
@@ -53,18 +53,18 @@ pub fn curve(outcome: &Outcome) -> String {
     out
 }
 
-/// The head of `capacitance.csv`.
+/// The header of `capacitance.csv`.
 const CAPACITANCE_COLUMNS: &str = "step,quantity,row,column,value_f,lower_f,upper_f,relative_error_estimate,geometry_error_estimate,\
     change_f,change_lower_f,change_upper_f,unknowns,status";
 
-/// For each step, one line for each entry of the Maxwell matrix, for each pair's mutual capacitance, and for
-/// the two-terminal capacitance where it is measured. Each line has the status of its entry, or that of the
-/// step where the step has another defect.
+/// The text of `capacitance.csv`: for each step, one line for each entry of the Maxwell matrix, for each
+/// pair's mutual capacitance, and for the two-terminal or guarded capacitance where one is measured. Each
+/// line has the status of its entry, or that of the step where the step has another defect.
 ///
 /// `row` and `column` name terminals; a two-terminal capacitance of one terminal is against `ground`.
 ///
-/// Each capacitance of a matrix has its change against the first step that has one, F, with limits from all
-/// known errors.
+/// The capacitances against ground and the mutual ones of a measured matrix have their changes against the
+/// first step with a matrix, F, with limits from all known errors.
 pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
     let mut out = format!("{CAPACITANCE_COLUMNS}\n");
     let first = outcome.steps.iter().find(|step| step.maxwell.is_some());
@@ -75,7 +75,7 @@ pub fn capacitance(case: &Case, outcome: &Outcome) -> String {
     out
 }
 
-/// The lines of one step.
+/// The lines of `capacitance.csv` for one step; `changes` are those of the matrix since the first step.
 fn capacitances_of(
     terminals: &[String],
     measurement: Option<Measurement>,
@@ -113,7 +113,7 @@ fn capacitances_of(
     let status_of = |i: usize, j: usize| {
         let entry_status = step.entry_status.as_ref().and_then(|matrix| matrix.get(i)?.get(j).copied());
         match (&step.row.status, entry_status) {
-            // These defects of the field are those of each entry.
+            // With these, the step is judged by its entries, each of which has a status of its own.
             (
                 Status::Ok
                 | Status::OkToDiagonal
@@ -124,8 +124,8 @@ fn capacitances_of(
             _ => step_status.clone(),
         }
     };
-    // It has no smaller entries.
-    let two_terminal = match &step.row.status {
+    // A single capacitance has no small entries beside it, and the change is judged apart from it.
+    let single_status = match &step.row.status {
         Status::OkToDiagonal | Status::ToleranceNotReached(Missed::Change) => Status::Ok.to_string(),
         _ => step_status.clone(),
     };
@@ -154,10 +154,10 @@ fn capacitances_of(
         | None => None,
     };
     if let Some(names) = pair {
-        line("two_terminal", names, step.two_terminal, None, &two_terminal);
+        line("two_terminal", names, step.two_terminal, None, &single_status);
     }
     if let Some(Measurement::Guarded([measured, guard])) = measurement {
-        line("guarded", [name(measured), name(guard)], step.measured, None, &two_terminal);
+        line("guarded", [name(measured), name(guard)], step.measured, None, &single_status);
     }
     out
 }

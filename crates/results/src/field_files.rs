@@ -12,17 +12,22 @@ pub fn field_file(index: usize) -> String {
 /// The files with the fields of a run, and the warnings about them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FieldFiles {
+    /// The field file of each step, by the index of the step.
     pub(crate) steps: BTreeMap<usize, FieldFile>,
-    /// Pictures of the field, for the report.
+    /// The pictures of the field of each step as SVG, for the report.
     pub(crate) sections: BTreeMap<usize, Vec<String>>,
+    /// Warnings about what the files of the layer could not hold.
     pub(crate) layer_warnings: Vec<String>,
 }
 
 /// The file with the field of a step, if one was written, and the warning about it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct FieldFile {
+    /// The name of the file; `None` if none was written.
     pub(crate) name: Option<String>,
+    /// The reason why the field could not be written.
     pub(crate) warning: Option<String>,
+    /// Wall-clock seconds of making and writing the field and its pictures.
     pub(crate) seconds: f64,
 }
 
@@ -42,7 +47,7 @@ impl FieldFiles {
         self.steps.get(&step).map_or(0.0, |file| file.seconds)
     }
 
-    /// The sections through the field of a step as SVG, none if none was drawn.
+    /// The sections through the field of a step as SVG; empty if none was drawn.
     pub fn sections(&self, step: usize) -> &[String] {
         self.sections.get(&step).map_or(&[], Vec::as_slice)
     }

@@ -26,7 +26,9 @@ use crate::{FileGroup, OutputError, OutputFolder, Resume, Wanted, layer_files, s
 /// An observer that stages the fields of a run in a folder, and passes on what it sees to another observer.
 pub struct FieldWriter<'a> {
     folder: &'a OutputFolder,
+    /// The observer that notifications are passed on to.
     watcher: &'a dyn Observer,
+    /// The stopped run that this run goes on from, if it does.
     resume: Option<Resume>,
     /// Which files are written.
     wanted: Wanted,
@@ -34,7 +36,9 @@ pub struct FieldWriter<'a> {
     sections: (Vec<usize>, String),
     /// Where the load acts, if the sections go through that place.
     loaded_at: Option<[f64; 2]>,
+    /// The files and pictures so far.
     files: Mutex<FieldFiles>,
+    /// The error that stopped the run, if a file could not be written.
     broken: Mutex<Option<OutputError>>,
     /// Whether files are still accepted: a run that was left behind goes on after its results are written.
     is_open: RwLock<bool>,
@@ -79,8 +83,9 @@ impl<'a> FieldWriter<'a> {
     /// The files of a run that has ended, including those of repeated steps. From now on no more are staged:
     /// a thread that still solves is stopped when it would stage one.
     ///
-    /// If a file could not be written; the run was stopped then.
-    /// When a file could not be written; the run was stopped then.
+    /// # Errors
+    /// [`OutputError`] if a file could not be written, for which the run was stopped, or if the file of a
+    /// repeated step cannot be.
     pub fn finish(&self, outcome: &Outcome) -> Result<FieldFiles, OutputError> {
         *self.is_open.write().unwrap_or_else(PoisonError::into_inner) = false;
         if let Some(error) = self.broken.lock().unwrap_or_else(PoisonError::into_inner).take() {
@@ -163,7 +168,8 @@ impl Observer for FieldWriter<'_> {
         }
     }
 
-    /// A step whose field or picture has gone is solved again.
+    /// The result of a step in the stopped run, whose field and pictures are taken over. A step whose field
+    /// or picture is missing or cannot be read is solved again.
     fn finished_before(&self, index: usize) -> Option<FinishedStep> {
         let (step, folder, field) = self.resume.as_ref()?.step(index)?;
         let mut sections = Vec::new();
@@ -176,7 +182,7 @@ impl Observer for FieldWriter<'_> {
         }
         if let Some(field) = field {
             let name = field_file(index);
-            // A step whose field cannot be copied is solved again.
+            // While this guard lives, `finish` waits.
             let _open = self.is_open.read().ok().filter(|is_open| **is_open)?;
             self.folder.stage_from(&field, &name).ok()?;
             self.files().set_name(index, name);
@@ -191,7 +197,7 @@ impl Observer for FieldWriter<'_> {
         self.watcher.step_begun(index);
     }
 
-    /// A field that the format cannot hold gives a warning.
+    /// Stages the field and its pictures. A field that the format cannot hold gives a warning.
     fn field_solved(&self, step: &StepResult, field: StepField) -> ControlFlow<()> {
         let start = Instant::now();
         let drawn = self.is_drawn(step.index);

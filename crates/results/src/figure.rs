@@ -1,8 +1,9 @@
 //! The charts of a run: capacitance or force under load, and the approach before contact.
 //!
-//! `curve.svg` has the change of the capacitance, with its error, above the capacitance itself beside that of
-//! parallel plates; or the force against the compression. `approach.svg` has the same against the distance of
-//! the indenter, before contact.
+//! `curve.svg` has two charts against the load: the change of the capacitance with its error, and below it
+//! the capacitance itself, beside that of parallel plates. In a case without conductors it has the force
+//! against the compression instead. `approach.svg` has the two charts of the capacitance against the distance
+//! of the indenter, before contact.
 
 use crate::measured::{self, Comparison, load_axis};
 use crate::pairs::{PairChange, measured_changes};
@@ -22,13 +23,14 @@ fn known(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-/// The figure of a curve; `None` for a scene without load, and where the indenter touches the layer at no step.
+/// The figure `curve.svg`; `None` for a scene without load, and where the indenter touches the layer at no
+/// step.
 pub fn figure(title: &str, outcome: &Outcome) -> Option<Panels> {
     figure_with_points(title, outcome, None)
 }
 
-/// The figure of a curve with measured points drawn over the capacitance and their residuals below it, if there are any; `None` as for
-/// [`figure`].
+/// The figure of a curve with measured points drawn over the capacitance and their residuals below it, if
+/// there are any; `None` as for [`figure`].
 pub fn figure_with_points(
     title: &str,
     outcome: &Outcome,
@@ -58,7 +60,7 @@ pub fn figure_with_points(
     }
 }
 
-/// The figure of an indenter that comes near; `None` where none does.
+/// The figure `approach.svg`; `None` unless at least two steps are before contact.
 pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
     let steps = outcome.steps.iter().enumerate().filter(|(_, step)| step.row.is_before_contact());
     let distances: Vec<Place> = steps.map(|(k, step)| (k, known(step.row.distance_m))).collect();
@@ -68,7 +70,7 @@ pub fn approach(title: &str, outcome: &Outcome) -> Option<Panels> {
         .then(|| panels(title.to_owned(), outcome, &x, &distances))
 }
 
-/// The steps in contact on an axis of measured loads.
+/// The steps in contact, each at its load of the kind that the measured points have.
 fn places_on(outcome: &Outcome, load: MeasuredLoad) -> Vec<Place> {
     let on_axis = |row: &Row| match load {
         MeasuredLoad::Force => row.force_n,
@@ -88,6 +90,7 @@ fn panels(title: String, outcome: &Outcome, x: &Axis, places: &[Place]) -> Panel
     }
 }
 
+/// The force against the compression; forces by finite elements have their errors as a band.
 fn force(outcome: &Outcome) -> Chart {
     let rows = || outcome.steps.iter().map(|step| &step.row);
     let by_finite_elements = !outcome.layer_meshes.is_empty();
@@ -114,7 +117,7 @@ fn force(outcome: &Outcome) -> Chart {
 pub(crate) fn measured_changes_chart(case: &Case, outcome: &Outcome) -> Option<Chart> {
     let steps = measured_changes(case, outcome);
     let (x, loads) = load(outcome);
-    // Steps that are shifted or tilted besides are shown in the table only.
+    // Steps that are shifted or tilted in addition are shown in the table only.
     let curve = by_pose(outcome, &loads.into_iter().enumerate().collect::<Vec<_>>()).curve;
     let place = |step: &StepResult| curve.iter().find(|(k, _)| *k == step.index).map(|(_, x)| *x);
     let of_entry = |k: usize| {
@@ -169,15 +172,15 @@ fn ends(limits: Option<[f64; 2]>) -> (f64, f64) {
 
 /// The change since the first step, %; `None` where there are no two steps to compare.
 fn change(outcome: &Outcome, x: &Axis, places: &[Place]) -> Option<Chart> {
-    let rest = &outcome.steps.first()?.row;
-    let first = rest.capacitance_f?;
+    let first_row = &outcome.steps.first()?.row;
+    let first_capacitance = first_row.capacitance_f?;
     let rows = || places.iter().map(|(k, _)| &outcome.steps[*k].row);
     if rows().filter(|row| row.change_f.is_some()).count() < 2 {
         return None;
     }
-    let percent = |change: f64| 100.0 * change / first;
+    let percent = |change: f64| 100.0 * change / first_capacitance;
     let value = |row: &Row| percent(known(row.change_f));
-    let bounds = |row: &Row| ends(row.change_limits(rest).map(|limits| limits.map(percent)));
+    let bounds = |row: &Row| ends(row.change_limits(first_row).map(|limits| limits.map(percent)));
     let name = format!("change since the first step, and {}", limits(outcome));
     Some(Chart {
         title: String::new(),
@@ -211,6 +214,7 @@ fn series(
     std::iter::once(curve).chain(beside).collect()
 }
 
+/// The capacitance with its bounds, and that of parallel plates where it is known.
 fn capacitance(outcome: &Outcome, x: &Axis, places: &[Place]) -> Chart {
     let value = |row: &Row| known(row.capacitance_f);
     let bounds = |row: &Row| ends(row.capacitance_limits());
@@ -271,7 +275,8 @@ mod tests {
         assert_eq!(panels.second.as_ref().unwrap().series.len(), 2);
         let last = 100.0 * outcome.steps[5].row.change_relative.unwrap();
         assert!((panels.main.series[0].points[5].1 - last).abs() < 1e-12);
-        // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the compression.
+        // Beyond the largest force of the formula a step has a capacitance and no force: the axis is the
+        // compression.
         outcome.steps[5].row.force_n = None;
         let panels = figure("a pair", &outcome).unwrap();
         assert_eq!(

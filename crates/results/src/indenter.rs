@@ -1,5 +1,5 @@
-//! The shape of the indenter on the layer for a viewer, where it is no part of the field: its working face
-//! and a part above it.
+//! The surface of the indenter for a viewer, where the indenter is no body of the field: its working face and
+//! a part of what is above that.
 
 use elastocap_case::{Case, Indenter, Mechanics};
 use elastocap_geometry::export::surfaces::{Corners, prism};
@@ -12,7 +12,8 @@ const SHOWN: f64 = 0.8;
 /// The number of pieces of half a circle.
 const PIECES: usize = 32;
 
-/// The indenter with its lowest point at this height above the substrate, m; `None` where nothing presses.
+/// The indenter with its lowest point at this height above the substrate, m; `None` where nothing presses, or
+/// where a plate presses whose size is not known.
 pub(crate) fn indenter(case: &Case, height: f64) -> Option<Vec<Corners>> {
     let layer = case.layer.as_ref()?;
     if let Some(plate) = plate(case, height) {
@@ -77,11 +78,12 @@ fn side(flat: f64, radius: f64, most: f64) -> Vec<[f64; 2]> {
     side
 }
 
-/// The outline of such a body in the plane, with the middle of its face at `at`.
-fn profile(flat: f64, radius: f64, most: f64, at: [f64; 2]) -> Vec<[f64; 2]> {
+/// The outline of a body with such a right side, and its mirror image on the left, with the middle of its
+/// face at `middle`.
+fn profile(flat: f64, radius: f64, most: f64, middle: [f64; 2]) -> Vec<[f64; 2]> {
     let right = side(flat, radius, most);
     let left = right.iter().rev().filter(|p| p[0] > 0.0).map(|p| [-p[0], p[1]]);
-    right.iter().copied().chain(left).map(|p| [at[0] + p[0], at[1] + p[1]]).collect()
+    right.iter().copied().chain(left).map(|p| [middle[0] + p[0], middle[1] + p[1]]).collect()
 }
 
 /// The surface of a ball up to the height `most` above its lowest point, closed on top there if the ball is
@@ -99,18 +101,19 @@ fn ball(radius: f64, most: f64, height: f64) -> Vec<Corners> {
     lofted(&(0..=PIECES).map(ring).collect::<Vec<_>>())
 }
 
-/// A block with rounded edges, closed on top.
+/// The surface of a block with rounded lower edges up to the height `most` above its face, closed on top.
 fn block(half_widths: [f64; 2], radius: f64, most: f64, height: f64) -> Vec<Corners> {
+    // Each ring goes round anticlockwise as seen from above.
     let ring = |[out, up]: [f64; 2]| -> Vec<[f64; 3]> {
         let [a, b] = half_widths.map(|half| half - radius + out);
         [[a, b], [a, -b], [-a, -b], [-a, b]].map(|[x, z]| [x, height + up, z]).to_vec()
     };
     let rings: Vec<_> = side(0.0, radius, most).into_iter().map(ring).collect();
-    // Anticlockwise as seen from above, as the rings of the ball.
     lofted(&rings)
 }
 
-/// The surface of the body between rings above each other, which go round anticlockwise as seen from above, with caps at both ends.
+/// The surface of the body between rings above each other, which go round anticlockwise as seen from above,
+/// with caps at both ends.
 fn lofted(rings: &[Vec<[f64; 3]>]) -> Vec<Corners> {
     let mut triangles = Vec::new();
     for pair in rings.windows(2) {
@@ -162,7 +165,8 @@ mod tests {
 
     #[test]
     fn every_indenter_is_closed_outside_out_and_begins_where_the_load_puts_it() {
-        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is the half length of the layer at most.
+        // In mm: the part of a ball up to the height h holds pi h^2 (r - h / 3); h is the half length of the
+        // layer at most.
         let part = |h: f64| std::f64::consts::PI * h * h * (0.6 - h / 3.0);
         let half_length =
             case("[mechanics.solid.indenter.sphere]\nradius = \"600 um\"").layer.unwrap().half_length;

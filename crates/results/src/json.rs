@@ -37,18 +37,20 @@ struct Document<'a> {
     /// "complete", "incomplete" (steps failed or missed their tolerance), "stopped".
     status: &'static str,
     conductors: &'a [String],
-    /// Conductors that are on one wire.
+    /// The terminals that the case names, each with the conductors on its wire.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     terminals: Vec<Wire<'a>>,
-    /// Whose capacitance is measured.
+    /// The capacitance that is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     measurement: Option<Measured<'a>>,
+    /// The capacitances of a scene without load, whose only state is also the first of `steps`.
     #[serde(flatten)]
     capacitance: Option<Capacitance<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     parallel_plate_f: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fringe_ratio: Option<f64>,
+    /// "proved" or "estimated".
     bounds: Option<&'static str>,
     relative_tolerance: Option<f64>,
     /// The tolerance asked for of the change against the first load step.
@@ -58,6 +60,7 @@ struct Document<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     measured_points: Option<&'a Comparison>,
     steps: Vec<Step<'a>>,
+    /// The meshes of a layer of finite elements, in the order of refinement.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     layer_meshes: &'a [MeshReport],
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,9 +70,11 @@ struct Document<'a> {
     seconds: RunSeconds,
     threads: usize,
     versions: Versions,
+    /// The names of all files of the run.
     files: Vec<String>,
 }
 
+/// A terminal: the conductors that one wire joins.
 #[derive(Serialize)]
 struct Wire<'a> {
     name: &'a str,
@@ -88,8 +93,8 @@ impl<'a> Wire<'a> {
 /// The measurement that `capacitance_f` and its bounds are of.
 #[derive(Serialize)]
 struct Measured<'a> {
-    /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at its potential) or "matrix",
-    /// of which one entry is shown.
+    /// "two_terminal", "mutual", "own" (against ground), "guarded" (the first against ground, the second at
+    /// its potential) or "matrix", of which one entry is shown.
     kind: &'static str,
     terminals: Vec<&'a str>,
     /// The terminals of the capacitance that `capacitance_f` is.
@@ -114,8 +119,8 @@ struct Capacitance<'a> {
     floating_conductors: Vec<Floating>,
 }
 
-/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A limit that is
-/// not known is null.
+/// Potentials of a floating conductor: per volt on each of the document's conductors, and from the charges. A
+/// limit that is not known is null.
 #[derive(Serialize)]
 struct Floating {
     name: String,
@@ -205,10 +210,13 @@ struct Seconds {
 struct Versions {
     elastocap: &'static str,
     case_format: u32,
+    /// The architecture of the processor and the operating system.
     system: String,
+    /// Whether the program was built with debug assertions.
     debug_assertions: bool,
 }
 
+/// One number of each entry of a matrix.
 fn entries(matrix: &[Vec<Bounded>], pick: fn(&Bounded) -> f64) -> Vec<Vec<f64>> {
     matrix.iter().map(|row| row.iter().map(pick).collect()).collect()
 }
@@ -261,11 +269,11 @@ pub(crate) fn mesh_document(case: &Case, files: &[String]) -> String {
     format!("{document:#}\n")
 }
 
-/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written, `case_text` is the text of the
-/// case file.
+/// The text of `result.json`; `files` are the run's files, `warnings` what came up while they were written,
+/// `case_text` is the text of the case file.
 ///
 /// # Errors
-/// None that is known: every value in it has a form in JSON.
+/// An error of serialization, which is not expected: every value of the document has a form in JSON.
 pub fn document(
     case: &Case,
     outcome: &Outcome,
@@ -275,7 +283,7 @@ pub fn document(
     seconds: RunSeconds,
     case_text: Option<&str>,
 ) -> serde_json::Result<String> {
-    let of_static = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
+    let static_step = (outcome.plan.kind == Kind::Capacitance).then(|| outcome.steps.first()).flatten();
     let measured_points = compare(case, outcome).and_then(Result::ok);
     let document = Document {
         title: &case.title,
@@ -287,14 +295,14 @@ pub fn document(
             (false, false) => "incomplete",
         },
         conductors: &outcome.conductors,
-        terminals: case.terminals.iter().map(|own| Wire::of(own, &outcome.conductors)).collect(),
-        measurement: outcome.measurement.map(|own| {
-            let (kind, terminals) = named(own, &outcome.conductors);
-            Measured { kind, terminals, shown: shown_terminals(own, &outcome.conductors) }
+        terminals: case.terminals.iter().map(|wire| Wire::of(wire, &outcome.conductors)).collect(),
+        measurement: outcome.measurement.map(|measurement| {
+            let (kind, terminals) = named(measurement, &outcome.conductors);
+            Measured { kind, terminals, shown: shown_terminals(measurement, &outcome.conductors) }
         }),
-        capacitance: of_static.map(Capacitance::of),
-        parallel_plate_f: of_static.and_then(|s| s.row.parallel_plate_f),
-        fringe_ratio: of_static.and_then(|s| s.row.fringe_ratio),
+        capacitance: static_step.map(Capacitance::of),
+        parallel_plate_f: static_step.and_then(|s| s.row.parallel_plate_f),
+        fringe_ratio: static_step.and_then(|s| s.row.fringe_ratio),
         bounds: case.electrostatics.map(|e| if e.bounds { "proved" } else { "estimated" }),
         relative_tolerance: case.electrostatics.map(|e| e.relative_tolerance),
         change_tolerance: case.electrostatics.and_then(|e| e.change_tolerance),

@@ -23,7 +23,8 @@ use crate::{FieldWriter, OutputError, OutputFolder, Request, Saved, save};
 /// A field takes some 100 bytes for each node of its grid, and a few hundred for each node of tetrahedra.
 pub struct KeptFields<'a> {
     watcher: &'a dyn Observer,
-    /// Whether fields, those of the layer among them, are kept.
+    /// Whether the fields of the layer are kept. Those of the steps are kept in any case: a run gives them
+    /// only if its options ask for fields.
     wanted: bool,
     fields: Mutex<StepFields>,
 }
@@ -43,7 +44,8 @@ impl StepFields {
 }
 
 impl<'a> KeptFields<'a> {
-    /// Keeps fields only if they are `wanted`; `watcher` gets the progress.
+    /// Keeps the fields of a run; `wanted` says whether its options ask for them. `watcher` gets the
+    /// progress.
     pub fn new(wanted: bool, watcher: &'a dyn Observer) -> Self {
         Self { watcher, wanted, fields: Mutex::default() }
     }
@@ -88,7 +90,8 @@ impl Observer for KeptFields<'_> {
 /// Writes the files of a run that has ended into `folder`, as [`save`] does for a run that writes its fields
 /// while it works.
 ///
-/// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the report.
+/// `planning` is how long reading and planning took, `case_text` the text of the case for result.json and the
+/// report.
 ///
 /// # Errors
 /// [`OutputError`], if the folder cannot be made or holds files of others that a run would replace; then it
@@ -116,6 +119,7 @@ pub fn save_kept(
     save(case, outcome, options, &request, &folder, &files, started, planning)
 }
 
+/// Stages the files of the layer, and the fields of the steps with their pictures.
 fn stage(writer: &FieldWriter<'_>, outcome: &Outcome, fields: &StepFields) -> ControlFlow<()> {
     writer.stage_layer(&fields.layer)?;
     for step in &outcome.steps {

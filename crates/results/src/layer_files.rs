@@ -16,13 +16,13 @@ use elastocap_coupling::outcome::Outcome;
 /// The files of a finite-element layer, ready to be written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LayerFiles {
-    /// The name and the content of each file.
+    /// The name and the content of at_nodes file.
     pub(crate) files: Vec<(String, Vec<u8>)>,
     /// Warnings about what the formats cannot hold.
     pub(crate) warnings: Vec<String>,
 }
 
-/// The fields and profiles at every load that was reached.
+/// The files with the fields and profiles of the layer at every load that was reached.
 pub(crate) fn files(solution: &Solution) -> LayerFiles {
     match solution {
         Solution::Plane(pressing) => files_of(pressing, |model, pressed| {
@@ -38,7 +38,7 @@ fn files_of<S: Dimension>(
     pressing: &Pressing<S>,
     body_and_profiles: impl Fn(&LayerModel<S>, &Pressed<S>) -> (BodyMesh, String),
 ) -> LayerFiles {
-    let mut all = LayerFiles::default();
+    let mut layer_files = LayerFiles::default();
     let mut series = Vec::new();
     for (index, pressed) in pressing.goals.iter().enumerate() {
         let Ok(pressed) = pressed else { continue };
@@ -46,27 +46,30 @@ fn files_of<S: Dimension>(
         match body_vtu(&body) {
             Ok(bytes) => {
                 let name = LAYER.at(index);
-                all.files.push((name.clone(), bytes));
+                layer_files.files.push((name.clone(), bytes));
                 series.push((pressed.step.compression, name));
             }
-            Err(error) => all.warnings.push(format!("the layer of step {index} is not written: {error}")),
+            Err(error) => {
+                layer_files.warnings.push(format!("the layer of step {index} is not written: {error}"))
+            }
         }
-        all.files.push((PROFILE.at(index), profiles.into_bytes()));
+        layer_files.files.push((PROFILE.at(index), profiles.into_bytes()));
     }
     if !series.is_empty() {
         match pvd(&series) {
-            Ok(text) => all.files.push(("layer.pvd".to_owned(), text.into_bytes())),
-            Err(error) => all.warnings.push(format!("layer.pvd is not written: {error}")),
+            Ok(text) => layer_files.files.push(("layer.pvd".to_owned(), text.into_bytes())),
+            Err(error) => layer_files.warnings.push(format!("layer.pvd is not written: {error}")),
         }
     }
-    all
+    layer_files
 }
 
+/// The deformed layer in plane strain with its fields.
 fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh {
     let layer = model.equations().body();
     let samples: Vec<Sample> = (0..layer.mesh.nodes.len()).map(|n| fields.at_node(n)).collect();
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
-    let each = |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).collect::<Vec<f64>>();
+    let at_nodes = |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).collect::<Vec<f64>>();
     let displacement =
         samples.iter().flat_map(|s| [s.displacement[0], s.displacement[1], 0.0]).collect::<Vec<_>>();
     let stress = samples
@@ -85,9 +88,13 @@ fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh 
         arrays: vec![
             array("displacement", 3, displacement),
             array("cauchy_stress", 6, stress),
-            array("pressure", 1, each(&|s| s.stress.pressure())),
-            array("J", 1, each(&|s| s.stress.j)),
-            array("contact_pressure", 1, model.contact_pressure(&pressed.state, &each(&|s| s.stress.s22))),
+            array("pressure", 1, at_nodes(&|s| s.stress.pressure())),
+            array("J", 1, at_nodes(&|s| s.stress.j)),
+            array(
+                "contact_pressure",
+                1,
+                model.contact_pressure(&pressed.state, &at_nodes(&|s| s.stress.s22)),
+            ),
         ],
         in_elements: Vec::new(),
         body_id: layer.material.iter().map(|m| i32::from(*m)).collect(),
@@ -95,7 +102,8 @@ fn body(model: &LayerModel, pressed: &Pressed, fields: &Fields<'_>) -> BodyMesh 
     }
 }
 
-/// Stress along the bonded bottom, the top and the axis of symmetry.
+/// The content of `profile_NNN.csv`: displacements and stresses along the bonded bottom, the top and the axis
+/// of symmetry.
 fn profiles(model: &LayerModel, fields: &Fields<'_>) -> String {
     let mesh = &model.equations().body().mesh;
     let top = mesh.nodes.iter().map(|x| x[1]).fold(0.0, f64::max);
@@ -131,7 +139,7 @@ fn profiles(model: &LayerModel, fields: &Fields<'_>) -> String {
     out
 }
 
-/// `mechanics.csv`: one line for each load step, with the force on each mesh.
+/// `mechanics.csv`: one line for at_nodes load step, with the force on at_nodes mesh.
 pub(crate) fn table(outcome: &Outcome) -> String {
     let meshes = outcome.layer_meshes.len();
     let by_force =

@@ -66,12 +66,14 @@ pub struct Saved {
     pub warnings: Vec<String>,
 }
 
-/// The parameter and the file of each field of a series: the parameter is the compression if there is a load.
+/// The field files of a run with the parameter under which a viewer lists each: the compression, or the index
+/// of the step where it has none.
 fn series(steps: &[StepResult], fields: &FieldFiles) -> Vec<(f64, String)> {
-    let time = |step: &StepResult| step.row.compression.unwrap_or(step.index as f64);
-    steps.iter().filter_map(|step| Some((time(step), fields.name(step.index)?.to_owned()))).collect()
+    let parameter = |step: &StepResult| step.row.compression.unwrap_or(step.index as f64);
+    steps.iter().filter_map(|step| Some((parameter(step), fields.name(step.index)?.to_owned()))).collect()
 }
 
+/// Stages `fields.pvd`, which lists the field files. Returns a warning if the format cannot hold the list.
 fn stage_series(
     folder: &OutputFolder,
     steps: &[StepResult],
@@ -87,6 +89,7 @@ fn stage_series(
     }
 }
 
+/// Stages `scene.glb`. Returns a warning if there is no scene, or if the format cannot hold it.
 fn stage_scene(folder: &OutputFolder, shown: &Shown) -> Result<Option<String>, OutputError> {
     let file = match shown {
         Shown::Surfaces(surfaces) => surfaces_glb(surfaces),
@@ -222,8 +225,8 @@ pub fn save(
     Ok(Saved { folder: placed.folder, files: placed.files, json, warnings })
 }
 
-/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each step, and `mesh.json`,
-/// which lists them.
+/// Writes the bodies and the grid of a case without solving for a field: `scene.glb`, one `.vtu` for each
+/// step, and `mesh.json`, which lists them.
 ///
 /// `steps` must come from [`elastocap_coupling::run::deform`].
 ///

@@ -18,8 +18,8 @@ pub struct CurveValue {
     /// The estimated error of interpolation, to either side, in addition; `None` where the steps give no
     /// estimate, such as with two steps.
     pub interpolation_error: Option<f64>,
-    /// The error of interpolation for any monotonic curve through the two neighbouring steps, to either side,
-    /// F: its limit where no estimate is known.
+    /// The limit of the interpolation error for any monotonic curve through the two neighbouring steps, to
+    /// either side, F. It counts where no estimate is known.
     pub monotonic_error: f64,
 }
 
@@ -73,8 +73,10 @@ impl LoadCurve {
     /// # Errors
     /// [`NoCurve`] if there are fewer than two of them.
     pub fn of(case: &Case, outcome: &Outcome, load: MeasuredLoad) -> Result<Self, NoCurve> {
-        let plain = |step: &&StepResult| case.pose(step.index).is_aligned() && !step.row.is_before_contact();
-        let steps = outcome.steps.iter().filter(plain).filter_map(|step| curve_step(step, load)).collect();
+        let is_suitable =
+            |step: &&StepResult| case.pose(step.index).is_aligned() && !step.row.is_before_contact();
+        let steps =
+            outcome.steps.iter().filter(is_suitable).filter_map(|step| curve_step(step, load)).collect();
         Self::through(steps).map_err(|steps| NoCurve { steps, load })
     }
 
@@ -140,6 +142,7 @@ impl LoadCurve {
         }
     }
 
+    /// The value of the curve at a load within [`LoadCurve::range`].
     fn within(&self, load: f64) -> CurveValue {
         let k =
             self.steps.partition_point(|step| step.load <= load).saturating_sub(1).min(self.steps.len() - 2);

@@ -93,16 +93,17 @@ impl Comparison {
         let residuals: Vec<f64> = points.iter().filter_map(|point| point.residual_f).collect();
         let within = points.iter().filter(|point| point.within_error == Some(true)).count();
         let count = residuals.len() as f64;
-        let any = !residuals.is_empty();
+        let is_compared = !residuals.is_empty();
         Self {
             file: file.to_owned(),
             load: load.name(),
             within_error: within,
             beyond_curve: points.len() - residuals.len(),
-            fraction_within_error: any.then(|| within as f64 / count),
-            rms_residual_f: any.then(|| (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt()),
+            fraction_within_error: is_compared.then(|| within as f64 / count),
+            rms_residual_f: is_compared
+                .then(|| (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt()),
             max_residual_f: residuals.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())),
-            max_interpolation_error_f: interpolation.filter(|_| any),
+            max_interpolation_error_f: interpolation.filter(|_| is_compared),
             points,
         }
     }
@@ -153,7 +154,7 @@ pub fn points_series(points: &[ComparedPoint], name: &str) -> Series {
     }
 }
 
-/// Measured less computed, with the errors as bars, and the zero line.
+/// The chart of the residuals, measured less computed, with the errors as bars, and the zero line.
 pub fn residuals(x: &Axis, points: &[ComparedPoint], load: MeasuredLoad) -> Chart {
     let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let bar = |point: &ComparedPoint| {

@@ -38,8 +38,8 @@ impl PairChange {
     }
 }
 
-/// The first step with a capacitance, and the first one under the largest load, since later steps may be
-/// shifted or tilted besides.
+/// The first step with a capacitance, and the first one under the largest load: later steps under the same
+/// load may be shifted or tilted.
 pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
     let solved = || outcome.steps.iter().filter(|step| step.row.capacitance_f.is_some());
     let compression = |step: &StepResult| step.row.compression.unwrap_or(0.0);
@@ -47,8 +47,8 @@ pub fn first_and_most_loaded(outcome: &Outcome) -> Option<[&StepResult; 2]> {
     Some([solved().next()?, solved().find(|step| compression(step) >= most)?])
 }
 
-/// The changes between two steps of the capacitances that a case names in its `[measure]`, or of the mutual capacitances of all pairs of
-/// terminals. Empty unless a matrix is measured, and is known at both steps.
+/// The changes between two steps of the capacitances that a case names in its `[measure]`, or of the mutual
+/// capacitances of all pairs of terminals. Empty unless a matrix is measured, and is known at both steps.
 pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> Vec<PairChange> {
     let Some(Measurement::Matrix { terminals: count, .. }) = outcome.measurement else { return Vec::new() };
     let measured = case.measured_entries();
@@ -60,8 +60,8 @@ pub fn pair_changes(case: &Case, outcome: &Outcome, steps: [&StepResult; 2]) -> 
     pairs.into_iter().filter_map(|pair| change_of(pair, steps, share)).collect()
 }
 
-/// The capacitances that `[measure]` names, if it names several: for each step that has the matrix, the step with their changes since the
-/// first one, in the order of the case.
+/// The capacitances that `[measure]` names, if it names several: for each step that has the matrix, the step
+/// with their changes since the first one, in the order of the case.
 pub(crate) fn measured_changes<'a>(
     case: &Case,
     outcome: &'a Outcome,
@@ -73,7 +73,8 @@ pub(crate) fn measured_changes<'a>(
     known().map(|step| (step, pair_changes(case, outcome, [first, step]))).collect()
 }
 
-/// The changes of every capacitance of a matrix between two steps: a row and a column of `None` where it is not known.
+/// The changes of every capacitance of a matrix between two steps; `None` for those that are not known at
+/// both. Empty unless a matrix is measured.
 pub(crate) fn matrix_of_changes(
     case: &Case,
     outcome: &Outcome,
@@ -84,11 +85,11 @@ pub(crate) fn matrix_of_changes(
     (0..count).map(|i| (0..count).map(|j| change_of([i, j], steps, share)).collect()).collect()
 }
 
-/// The change of one capacitance, where `share` is the error of the model over a change.
+/// The change of one capacitance, where `share` is the error of the layer's model over a change.
 ///
-/// The estimated errors of a row are those of the capacitance in the curve. Those of the layer's mesh and of
-/// the faceting are taken as the same share of every capacitance, that of the layer's model as the same share
-/// of every change.
+/// The estimated errors in a row are those of the capacitance that the curve shows. The errors of the layer's
+/// mesh and of the faceting are taken to be the same share of every capacitance, and the error of the layer's
+/// model the same share of every change.
 fn change_of([i, j]: [usize; 2], steps: [&StepResult; 2], share: f64) -> Option<PairChange> {
     let entry = |step: &StepResult| {
         let entry = step.maxwell.as_ref()?.get(i)?.get(j)?;
@@ -106,8 +107,8 @@ pub fn largest_certain(changes: &[PairChange]) -> Option<&PairChange> {
     certain.max_by(|a, b| a.change().abs().total_cmp(&b.change().abs()))
 }
 
-/// The error of the layer's model over the change of the capacitance in the rows. Finite elements in space
-/// have none.
+/// The error of the layer's model over the change of the capacitance in the rows; zero without mechanics, and
+/// with finite elements in three dimensions, which have no such error.
 fn model_share(case: &Case, [first, last]: [&Row; 2]) -> f64 {
     if let None | Some(Mechanics::Solid(_)) = case.mechanics {
         return 0.0;
@@ -119,6 +120,7 @@ fn model_share(case: &Case, [first, last]: [&Row; 2]) -> f64 {
     Some(errors / change).filter(|share| !share.is_nan()).unwrap_or(f64::INFINITY)
 }
 
+/// The change from `before` to `after`, given the rows of both steps and the `share` of [`change_of`].
 fn pair_change(
     terminals: [usize; 2],
     [before, after]: [Bounded; 2],
@@ -128,20 +130,20 @@ fn pair_change(
     let values = [before.value, after.value];
     let change = after.value - before.value;
     let of_model = if change == 0.0 { 0.0 } else { share * change.abs() };
-    let on_mesh = |row: &Row, value: f64| {
+    let error_of_meshes = |row: &Row, value: f64| {
         let estimated = [row.mechanics_error_estimate, row.geometry_error_estimate];
         estimated.into_iter().flatten().sum::<f64>() * value.abs()
     };
-    let on_mesh = [on_mesh(first, before.value), on_mesh(last, after.value)];
-    let besides = on_mesh[0] + on_mesh[1] + of_model;
+    let of_meshes = [error_of_meshes(first, before.value), error_of_meshes(last, after.value)];
+    let estimated = of_meshes[0] + of_meshes[1] + of_model;
     let relative = |capacitance: &Bounded, estimated: f64| {
         capacitance.relative_error() + estimated / capacitance.value.abs()
     };
     PairChange {
         terminals,
         values,
-        errors: [relative(&before, on_mesh[0]), relative(&after, on_mesh[1] + of_model)],
-        limits: [after.lower - before.upper - besides, after.upper - before.lower + besides],
+        errors: [relative(&before, of_meshes[0]), relative(&after, of_meshes[1] + of_model)],
+        limits: [after.lower - before.upper - estimated, after.upper - before.lower + estimated],
     }
 }
 
@@ -164,7 +166,8 @@ mod tests {
         assert_eq!((hidden.limits, hidden.is_certain()), ([-3.0, 1.0], false));
         assert_eq!(largest_certain(&[hidden, small, larger]).map(|change| change.terminals), Some([1, 2]));
         assert!(largest_certain(&[hidden]).is_none());
-        // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the change hides every change.
+        // An estimated error of 6 % of both hides the change of 10 %; a model that is off by more than the
+        // change hides every change.
         let rough = Row { mechanics_error_estimate: Some(0.06), ..Row::default() };
         let pair = [bounded(5.0, 0.0), bounded(4.5, 0.0)];
         assert!(!change([1, 2], pair, &rough, 0.0).is_certain());

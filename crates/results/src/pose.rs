@@ -10,12 +10,13 @@ use crate::typeset::quantity;
 /// If more poses than this are beside the curve, they share one entry of the legend.
 const MOST_ENTRIES: usize = 3;
 
-/// The displacement of the attached bodies at a step, besides that by the load.
+/// The displacement of the attached bodies at a step, in addition to that by the load.
 fn pose(outcome: &Outcome, step: &StepResult) -> Pose {
     outcome.plan.steps.get(step.index).map(|planned| planned.pose).unwrap_or_default()
 }
 
-/// The shift and the tilt of a step, such as `shift 100 µm along x1, tilt 0.2° about x3`; `None` if it has neither.
+/// The shift and the tilt of a step, such as `shift 100 µm along x1, tilt 0.2° about x3`; `None` if it has
+/// neither.
 pub(crate) fn of_step(outcome: &Outcome, step: &StepResult) -> Option<String> {
     in_words(&pose(outcome, step))
 }
@@ -24,11 +25,13 @@ fn in_words(pose: &Pose) -> Option<String> {
     words(pose, |x| quantity(x, 3, "m"), "\u{b0}")
 }
 
-/// The shift and the tilt of a pose in ASCII, for a terminal, such as `shift 100 um along x1, tilt 0.2 deg about x3`; `None` if it has neither.
+/// The shift and the tilt of a pose in ASCII, for a terminal, such as `shift 100 um along x1, tilt 0.2 deg
+/// about x3`; `None` if it has neither.
 pub(crate) fn in_plain_words(pose: &Pose) -> Option<String> {
     words(pose, |x| prefixed(x, 3, "m"), " deg")
 }
 
+/// The shift and the tilt of a pose, given how a length is written and the symbol of degrees.
 fn words(pose: &Pose, length: impl Fn(f64) -> String, degrees: &str) -> Option<String> {
     let angle = |x: f64| format!("{}{degrees}", number((1e4 * x.to_degrees()).round() / 1e4));
     let shift = parts(pose.shift, length, ["along x1", "along x3"]);
@@ -45,7 +48,7 @@ fn parts(values: [f64; 2], shown: impl Fn(f64) -> String, axes: [&str; 2]) -> Ve
     nonzero.map(|(value, axis)| format!("{} {axis}", shown(value))).collect()
 }
 
-/// A step, by its position in the outcome, and where it is on an axis.
+/// The position of a step in the outcome, and its coordinate on the horizontal axis of a chart.
 pub(crate) type Place = (usize, f64);
 
 /// Steps of a chart by how they are shifted and tilted.
@@ -54,12 +57,13 @@ pub(crate) struct ByPose {
     /// The steps that a line may join, since they differ in the load or the distance alone: the steps without
     /// shift and tilt, or, if there are none, those with the pose of the first step.
     pub(crate) curve: Vec<Place>,
-    /// The others, each with words for a legend.
+    /// The other steps, in groups with their words for a legend: one for each pose, or one for all of them if
+    /// there are more than [`MOST_ENTRIES`] poses.
     pub(crate) beside: Vec<(String, Vec<Place>)>,
 }
 
 /// The pose without its distance.
-fn sideways(pose: Pose) -> Pose {
+fn without_distance(pose: Pose) -> Pose {
     Pose { distance: 0.0, ..pose }
 }
 
@@ -67,14 +71,15 @@ fn sideways(pose: Pose) -> Pose {
 /// and tilt of the first one.
 pub(crate) fn on_curve(poses: &[Pose]) -> Vec<bool> {
     let aligned = poses.iter().any(Pose::is_aligned);
-    let of_curve = poses.first().filter(|_| !aligned).copied().map(sideways).unwrap_or_default();
-    poses.iter().map(|pose| sideways(*pose) == of_curve).collect()
+    let of_curve = poses.first().filter(|_| !aligned).copied().map(without_distance).unwrap_or_default();
+    poses.iter().map(|pose| without_distance(*pose) == of_curve).collect()
 }
 
 /// Sorts steps by their poses; steps of one pose keep their order.
 pub(crate) fn by_pose(outcome: &Outcome, places: &[Place]) -> ByPose {
-    let pose =
-        |(k, _): &Place| outcome.steps.get(*k).map(|step| sideways(pose(outcome, step))).unwrap_or_default();
+    let pose = |(k, _): &Place| {
+        outcome.steps.get(*k).map(|step| without_distance(pose(outcome, step))).unwrap_or_default()
+    };
     let poses: Vec<Pose> = places.iter().map(pose).collect();
     let mut sorted = ByPose { curve: Vec::new(), beside: Vec::new() };
     let mut beside: Vec<(Pose, Vec<Place>)> = Vec::new();

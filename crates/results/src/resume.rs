@@ -51,16 +51,21 @@ struct Stopped {
     version: String,
     /// The [`fingerprint`] of the case, with the bodies and meshes from other files.
     case: u64,
+    /// Whether the run was without `--no-prune`.
     prune: bool,
+    /// Whether the run was without `--no-fields`.
     fields: bool,
-    /// The words of `--only`.
+    /// The names of the [`FileGroup`]s that the run wrote.
     files: Vec<String>,
     steps: Vec<KeptStep>,
 }
 
+/// A finished step in the record.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct KeptStep {
+    /// The result of the step.
     found: FinishedStep,
+    /// The name of the file with the step's field, if it was written.
     field: Option<String>,
 }
 
@@ -94,7 +99,7 @@ impl Resume {
                 fault: "it names a file that no run writes".to_owned(),
             });
         }
-        let same = [
+        let checks = [
             (stopped.version == env!("CARGO_PKG_VERSION"), "version of elastocap"),
             (stopped.case == fingerprint(case), "case"),
             (stopped.prune == options.prune, "choice of --no-prune"),
@@ -102,7 +107,7 @@ impl Resume {
             // A step without its field file would have to be solved again for it.
             (stopped.files == wanted.names(), "choice of --only, --no-fields or --no-scene"),
         ];
-        match same.into_iter().find(|(same, _)| !same) {
+        match checks.into_iter().find(|(is_same, _)| !is_same) {
             Some((_, what)) => Err(ResumeError::Differs { folder: folder.to_owned(), what }),
             None => Ok(Self { folder: folder.to_owned(), steps: stopped.steps }),
         }
@@ -124,8 +129,8 @@ impl Resume {
 /// The text of [`RESUME`]. It leaves out steps that are as quickly solved as read, and those that cannot be
 /// written down.
 ///
+/// # Errors
 /// An error of serialization, which is not expected.
-/// None that is known.
 pub(crate) fn document(
     case: &Case,
     options: &Options,
@@ -135,8 +140,8 @@ pub(crate) fn document(
 ) -> serde_json::Result<String> {
     let saved = |step: &StepResult| {
         let field = fields.name(step.index).map(str::to_owned);
-        let whole = field.is_some() || !wanted.has(FileGroup::Fields);
-        FinishedStep::of(step).filter(|_| whole).map(|found| KeptStep { found, field })
+        let is_whole = field.is_some() || !wanted.has(FileGroup::Fields);
+        FinishedStep::of(step).filter(|_| is_whole).map(|found| KeptStep { found, field })
     };
     let stopped = Stopped {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -149,7 +154,7 @@ pub(crate) fn document(
     serde_json::to_string(&stopped)
 }
 
-/// A hash that distinguishes cases. The file name of the case does not enter it.
+/// A hash that distinguishes cases. The file name of the case and the measured points do not enter it.
 fn fingerprint(case: &Case) -> u64 {
     struct Text(DefaultHasher);
     impl fmt::Write for Text {

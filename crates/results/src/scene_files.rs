@@ -20,7 +20,8 @@ use crate::indenter::{indenter, of_box, plate};
 const APART: f64 = 2e-3;
 /// Thickness of the substrate where none is part of the field, over that of the layer.
 const SLAB: f64 = 0.25;
-/// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest extent.
+/// Largest length of the scale bar, its thickness, and its distance from the bodies, over their largest
+/// extent.
 const BAR: [f64; 3] = [0.4, 0.01, 0.05];
 
 /// The place of a body in a state of the scene, if the body is there.
@@ -58,8 +59,8 @@ pub fn bodies(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>
         for k in 0..dielectric.body.parts.len() {
             add(&part_name(name, k), BodyRole::from(dielectric.body), &|s| {
                 // A moving wall may remove a body from the scene.
-                let same = s.scene.dielectrics().find(|d| d.body.name == *name)?;
-                let region = same.body.parts.get(k)?.as_box()?;
+                let namesake = s.scene.dielectrics().find(|d| d.body.name == *name)?;
+                let region = namesake.body.parts.get(k)?.as_box()?;
                 solid(intersection(&intersection(&region, &s.scene.domain), &window))
             });
         }
@@ -83,7 +84,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
     let Some(layer) = &case.layer else { return };
     let poses = |role| bodies.iter().find(|body| body.role == role).map(|body| body.poses.clone());
     let Some(layers) = poses(BodyRole::Layer) else { return };
-    let is_there = poses(BodyRole::Indenter).is_some();
+    let has_indenter = poses(BodyRole::Indenter).is_some();
     if poses(BodyRole::Substrate).is_none() {
         bodies.push(SceneBody {
             name: "substrate".into(),
@@ -92,7 +93,7 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
         });
     }
     // The plate reaches no farther than the layer is shown, and lies above the bodies on the layer.
-    let over = |(k, (step, layer)): (usize, (&&StepResult, &Box3))| {
+    let plate_at = |(k, (step, layer)): (usize, (&&StepResult, &Box3))| {
         let mut plate = plate(case, height(case, step)?)?;
         let lift = on_layer(bodies, k, &plate) - plate.min[1];
         [plate.min[1], plate.max[1]] = [plate.min[1], plate.max[1]].map(|at| at + lift.max(0.0));
@@ -102,13 +103,14 @@ fn add_surroundings_of_layer(case: &Case, steps: &[&StepResult], bodies: &mut Ve
         }
         solid(plate)
     };
-    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).enumerate().map(over).collect();
-    if let Some(poses) = plates.filter(|poses| !poses.is_empty() && !is_there) {
+    let plates: Option<Vec<Box3>> = steps.iter().zip(&layers).enumerate().map(plate_at).collect();
+    if let Some(poses) = plates.filter(|poses| !poses.is_empty() && !has_indenter) {
         bodies.push(SceneBody { name: "indenter".into(), role: BodyRole::Indenter, poses });
     }
 }
 
-/// The highest end, m, of the bodies under a plate at a step; minus infinity without such bodies.
+/// The height of the highest point of the bodies under a plate at a step, m; minus infinity without such
+/// bodies.
 fn on_layer(bodies: &[SceneBody], step: usize, plate: &Box3) -> f64 {
     let solid = bodies.iter().filter(|body| match body.role {
         BodyRole::Conductor
@@ -142,16 +144,17 @@ fn slab(layer: &Box3, thickness: f64) -> Box3 {
 
 /// A bar of a round length in front of the bodies.
 fn scale_bar(bodies: &[SceneBody]) -> Option<SceneBody> {
-    let beside = |role| {
+    let is_around = |role| {
         matches!(role, BodyRole::Cover | BodyRole::Wall | BodyRole::GroundedWall | BodyRole::Surroundings)
     };
-    let solid = bodies.iter().filter(|body| !beside(body.role));
-    let bounds = solid.flat_map(|body| &body.poses).copied().reduce(|all, pose| all.union(&pose))?;
+    let solid = bodies.iter().filter(|body| !is_around(body.role));
+    let bounds = solid.flat_map(|body| &body.poses).copied().reduce(|bounds, pose| bounds.union(&pose))?;
     let (name, bar) = bar_before(&bounds)?;
     let steps = bodies.first().map_or(0, |body| body.poses.len());
     Some(SceneBody { name, role: BodyRole::ScaleBar, poses: vec![bar; steps] })
 }
 
+/// The name of a scale bar in front of bodies within these bounds, and the bar.
 fn bar_before(bounds: &Box3) -> Option<(String, Box3)> {
     let size = (0..3).map(|a| bounds.extent(a)).fold(0.0, f64::max);
     let [most, thickness, apart] = BAR.map(|share| share * size);
@@ -196,7 +199,8 @@ fn walls(first: &DeformedScene, window: &Box3, add: &mut dyn FnMut(&str, BodyRol
     }
 }
 
-/// A case without conductors: the layer above its contact.
+/// The bodies of a case without conductors, and the labels of its steps: the layer, as far as the contact of
+/// the closed form reaches if the layer has no ends.
 fn layer_alone(case: &Case, steps: &[StepResult]) -> (Vec<SceneBody>, Vec<String>) {
     let Some(layer) = &case.layer else { return (Vec::new(), Vec::new()) };
     let (mut half_length, mut half_width) = (2.0 * layer.thickness, 2.0 * layer.thickness);
@@ -243,12 +247,12 @@ pub fn shown(case: &Case, steps: &[StepResult]) -> Shown {
 
 /// The bodies of all steps by their surfaces; `None` if boxes describe those of every step.
 pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<SurfaceBody>)>> {
-    let clothed = |step: &StepResult| step.layer.as_ref().is_some_and(|layer| !layer.skin.layer.is_empty());
-    if !steps.iter().any(|step| clothed(step) || !step.surfaces.is_empty()) {
+    let has_skin = |step: &StepResult| step.layer.as_ref().is_some_and(|layer| !layer.skin.layer.is_empty());
+    if !steps.iter().any(|step| has_skin(step) || !step.surfaces.is_empty()) {
         return None;
     }
     let shown =
-        steps.iter().filter(|step| clothed(step) || step.scene.is_some() || !step.surfaces.is_empty());
+        steps.iter().filter(|step| has_skin(step) || step.scene.is_some() || !step.surfaces.is_empty());
     let mut states: Vec<(String, Vec<SurfaceBody>)> =
         shown.map(|step| (label(step), surfaces_of(case, step))).collect();
     let bodies = states.iter().flat_map(|(_, bodies)| bodies);
@@ -268,7 +272,8 @@ pub fn surfaces(case: &Case, steps: &[StepResult]) -> Option<Vec<(String, Vec<Su
 fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
     let mut bodies: Vec<SurfaceBody> = if step.surfaces.is_empty() {
         let (bodies, _) = bodies(case, std::slice::from_ref(step));
-        // As little as of the others is shown of what is everywhere. What belongs to the layer follows below.
+        // Bodies that surround all others are left out. The indenter, and the substrate of a layer of finite
+        // elements, follow below.
         let shown = bodies.into_iter().filter(|body| match body.role {
             BodyRole::Cover
             | BodyRole::Wall
@@ -313,15 +318,15 @@ fn surfaces_of(case: &Case, step: &StepResult) -> Vec<SurfaceBody> {
     }
     let of_layer = bodies.iter().filter(|body| body.role == BodyRole::Layer);
     let corners = of_layer.flat_map(|body| body.triangles.as_flattened());
-    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|all, p| all.union(&p));
+    let bounds = corners.map(|&p| Box3 { min: p, max: p }).reduce(|bounds, p| bounds.union(&p));
     if let (Some(layer), Some(bounds)) = (&case.layer, bounds) {
         // A substrate in the field is as large as the field, but is shown only under the layer.
         bodies.retain(|body| body.role != BodyRole::Substrate);
         let triangles = of_box(&slab(&bounds, layer.thickness));
         bodies.push(SurfaceBody { name: "substrate".into(), role: BodyRole::Substrate, triangles });
-        let is_there = bodies.iter().any(|body| body.role == BodyRole::Indenter);
+        let has_indenter = bodies.iter().any(|body| body.role == BodyRole::Indenter);
         if let (false, Some(triangles)) =
-            (is_there, height(case, step).and_then(|height| indenter(case, height)))
+            (has_indenter, height(case, step).and_then(|height| indenter(case, height)))
         {
             bodies.push(SurfaceBody { name: "indenter".into(), role: BodyRole::Indenter, triangles });
         }
@@ -347,11 +352,13 @@ fn intersection(a: &Box3, b: &Box3) -> Box3 {
     Box3 { min: pick(a.min, b.min, f64::max), max: pick(a.max, b.max, f64::min) }
 }
 
+/// The region with a margin on all sides.
 fn grown(region: Box3) -> Box3 {
     let by = APART * (0..3).map(|a| region.extent(a)).fold(0.0, f64::max);
     Box3 { min: region.min.map(|x| x - by), max: region.max.map(|x| x + by) }
 }
 
+/// The region, if it has a volume.
 fn solid(region: Box3) -> Option<Box3> {
     (0..3).all(|a| region.extent(a) > 0.0).then_some(region)
 }

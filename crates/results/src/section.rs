@@ -64,7 +64,8 @@ pub(crate) fn of_slab(
     let metal = metal(step);
     let axis = plane.axis;
     let [p, q] = across(axis);
-    // In the middle of the last cell: below the slab may be its mirror image.
+    // The section shows the middle of the slab's last cell. If the slab lies across a mirror plane, its first
+    // cell is the mirror image of that.
     let nodes = &grid.axes[axis];
     let layer = nodes.len().checked_sub(2)?;
     let t = 0.5;
@@ -100,9 +101,9 @@ pub(crate) fn of_slab(
             [p, q].map(|a| (1.0 - t) * value(layer, a) + t * value(layer + 1, a))
         }
     };
-    let (all_p, all_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
-    let pieces = |x: &[f64], i: usize, all: f64| {
-        let share = (x[i + 1] - x[i]) / all;
+    let (extent_p, extent_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
+    let pieces = |x: &[f64], i: usize, extent: f64| {
+        let share = (x[i + 1] - x[i]) / extent;
         ((share / FINE).ceil() as usize).clamp(1, MOST_PIECES)
     };
     let mut cells = Vec::new();
@@ -131,7 +132,7 @@ pub(crate) fn of_slab(
                 }
             };
             let patch = Patch([[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]);
-            let [m, n] = [pieces(&grid.axes[p], i, all_p), pieces(&grid.axes[q], j, all_q)];
+            let [m, n] = [pieces(&grid.axes[p], i, extent_p), pieces(&grid.axes[q], j, extent_q)];
             let corner = |(k, l): (usize, usize)| {
                 let (place, value) = patch.at(k as f64 / m as f64, l as f64 / n as f64);
                 // Neighbours have the same number of pieces along their common side.
@@ -152,10 +153,13 @@ pub(crate) fn of_slab(
     section(step, title, &metal, plane, cells)
 }
 
-/// The largest size of a piece of a cell, over that of the picture, unless that gives too many pieces.
+/// The largest size of a piece of a cell, over that of the picture, unless that gives too many pieces. Not
+/// tuned: it trades the size of a picture for detail.
 const FINE: f64 = 0.02;
+/// The largest number of pieces along one side of a cell.
 const MOST_PIECES: usize = 4;
 
+/// The distance from the first to the last of ascending nodes.
 fn extent(nodes: &[f64]) -> f64 {
     nodes.last().zip(nodes.first()).map_or(0.0, |(last, first)| last - first)
 }
@@ -169,8 +173,8 @@ struct Corner {
     rises: [f64; 2],
 }
 
-/// A quadrilateral in which the potential is the cubic that has the values and slopes of the corners (Ferguson, Journal of the ACM 11,
-/// 1964): without kinks from one cell of a body to the next.
+/// A quadrilateral in which the potential is the cubic that has the values and slopes of the corners
+/// (Ferguson, Journal of the ACM 11, 1964): without kinks from one cell of a body to the next.
 struct Patch([[Corner; 2]; 2]);
 
 impl Patch {
@@ -213,6 +217,7 @@ pub(crate) fn of_tetrahedra(
     planes.into_iter().filter_map(|plane| through_tetrahedra(step, title, mesh, (plane, &metal))).collect()
 }
 
+/// The section through a field on tetrahedra in one plane.
 fn through_tetrahedra(
     step: &StepResult,
     title: &str,
@@ -234,7 +239,8 @@ fn through_tetrahedra(
         let (high, low): (Vec<u32>, Vec<u32>) = tet.iter().partition(|n| above[**n as usize] >= 0.0);
         let corners = match (high.as_slice(), low.as_slice()) {
             ([a], [b, c, d]) | ([b, c, d], [a]) => vec![corner(*a, *b), corner(*a, *c), corner(*a, *d)],
-            // Around the four sides between the two above and the two below.
+            // Around the quadrilateral, whose corners are on the edges from the two nodes above the plane to
+            // the two below it.
             ([a, b], [c, d]) => vec![corner(*a, *c), corner(*a, *d), corner(*b, *d), corner(*b, *c)],
             _ => continue,
         };
@@ -243,13 +249,15 @@ fn through_tetrahedra(
     section(step, title, metal, plane, cells)
 }
 
-/// The ends of the layer along x2, where it has any.
+/// The lower and the upper end of the layer along x2, m; plus and minus infinity without a layer.
 fn layer(step: &StepResult) -> [f64; 2] {
     let of_scene = step.scene.iter().flat_map(|scene| &scene.scene.bodies);
     let slabs = of_scene.filter(|body| body.purpose == Purpose::Layer).filter_map(|body| body.bounds());
     slabs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], b| [low.min(b.min[1]), high.max(b.max[1])])
 }
 
+/// The picture of these cells in the window around the conductors that the plane cuts; `None` without
+/// conductors, or if nothing of the field is near them.
 fn section(
     step: &StepResult,
     title: &str,
@@ -265,7 +273,7 @@ fn section(
     // A plane that cuts no conductor shows what lies beside all of them.
     let shown = whole(&cut).or_else(|| whole(&metal.iter().collect::<Vec<_>>()))?;
     let margin = AROUND * shown.extent(p).max(shown.extent(q));
-    // Not beyond the known field.
+    // The window ends where the known field does.
     let ends = |k: usize, a: usize| {
         let known = corners()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at[k]), high.max(at[k])));
@@ -286,6 +294,7 @@ fn section(
     let mut names: Vec<_> = bounds.iter().map(|(name, b)| ((*name).to_owned(), middle(b))).collect();
     names.sort_by(|a, b| a.0.cmp(&b.0));
     let axis = |a: usize| Axis { label: format!("x{}", a + 1), unit: "m".into(), scale: Scale::Linear };
+    // The sum turns minus zero into zero.
     let place = prefixed(plane.middle + 0.0, 3, "m");
     let plane = format!("plane x{} = {place}", plane.axis + 1);
     Some(Section { title: title.to_owned(), plane, x: axis(p), y: axis(q), window, cells, sheets, names })

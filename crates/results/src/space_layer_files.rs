@@ -18,9 +18,9 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
     let layer = model.equations().body();
     let displacement = &pressed.state.displacement;
     let array = |name, components, values: Vec<f64>| NamedArray { name, components, values };
-    let each = |value: &dyn Fn(&SpaceStress) -> f64| stress.iter().map(value).collect::<Vec<f64>>();
+    let at_nodes = |value: &dyn Fn(&SpaceStress) -> f64| stress.iter().map(value).collect::<Vec<f64>>();
     let moved = |(x, u): (&[f64; 3], &[f64])| std::array::from_fn(|k| x[k] + u[k]);
-    let contact = model.contact_pressure(&pressed.state, &each(&|s| s.cauchy[1]));
+    let contact = model.contact_pressure(&pressed.state, &at_nodes(&|s| s.cauchy[1]));
     BodyMesh {
         element: Element::Hexahedron,
         points: layer.mesh.nodes.iter().zip(displacement.chunks_exact(3)).map(moved).collect(),
@@ -28,8 +28,8 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
         arrays: vec![
             array("displacement", 3, displacement.clone()),
             array("cauchy_stress", 6, stress.iter().flat_map(|s| s.cauchy).collect()),
-            array("pressure", 1, each(&SpaceStress::pressure)),
-            array("J", 1, each(&|s| s.j)),
+            array("pressure", 1, at_nodes(&SpaceStress::pressure)),
+            array("J", 1, at_nodes(&|s| s.j)),
             array("contact_pressure", 1, contact),
         ],
         in_elements: Vec::new(),
@@ -38,8 +38,8 @@ fn body(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStre
     }
 }
 
-/// Stress along the bonded bottom, the top and the axis in the plane of symmetry `x3 = 0`, and along the bottom and the
-/// top in the plane of symmetry `x1 = 0`.
+/// Displacements and stresses along the bonded bottom, the top and the axis in the plane of symmetry
+/// `x3 = 0`, and along the bottom and the top in the plane of symmetry `x1 = 0`.
 fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[SpaceStress]) -> String {
     let nodes = &model.equations().body().mesh.nodes;
     let top = nodes.iter().map(|x| x[1]).fold(0.0, f64::max);
@@ -48,7 +48,7 @@ fn profiles(model: &LayerModel<Space>, pressed: &Pressed<Space>, stress: &[Space
         "line,x1_m,x2_m,x3_m,u1_m,u2_m,u3_m,sigma11_pa,sigma22_pa,sigma33_pa,sigma12_pa,sigma23_pa,\
                    sigma13_pa,pressure_pa,j\n"
             .to_owned();
-    // Name, two coordinates with fixed values, and these values.
+    // The name of each line, the two axes along which its position is fixed, and the position along these.
     let lines = [
         ("bottom", [1, 2], [0.0, 0.0]),
         ("top", [1, 2], [top, 0.0]),

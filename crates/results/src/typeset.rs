@@ -2,7 +2,8 @@
 
 use elastocap_coupling::words::prefixed;
 
-/// A number and its unit with a minus sign in place of a hyphen, and a micro sign in place of the letter u before a unit.
+/// A number and its unit with a minus sign in place of a hyphen, and a micro sign in place of the letter u
+/// before a unit.
 pub(crate) fn typeset(text: &str) -> String {
     let text = match text.split_once(' ') {
         Some((number, unit)) if unit.len() > 1 && unit.starts_with('u') => {

@@ -59,7 +59,7 @@ impl Wanted {
         self.has(FileGroup::Sections) || self.has(FileGroup::Report)
     }
 
-    /// The words for the wanted groups, in the order of [`FileGroup::ALL`].
+    /// The names of the wanted groups, in the order of [`FileGroup::ALL`].
     pub fn names(&self) -> Vec<String> {
         FileGroup::ALL
             .iter()
@@ -117,5 +117,29 @@ mod tests {
         assert_eq!(wanted.names(), ["curve", "json"]);
         assert!(!wanted.needs_fields() && Wanted::only(&[FileGroup::Report]).needs_fields());
         assert!(Wanted::default().without(&[FileGroup::Json]).has(FileGroup::Json));
+    }
+
+    #[test]
+    fn a_plan_lists_the_files_that_a_run_writes_and_those_that_nobody_asked_for() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/in-plane-pair.toml");
+        let case = elastocap_case::load(&path).unwrap();
+        let noted = |wanted: Wanted, options: Options| {
+            let mut plan = Plan::new(&case, &options);
+            let before = plan.left_out.len();
+            wanted.note_in(&case, &options, &mut plan);
+            let left_out: Vec<String> =
+                plan.left_out[before..].iter().map(|left| left.what.clone()).collect();
+            (plan.solved.last().unwrap().what.clone(), left_out)
+        };
+        let tables = "curve.csv, curve.svg, capacitance.csv, result.json, report.html, scene.glb";
+        let fields = "step_NNN.vtu for each step, fields.pvd, section_NNN.svg for the first and the last";
+        let (written, left_out) = noted(Wanted::default(), Options::default());
+        assert_eq!((written, left_out.len()), (format!("{tables}, {fields}"), 0));
+        let (written, left_out) = noted(Wanted::only(&[FileGroup::Curve]), Options::default());
+        assert_eq!(written, "curve.csv, curve.svg, result.json");
+        assert_eq!(left_out, [format!("capacitance.csv, report.html, scene.glb, {fields}")]);
+        let without = Options { fields: false, ..Options::default() };
+        let (written, left_out) = noted(Wanted::of(&without), without);
+        assert_eq!((written.as_str(), left_out), (tables, vec!["fields (.vtu)".to_owned()]));
     }
 }

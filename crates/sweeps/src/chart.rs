@@ -16,7 +16,9 @@ const MAX_LINES: usize = 8;
 
 /// The quantity drawn against the load: the capacitance, or the force without conductors.
 struct Quantity {
+    /// The column of curve.csv that holds the quantity.
     column: &'static str,
+    /// The name of the quantity at its axis.
     label: &'static str,
     unit: &'static str,
 }
@@ -36,7 +38,7 @@ pub(crate) fn chart(manifest: &Manifest, records: &[Option<CaseRecord>]) -> Opti
         band(&records, &quantity)
     } else {
         let varied: Vec<&Column> = columns.iter().filter(|column| is_varied(column)).collect();
-        match widest(&varied) {
+        match most_varied(&varied) {
             Some(across) => over_a_key(across, &varied, &records, &quantity),
             None => family(&records, &quantity),
         }
@@ -50,7 +52,7 @@ fn is_varied(column: &Column) -> bool {
 }
 
 /// The key with the largest number of different values; the first of several.
-fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
+fn most_varied<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
     let numbers = |column: &Column| column.numbers.iter().copied().collect::<Option<Vec<f64>>>();
     let counted = columns.iter().filter_map(|column| {
         let mut values = numbers(column)?;
@@ -64,17 +66,17 @@ fn widest<'a>(columns: &[&'a Column]) -> Option<&'a Column> {
 }
 
 /// At most as many items as a chart has lines, evenly chosen, with the first and the last.
-fn some_of<T>(all: Vec<T>) -> Vec<T> {
-    let count = all.len();
+fn some_of<T>(items: Vec<T>) -> Vec<T> {
+    let count = items.len();
     if count <= MAX_LINES {
-        return all;
+        return items;
     }
     let wanted: Vec<usize> = (0..MAX_LINES).map(|k| k * (count - 1) / (MAX_LINES - 1)).collect();
-    all.into_iter().enumerate().filter(|(k, _)| wanted.contains(k)).map(|(_, one)| one).collect()
+    items.into_iter().enumerate().filter(|(k, _)| wanted.contains(k)).map(|(_, item)| item).collect()
 }
 
-/// The chart over one key: a line for each load step; with other varied keys a line for each of their values,
-/// at the last step.
+/// The chart over one key: a line for each load step; or, if other keys vary too, a line for each combination
+/// of their values, at the last step.
 fn over_a_key(
     across: &Column,
     varied: &[&Column],
@@ -120,7 +122,7 @@ fn over_a_key(
     (x, series)
 }
 
-/// The curves of cases that do not differ in a number.
+/// The chart of the curves of cases that do not differ in a number.
 fn family(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     let load = Load::of(records, quantity);
     let curve = |record: &&CaseRecord| {
@@ -141,9 +143,9 @@ fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     for record in records {
         for (k, step) in record.steps.iter().enumerate().filter(|(_, step)| !step.failed) {
             if let Some(value) = step.number(quantity.column) {
-                let place = by_step.entry(k).or_default();
-                place.0.push(load.at(step, k));
-                place.1.push(value);
+                let (loads, values) = by_step.entry(k).or_default();
+                loads.push(load.at(step, k));
+                values.push(value);
             }
         }
     }
@@ -176,8 +178,8 @@ fn band(records: &[&CaseRecord], quantity: &Quantity) -> (Axis, Vec<Series>) {
     (load.axis(), series)
 }
 
-/// The quantity that curves are drawn over: the compression if it is known at all steps, else the force, else
-/// the number of the step.
+/// The quantity that curves are drawn over: the compression, the force or the number of the step. It is one
+/// that is known at all steps; the compression is preferred if all cases have the same ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Load {
     Compression,
@@ -187,17 +189,19 @@ enum Load {
 
 impl Load {
     fn of(records: &[&CaseRecord], quantity: &Quantity) -> Self {
-        let all = |column: &str| {
+        let is_known = |column: &str| {
             records.iter().all(|record| record.steps.iter().all(|step| step.number(column).is_some()))
         };
-        let same = |column: &str| {
+        let is_common = |column: &str| {
             records.windows(2).all(|two| {
                 two[0].steps.iter().zip(&two[1].steps).all(|(a, b)| a.number(column) == b.number(column))
             })
         };
-        if all("compression") && (same("compression") || quantity.column == FORCE.column || !all("force_n")) {
+        if is_known("compression")
+            && (is_common("compression") || quantity.column == FORCE.column || !is_known("force_n"))
+        {
             Self::Compression
-        } else if all("force_n") && quantity.column != FORCE.column {
+        } else if is_known("force_n") && quantity.column != FORCE.column {
             Self::Force
         } else {
             Self::Step
@@ -239,7 +243,8 @@ fn load_in_words(step: &StepRecord, index: usize) -> String {
     }
 }
 
-/// The SI unit of a unit with a prefix; empty for units other than a prefix and a symbol.
+/// The SI unit that belongs to a unit: the same without its prefix, or rad for an angle; empty for compound
+/// units.
 fn si_unit(unit: &str) -> String {
     let known = ["Pa", "N", "V", "F", "C", "m"].into_iter().find(|symbol| unit.ends_with(symbol));
     match (unit, known) {

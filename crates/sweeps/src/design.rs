@@ -12,8 +12,11 @@ pub type CaseValues = Vec<Option<String>>;
 /// The cases of a sweep. The index of a case does not depend on the order of the solves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Design {
+    /// The paths of the varied keys.
     keys: Vec<String>,
+    /// The values of each case, by its index.
     cases: Vec<CaseValues>,
+    /// The origin of the cases.
     kind: DesignKind,
 }
 
@@ -120,7 +123,8 @@ impl Design {
     /// row is combined with all of their values, which change fastest.
     ///
     /// # Errors
-    /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many cases.
+    /// A table that cannot be read or has no rows, a key that is set twice, a distribution, or too many
+    /// cases.
     pub fn list(table: &str, settings: &[Setting]) -> Result<Self, DesignError> {
         let (keys, rows) = read_list(table)?;
         let (keys, cases) = product(settings, keys, rows)?;
@@ -181,6 +185,7 @@ impl Design {
     }
 }
 
+/// Checks that there are keys, and that none is set twice.
 fn check_keys(keys: &[String]) -> Result<(), DesignError> {
     if keys.is_empty() {
         return Err(DesignError::Nothing);
@@ -216,12 +221,12 @@ fn product(
         keys.push(setting.key.clone());
         count = count.and_then(|count| count.checked_mul(values.len()));
         check_count(count)?;
-        let with = |row: &CaseValues, value: &String| {
+        let extended = |row: &CaseValues, value: &String| {
             let mut row = row.clone();
             row.push(Some(value.clone()));
             row
         };
-        rows = rows.iter().flat_map(|row| values.iter().map(move |value| with(row, value))).collect();
+        rows = rows.iter().flat_map(|row| values.iter().map(move |value| extended(row, value))).collect();
     }
     check_keys(&keys)?;
     check_count(count)?;
@@ -252,9 +257,11 @@ fn read_list(table: &str) -> Result<(Vec<String>, Vec<CaseValues>), DesignError>
 /// The rows of a table of comma-separated values, each with the line where it begins.
 struct Lines<'a> {
     reader: csv_core::Reader,
+    /// The text that is not yet read.
     rest: &'a [u8],
-    /// The fields of a row, one after the other, and their ends. They grow as needed.
+    /// Room for the fields of a row, one after the other. It grows as needed.
     bytes: Vec<u8>,
+    /// Room for the ends of the fields in `bytes`. It grows as needed.
     ends: Vec<usize>,
 }
 

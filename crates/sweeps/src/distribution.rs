@@ -1,4 +1,5 @@
-//! Distributions of tolerances: `normal(50um, 2um)`, `uniform(1, 2)` and others, drawn the same from the same seed on every machine.
+//! Distributions of tolerances: `normal(50um, 2um)`, `uniform(1, 2)` and others, drawn the same from the same
+//! seed on every machine.
 
 use elastocap_case::{Amount, AmountError, Scale};
 use rand::{Rng, RngExt as _};
@@ -15,9 +16,10 @@ pub struct Distribution {
     text: String,
 }
 
+/// The kind of a distribution, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shape {
-    /// A normal distribution, between `limits`, if there are any, by drawing again.
+    /// A normal distribution. If it has `limits`, values beyond them are drawn again.
     Normal {
         mean: f64,
         deviation: f64,
@@ -91,6 +93,7 @@ pub enum DistributionError {
     },
 }
 
+/// The name of each distribution, and how it is written.
 const FORMS: [(&str, &str); 5] = [
     ("normal", "normal(mean, deviation) or normal(mean, deviation, lowest, highest)"),
     ("lognormal", "lognormal(median, deviation of the logarithm), such as lognormal(90kPa, 0.1)"),
@@ -100,7 +103,7 @@ const FORMS: [(&str, &str); 5] = [
 ];
 
 /// The largest number of draws until one lies between the limits, which contain a share of at least some 3e-4
-/// of all draws.
+/// of all draws. Not tuned: a limit that ordinary cases do not reach.
 const MAX_DRAWS: usize = 1_000_000;
 
 impl Distribution {
@@ -188,6 +191,7 @@ impl Distribution {
 }
 
 impl Shape {
+    /// Checks the parameters. The error is in words, with a remedy.
     fn check(self) -> Result<(), &'static str> {
         let proper = |deviation: f64| deviation.is_finite() && deviation > 0.0;
         match self {

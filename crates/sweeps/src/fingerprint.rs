@@ -38,7 +38,8 @@ impl Program {
     }
 }
 
-/// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal digits, or a map to them.
+/// The inputs that the results of a sweep depend on. Everything but the version is a SHA-256 in hexadecimal
+/// digits, or a map to them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     /// The version of the program.
@@ -110,6 +111,7 @@ pub(crate) fn sha256_of_file(file: &Path) -> io::Result<String> {
     Ok(hexadecimal(&hasher.0.finalize()))
 }
 
+/// A hash as a writer, for [`io::copy`].
 struct Hasher(Sha256);
 
 impl io::Write for Hasher {

@@ -22,32 +22,32 @@ pub fn gather(folders: &[PathBuf], into: &Path, overwrite: bool) -> Result<Summa
             why: "it has no manifest.json; name the folder that `elastocap sweep --shard` has written to"
                 .to_owned(),
         })?;
-        if let Some((first, one)) = shards.first() {
-            let mut differences = one.fingerprint.differences(&manifest.fingerprint);
-            if differences.is_empty() && one.shard.of != manifest.shard.of {
-                differences.push(format!("{} shards instead of {}", manifest.shard.of, one.shard.of));
+        if let Some((first, known)) = shards.first() {
+            let mut differences = known.fingerprint.differences(&manifest.fingerprint);
+            if differences.is_empty() && known.shard.of != manifest.shard.of {
+                differences.push(format!("{} shards instead of {}", manifest.shard.of, known.shard.of));
             }
-            if !differences.is_empty() || one.digest != manifest.digest {
+            if !differences.is_empty() || known.digest != manifest.digest {
                 let (first, second) = (first.to_path_buf(), folder.clone());
                 return Err(SweepError::ShardsDiffer { first, second, differences });
             }
         }
-        if let Some((first, one)) = shards.iter().find(|(_, one)| one.shard == manifest.shard) {
+        if let Some((first, known)) = shards.iter().find(|(_, known)| known.shard == manifest.shard) {
             let (first, second) = (first.to_path_buf(), folder.clone());
-            return Err(SweepError::ShardTwice { first, second, shard: one.shard });
+            return Err(SweepError::ShardTwice { first, second, shard: known.shard });
         }
         shards.push((folder, manifest));
     }
-    let Some((_, one)) = shards.first() else {
+    let Some((_, first_manifest)) = shards.first() else {
         return Err(SweepError::ShardsMissing { missing: vec![1], of: 1 });
     };
-    let count = one.shard.of;
+    let count = first_manifest.shard.of;
     let is_present = |number: &usize| shards.iter().any(|(_, manifest)| manifest.shard.number == *number);
     let missing: Vec<usize> = (1..=count).filter(|number| !is_present(number)).collect();
     if !missing.is_empty() {
         return Err(SweepError::ShardsMissing { missing, of: count });
     }
-    let manifest = Manifest { shard: Shard::WHOLE, ..one.clone() };
+    let manifest = Manifest { shard: Shard::WHOLE, ..first_manifest.clone() };
     let mut records = vec![None; manifest.cases.len()];
     for (folder, shard_manifest) in &shards {
         let found = finished(folder, shard_manifest);

@@ -55,6 +55,7 @@ pub struct Scatter {
     pub statistics: Vec<StepStatistics>,
 }
 
+/// The method of [`crate::influence`], in words.
 const METHOD: &str =
     "squared standardised rank regression coefficients; r_squared is what they account for together";
 

@@ -33,7 +33,7 @@ pub fn run(
     if at_once == 0 {
         return Ok(());
     }
-    let each = threads.max(1) / at_once;
+    let threads_of_each = threads.max(1) / at_once;
     keep_freed_memory();
     let next = AtomicUsize::new(0);
     let failure = Mutex::new(None);
@@ -55,7 +55,7 @@ pub fn run(
         for _ in 0..at_once {
             // A separate pool for each worker keeps the parallel parts of a case on the threads of that
             // worker.
-            match rayon::ThreadPoolBuilder::new().num_threads(each).build() {
+            match rayon::ThreadPoolBuilder::new().num_threads(threads_of_each).build() {
                 Ok(pool) => drop(scope.spawn(move || pool.install(work))),
                 Err(error) => fail(SweepError::Thread(error.to_string())),
             }

@@ -61,7 +61,8 @@ impl Moments {
     }
 }
 
-/// A percentile of sorted values, with linear interpolation (the definition 7 of Hyndman and Fan, which NumPy and R use).
+/// A percentile of sorted values, with linear interpolation (the definition 7 of Hyndman and Fan, which NumPy
+/// and R use).
 fn percentile(sorted: &[f64], percent: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let at = percent / 100.0 * last as f64;

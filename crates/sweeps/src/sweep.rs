@@ -18,7 +18,7 @@ use crate::error::SweepError;
 use crate::fingerprint::{Fingerprint, Program, digest_of_values, sha256, sha256_of_file};
 use crate::record::CaseRecord;
 
-/// The settings that the numbers depend on, besides the cases.
+/// The settings that the numbers depend on, in addition to the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// Whether unneeded parts of a scene are left out: see [`Options::prune`].
@@ -61,8 +61,11 @@ fn in_one_line(error: &CaseError) -> String {
 /// The cases of a sweep, ready to be solved in any order.
 #[derive(Debug, Clone)]
 pub struct Sweep {
+    /// The case file.
     origin: PathBuf,
+    /// The text of the case file.
     source: String,
+    /// The title of the case.
     title: String,
     design: Design,
     settings: Settings,
@@ -104,7 +107,7 @@ impl Sweep {
         let not_set = |source| SweepError::Override { case: 0, source };
         let defaults = design.keys().iter().map(|key| value_at(&source, key).map_err(not_set));
         let defaults = defaults.collect::<Result<_, _>>()?;
-        let placeholder = Fingerprint {
+        let without_files = Fingerprint {
             version: program.version,
             build: program.build,
             case: sha256(source.as_bytes()),
@@ -115,12 +118,13 @@ impl Sweep {
         let origin = origin.to_owned();
         let shared = Arc::default();
         let mut sweep =
-            Self { origin, source, title, design, settings, fingerprint: placeholder, defaults, shared };
+            Self { origin, source, title, design, settings, fingerprint: without_files, defaults, shared };
         sweep.fingerprint.files = sweep.check()?;
         Ok(sweep)
     }
 
-    /// Checks that all keys can be set and that some case is valid; returns the files that the cases name.
+    /// Checks that all keys can be set and that some case is valid; returns the files that the cases name,
+    /// each with its SHA-256.
     fn check(&self) -> Result<BTreeMap<String, String>, SweepError> {
         let mut files = BTreeMap::new();
         let mut first = None;
@@ -224,7 +228,7 @@ impl Sweep {
         self.design.cases()
     }
 
-    /// The number of fields that were not solved because another case of this process had the same one.
+    /// The number of fields that were not solved because another case of this process had the same field.
     pub fn fields_spared(&self) -> usize {
         self.shared.spared()
     }

@@ -75,6 +75,7 @@ pub fn table(manifest: &Manifest, records: &[Option<CaseRecord>]) -> String {
         let mut start = vec![case.to_string()];
         start.extend(columns.iter().map(|column| column.field(case)));
         let without_steps = |status: &str, message: &str| {
+            // The step, and all columns of curve.csv before the status.
             let empty = std::iter::repeat_n(String::new(), Row::COLUMNS.len());
             let mut line = start.clone();
             line.extend(empty);

@@ -37,7 +37,8 @@ Refused with exit status 2: a curve that is not monotonic, and a capacitance tha
 pub(crate) struct Arguments {
     /// The output folder of a run, or the result.json in it
     result: PathBuf,
-    /// What was measured, with its error: 41.2fF+-0.05fF; if given several times, with terminals: A=2.3pF+-1fF, A/B=81fF+-1fF
+    /// What was measured, with its error: 41.2fF+-0.05fF; if given several times, with terminals:
+    /// A=2.3pF+-1fF, A/B=81fF+-1fF
     #[arg(long, short, value_name = "C+-ERROR", allow_hyphen_values = true, required = true)]
     capacitance: Vec<Argument>,
     /// Print the answer in JSON, and nothing else, on the standard output

@@ -18,6 +18,7 @@ use crate::units::prefixed;
 pub(super) struct Argument {
     /// The terminals as the user wrote them, `a` or `a/b`; `None` without names.
     pub(super) terminals: Option<String>,
+    /// The measured value with its error.
     pub(super) capacitance: MeasuredCapacitance,
 }
 

@@ -7,8 +7,11 @@ use super::key_path::{KeyPath, Part, written};
 
 /// The target of a part of a path. Tables and arrays come in two forms each, under headers and inline.
 enum Place<'a> {
+    /// A table under a header, or one made by dotted keys.
     Table(&'a mut Table),
+    /// An array of tables under headers.
     Tables(&'a mut ArrayOfTables),
+    /// A value, which may be an inline table or array.
     Value(&'a mut Value),
 }
 
@@ -79,6 +82,7 @@ pub(super) fn files(item: &Item, found: &mut Vec<String>) {
     }
 }
 
+/// Collects all texts under a key `file` in a value, each once.
 fn files_of_value(value: &Value, found: &mut Vec<String>) {
     match value {
         Value::InlineTable(table) => table.iter().for_each(|(key, inside)| {
@@ -90,6 +94,7 @@ fn files_of_value(value: &Value, found: &mut Vec<String>) {
     }
 }
 
+/// Adds the text if its key is `file` and it is not there yet.
 fn note_file(key: &str, text: Option<&str>, found: &mut Vec<String>) {
     if let ("file", Some(text)) = (key, text)
         && !found.iter().any(|known| known == text)
@@ -99,6 +104,7 @@ fn note_file(key: &str, text: Option<&str>, found: &mut Vec<String>) {
 }
 
 impl<'a> Place<'a> {
+    /// The place of an item, if it has content.
     fn of_item(item: &'a mut Item) -> Option<Self> {
         match item {
             Item::Table(table) => Some(Self::Table(table)),
@@ -108,6 +114,7 @@ impl<'a> Place<'a> {
         }
     }
 
+    /// Whether this is a table with the key.
     fn has(&self, key: &str) -> bool {
         match self {
             Self::Table(table) => table.contains_key(key),
@@ -174,6 +181,7 @@ impl<'a> Place<'a> {
         }
     }
 
+    /// Sets a key of a table; a missing key is added.
     fn set_key(self, key: &str, value: Value, reached: &[Part]) -> Result<(), OverrideErrorKind> {
         self.check_holds_keys(reached)?;
         match self {

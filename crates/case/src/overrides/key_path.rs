@@ -21,6 +21,7 @@ pub(super) struct KeyPath(pub(super) Vec<Part>);
 const MAX_PARTS: usize = 32;
 
 impl KeyPath {
+    /// Parses a path such as `conductor[0].box.min[1]`.
     pub(super) fn parse(text: &str) -> Result<Self, OverrideErrorKind> {
         let mut rest = text.trim();
         if rest.is_empty() {
@@ -85,6 +86,7 @@ fn read_quoted_key(text: &str) -> Result<(String, &str), OverrideErrorKind> {
     }
 }
 
+/// Whether a key with this character may stand without quotation marks.
 fn is_bare(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_' || c == '-'
 }
@@ -100,6 +102,7 @@ pub(super) fn written(parts: &[Part]) -> String {
     KeyPath(parts.to_vec()).to_string()
 }
 
+/// Writes the parts of a path, with quotation marks where a key needs them.
 fn write_parts(parts: &[Part], f: &mut fmt::Formatter<'_>) -> fmt::Result {
     for (k, part) in parts.iter().enumerate() {
         match part {

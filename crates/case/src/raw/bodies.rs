@@ -44,7 +44,8 @@ table! {
 }
 
 words! {
-    /// The part of the sensor that a body moves with: the material of the layer that it lies in, the top of the layer, the indenter, or nothing.
+    /// The part of the sensor that a body moves with: the material of the layer that it lies in, the top of
+    /// the layer, the indenter, or nothing.
     enum Attached { "layer" => Layer, "layer-top" => LayerTop, "indenter" => Indenter, "fixed" => Fixed, }
 }
 

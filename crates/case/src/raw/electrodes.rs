@@ -55,7 +55,8 @@ table! {
         on: Option<Read<On>>,
         /// Height of the mid-plane of the combs, instead of `on`, in a layer without load or outside of it.
         height: Option<Read<Position>>,
-        /// Number of fingers of both combs together; they belong alternately to the first and the second comb.
+        /// Number of fingers of both combs together; they belong alternately to the first and the second
+        /// comb.
         fingers: Read<Count>,
         /// Width of a finger along x1.
         finger_width: Read<Size>,

@@ -33,7 +33,8 @@ table! {
 }
 
 table! {
-    /// The columns of a file of measured points: one load, the capacitance, and its deviation if there is one.
+    /// The columns of a file of measured points: one load, the capacitance, and its deviation if there is
+    /// one.
     struct MeasuredColumns {
         /// Force on the layer, with a unit such as "N".
         force: Option<Read<MeasuredColumn>>,

@@ -25,7 +25,8 @@ table! {
     /// at least ten times as long as the layer is thick. `elastocap check` reports the choice and the reason
     /// for it.
     struct Auto {
-        /// The indenter, above the middle of the layer: "whole-top" for a smooth plate over the whole layer, or an indenter.
+        /// The indenter, above the middle of the layer: "whole-top" for a smooth plate over the whole layer,
+        /// or an indenter.
         indenter: Read<Either<WholeTop, SolidIndenter>>,
         /// The layer's end along x1: "free" of traction, "free-on-substrate" (where the end folds over, it
         /// rests on the substrate plane), or "far" (no motion along x1 there, as if the layer continued).
@@ -46,8 +47,9 @@ table! {
 }
 
 table! {
-    /// The closed-form solution: bonded layer under a wide flat probe, plane strain. Equation numbers are those of "Large
-    /// deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS tactile sensor application".
+    /// The closed-form solution: bonded layer under a wide flat probe, plane strain. Equation numbers are
+    /// those of "Large deformation mechanics of a soft elastomeric layer under compressive loading for a MEMS
+    /// tactile sensor application".
     struct ClosedForm {
         /// Half-length L of the contact in the force formula, eq. (50).
         contact_half_length: Read<Size>,

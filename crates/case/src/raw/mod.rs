@@ -63,7 +63,8 @@ table! {
 }
 
 impl Document {
-    /// Reads the whole file. The flag says whether unknown keys at the top level may stand for missing tables.
+    /// Reads the whole file. The flag says whether unknown keys at the top level may stand for missing
+    /// tables.
     pub(super) fn read(table: &DeTable<'_>, log: &mut Log<'_>) -> (Self, bool) {
         Self::from_entries(Entries::of_document(table), log)
     }
@@ -132,8 +133,9 @@ words! {
 table! {
     /// The measured capacitance, as a chip reads it; tolerance, curve and plot refer to it.
     struct Measure {
-        /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance against ground, with everything
-        /// else grounded. A list of such lists: several capacitances, of which curve and plot show the first.
+        /// Two terminals: their mutual capacitance with everything else grounded. One: its capacitance
+        /// against ground, with everything else grounded. A list of such lists: several capacitances, of
+        /// which curve and plot show the first.
         capacitance: Read<Vec<Read<OneOrMore<Text>>>>,
         /// The measured capacitance of two terminals: "mutual" or "two-terminal" (equal and opposite charges,
         /// as a meter without ground measures). Default: mutual.

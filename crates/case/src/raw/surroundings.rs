@@ -12,7 +12,8 @@ use crate::values::Either;
 table! {
     /// The space around the bodies, and where the field ends.
     struct Surroundings {
-        /// The outer walls: "insulated" (no flux), "grounded" (potential zero) or "open" (none, infinite space).
+        /// The outer walls: "insulated" (no flux), "grounded" (potential zero) or "open" (none, infinite
+        /// space).
         boundary: Read<Boundary>,
         /// With a layer and walls: distance along x1 and x3 from the deformed electrodes to the walls.
         side_margin: Option<Read<Size>>,
@@ -20,9 +21,11 @@ table! {
         walls: Option<Read<BoxRegion>>,
         /// Relative permittivity outside of all bodies. Default: 1.
         relative_permittivity: Option<Read<Permittivity>>,
-        /// The medium below x2 = 0, or the plane at which the field ends there. Default: the boundary itself, or infinite space if it is open.
+        /// The medium below x2 = 0, or the plane at which the field ends there. Default: the boundary itself,
+        /// or infinite space if it is open.
         below: Option<Read<Face>>,
-        /// The medium above the layer, or the plane at which the field ends there. Default: the boundary itself, or infinite space if it is open.
+        /// The medium above the layer, or the plane at which the field ends there. Default: the boundary
+        /// itself, or infinite space if it is open.
         above: Option<Read<Face>>,
     }
 }

@@ -11,9 +11,9 @@ use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::given;
 
-/// Refuses a single driven terminal if neither a boundary nor another conductor, floating ones aside, can
-/// take its flux, for bodies of any shape: the capacitance is zero, and a relative error of zero cannot be
-/// reached.
+/// Refuses a case, with bodies of any shape, in which a single terminal is driven, and neither a boundary nor
+/// another conductor can take its flux; floating conductors cannot. The capacitance is then zero, and no
+/// relative tolerance of zero can be met.
 pub(super) fn check_flux_has_an_end(case: &Case, raw: &Document, log: &mut Log<'_>) {
     let Some(surroundings) = &case.surroundings else { return };
     let takes_flux = |face: Face| match face {
@@ -61,11 +61,11 @@ fn place(conductor: &raw::Conductor) -> Range<usize> {
     fn span<T>(read: &Option<Read<T>>) -> Option<&Range<usize>> {
         read.as_ref().map(|read| &read.span)
     }
-    let balls = span(&conductor.sphere)
+    let round = span(&conductor.sphere)
         .or(span(&conductor.shell))
         .or(span(&conductor.capsule))
         .or(span(&conductor.cylinder));
     let boxes = span(&conductor.r#box).or(span(&conductor.boxes)).or(span(&conductor.sheet));
     let others = span(&conductor.extrusion).or(span(&conductor.surface)).or(span(&conductor.physical));
-    boxes.or(balls).or(others).unwrap_or(&conductor.name.span).clone()
+    boxes.or(round).or(others).unwrap_or(&conductor.name.span).clone()
 }

@@ -8,13 +8,15 @@ use super::super::values::Text;
 use super::given;
 use super::layer_room::{is_metal, is_pressed_flat};
 
-/// Refuses bodies attached to a missing or uneven part, and steps that move nothing.
+/// Refuses bodies that are attached to a layer that is missing, or to a top that does not stay flat. Refuses
+/// `shift` and `tilt` where a body moves with the material of the layer, and where no body is attached at
+/// all.
 pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
     let bodies = conductors.map(|c| (&c.name, &c.attached));
     let bodies = bodies.chain(dielectrics.map(|d| (&d.name, &d.attached)));
-    let (mut any, mut in_layer) = (false, false);
+    let (mut any_on_top_or_indenter, mut any_in_layer) = (false, false);
     for (name, attached) in bodies {
         let Some(read) = attached else { continue };
         let (Some(Text(name)), Some(to)) = (name.get(), read.get()) else { continue };
@@ -22,7 +24,8 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             continue;
         }
         let moves_with_layer = matches!(to, raw::Attached::Layer);
-        (any, in_layer) = (any || !moves_with_layer, in_layer || moves_with_layer);
+        any_on_top_or_indenter |= !moves_with_layer;
+        any_in_layer |= moves_with_layer;
         if raw.layer.is_none() {
             log.push(
                 Diagnostic::at(
@@ -50,7 +53,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
     }
     let moves = poses.iter().any(|pose| pose.shift != [0.0; 2] || pose.tilt != [0.0; 2]);
     let steps = given(&raw.load).and_then(|load| load.steps.as_ref());
-    if let (true, true, Some(load)) = (in_layer, moves, &raw.load) {
+    if let (true, true, Some(load)) = (any_in_layer, moves, &raw.load) {
         log.push(
             Diagnostic::at(
                 steps.map_or(&load.span, |read| &read.span),
@@ -60,7 +63,7 @@ pub(super) fn check(raw: &Document, poses: &[Pose], log: &mut Log<'_>) {
             .help("leave out `shift` and `tilt`, or lay the bodies on the faces of the layer"),
         );
     }
-    if let (false, true, Some(load)) = (any, moves, &raw.load) {
+    if let (false, true, Some(load)) = (any_on_top_or_indenter, moves, &raw.load) {
         log.push(
             Diagnostic::at(
                 steps.map_or(&load.span, |read| &read.span),

@@ -15,11 +15,12 @@ use super::super::values::Either;
 use super::given;
 
 /// The ratio of length along x3 to width, and to the thickness of the layer, from which a body counts as
-/// long. docs/trust.md gives the error of plane strain at this length.
+/// long. docs/trust.md gives the error of plane strain at this length. Measured: `benches/model_errors.py`.
 const LONG: f64 = 10.0;
 
 /// The distance, in thicknesses, at which an unbounded layer is cut off beyond the indenter and the bodies in
-/// the layer.
+/// the layer. Beyond a punch, four thicknesses change shear lengths by 0.2 % (`LENGTH_BEYOND_PUNCH` in
+/// elastocap-mechanics).
 const BEYOND: f64 = 4.0;
 
 /// Replaces `[mechanics.auto]`, if the document has it. The result says in words which model was chosen, and
@@ -61,8 +62,8 @@ fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>)
     }
 }
 
-/// Checks that lengths without a default are given: the width that a force depends on, and the end of a layer
-/// that has one.
+/// Checks that the lengths without a default are given: `width` where the force depends on it, and
+/// `half_length` where the layer ends.
 fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut Log<'_>) -> bool {
     let lacks_width =
         auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter);
@@ -145,12 +146,12 @@ struct Scene {
     /// Whether the file gives the end of the layer along x1.
     has_half_length: bool,
     /// Half the width of the indenter, along x1; infinite for a plate over an unbounded layer.
-    press: f64,
+    press_half_width: f64,
     /// The length of the indenter along x3; infinite if it goes all along an unbounded layer.
-    depth: f64,
-    /// The length of the pair along x3, if there is a pair.
-    pair: Option<f64>,
-    /// The farthest points along x1 and x3 of bodies in the layer, from the middle.
+    press_length: f64,
+    /// The length of the pair of electrodes along x3, if there is a pair.
+    pair_length: Option<f64>,
+    /// The largest distances from the middle along x1 and x3 of bodies in the layer.
     reach: [f64; 2],
 }
 
@@ -160,36 +161,37 @@ impl Scene {
         let layer = given(&raw.layer)?;
         let thickness = layer.thickness.get()?.si;
         let si = |read: &Option<Read<Size>>| given(read).map(|size| size.si);
-        // The largest contact radius of a round indenter before the layer is pressed through.
+        // About half the width of the contact of a round indenter when it is pressed through the whole layer.
         let touched = |radius: f64| radius.min((radius * thickness).sqrt());
-        let goes_on = matches!(given(&auto.side), Some(raw::LayerSide::Symmetric));
-        let along_all = if goes_on { f64::INFINITY } else { si(&auto.width).unwrap_or(0.0) };
-        let (press, depth) = match auto.indenter.get()? {
+        let is_unbounded = matches!(given(&auto.side), Some(raw::LayerSide::Symmetric));
+        let layer_width = if is_unbounded { f64::INFINITY } else { si(&auto.width).unwrap_or(0.0) };
+        let (press_half_width, press_length) = match auto.indenter.get()? {
             Either::First(raw::WholeTop::WholeTop) => {
-                (si(&layer.half_length).unwrap_or(f64::INFINITY), along_all)
+                (si(&layer.half_length).unwrap_or(f64::INFINITY), layer_width)
             }
             Either::Second(raw::SolidIndenter::FlatPunch(punch)) => {
-                let depth = match &punch.half_depth {
+                let length = match &punch.half_depth {
                     Some(read) => 2.0 * read.get()?.si,
-                    None => along_all,
+                    None => layer_width,
                 };
-                (punch.half_width.get()?.si, depth)
+                (punch.half_width.get()?.si, length)
             }
             Either::Second(raw::SolidIndenter::Cylinder(cylinder)) => {
-                (touched(cylinder.radius.get()?.si), along_all)
+                (touched(cylinder.radius.get()?.si), layer_width)
             }
             Either::Second(raw::SolidIndenter::Sphere(sphere)) => {
                 let radius = touched(sphere.radius.get()?.si);
                 (radius, 2.0 * radius)
             }
         };
-        let (pair, of_pair) = match given(&raw.electrodes) {
-            Some(forms) => of_pair(forms)?,
+        let (pair_length, reach_of_pair) = match given(&raw.electrodes) {
+            Some(forms) => length_and_reach_of_pair(forms)?,
             None => (None, [0.0; 2]),
         };
-        let of_bodies = of_bodies(raw);
-        let reach = [0, 1].map(|k| of_pair[k].max(of_bodies[k]));
-        Some(Self { thickness, has_half_length: layer.half_length.is_some(), press, depth, pair, reach })
+        let reach_of_bodies = reach_of_bodies(raw);
+        let reach = [0, 1].map(|k| reach_of_pair[k].max(reach_of_bodies[k]));
+        let has_half_length = layer.half_length.is_some();
+        Some(Self { thickness, has_half_length, press_half_width, press_length, pair_length, reach })
     }
 
     /// Checks that everything is long along x3 and that the indenter covers the bodies in the layer.
@@ -202,34 +204,39 @@ impl Scene {
             Either::First(_)
             | Either::Second(raw::SolidIndenter::FlatPunch(_) | raw::SolidIndenter::Cylinder(_)) => {}
         }
-        // The displaced rubber flows to the nearest side.
-        let [of_width, of_thickness] = [2.0 * self.press, self.thickness].map(|across| self.depth / across);
+        // Rubber that is pressed aside flows to the nearest side. It hardly flows along x3, as plane strain
+        // requires, if the indenter is long against its own width and against the thickness of the layer.
+        let [of_width, of_thickness] =
+            [2.0 * self.press_half_width, self.thickness].map(|across| self.press_length / across);
         if of_width.min(of_thickness) < LONG {
             return Err(match of_width < of_thickness {
                 true => NotLong::AgainstWidth(of_width),
                 false => NotLong::AgainstThickness(of_thickness),
             });
         }
-        if let Some(times) = self.pair.map(|pair| pair / self.thickness).filter(|times| *times < LONG) {
+        if let Some(times) =
+            self.pair_length.map(|length| length / self.thickness).filter(|times| *times < LONG)
+        {
             return Err(NotLong::Pair(times));
         }
-        if 2.0 * self.reach[1] > self.depth {
+        if 2.0 * self.reach[1] > self.press_length {
             return Err(NotLong::NotCovered);
         }
         Ok(())
     }
 
+    /// The model for these lengths; `None` if the indenter cannot be read.
     fn choose(&self, auto: raw::Auto) -> Option<Chosen> {
         let raw::Auto { indenter, end, width, side, relative_tolerance } = auto;
-        let at = indenter.span.clone();
-        let read = |value: f64| Read { span: at.clone(), value: Some(Size::of(value)) };
+        let span = indenter.span.clone();
+        let read = |value: f64| Read { span: span.clone(), value: Some(Size::of(value)) };
         let is_long = self.is_long(indenter.get()?);
         let beyond = BEYOND * self.thickness;
-        let half_length =
-            (!self.has_half_length && self.press.is_finite()).then(|| self.press.max(self.reach[0]) + beyond);
+        let half_length = (!self.has_half_length && self.press_half_width.is_finite())
+            .then(|| self.press_half_width.max(self.reach[0]) + beyond);
         let has_end = end.is_some();
         let end = end.unwrap_or_else(|| Read {
-            span: at.clone(),
+            span: span.clone(),
             value: Some(if half_length.is_some() {
                 raw::LayerEnd::Far
             } else {
@@ -237,19 +244,19 @@ impl Scene {
             }),
         });
         let presses_all = presses_all_along(&indenter);
-        let mut taken = Vec::new();
+        let mut assumptions = Vec::new();
         match (half_length, has_end) {
-            (Some(_), _) => taken.push(format!(
+            (Some(_), _) => assumptions.push(format!(
                 "the layer goes on along x1, and is cut off {BEYOND} thicknesses beyond what presses and what lies in it"
             )),
-            (None, false) => taken.push("the layer ends at its `half_length`, above a substrate that goes on".to_owned()),
+            (None, false) => assumptions.push("the layer ends at its `half_length`, above a substrate that goes on".to_owned()),
             (None, true) => {}
         }
         let (mechanics, model) = match &is_long {
             Ok(()) => {
                 let width = match width {
                     Some(width) if presses_all => width,
-                    _ => read(self.depth),
+                    _ => read(self.press_length),
                 };
                 let indenter = Read { span: indenter.span, value: Some(in_plane(indenter.value?)?) };
                 let model = raw::PlaneStrain { indenter, end, width, relative_tolerance };
@@ -259,11 +266,12 @@ impl Scene {
                 let (width, side) = match (width, side) {
                     (Some(width), side) => (width, side),
                     (None, side) => {
-                        taken.push(format!(
+                        assumptions.push(format!(
                             "the layer goes on along x3, and is cut off {BEYOND} thicknesses beyond what presses and what lies in it"
                         ));
-                        let half = (0.5 * self.depth).max(self.reach[1]) + beyond;
-                        let symmetric = || Read { span: at.clone(), value: Some(raw::LayerSide::Symmetric) };
+                        let half = (0.5 * self.press_length).max(self.reach[1]) + beyond;
+                        let symmetric =
+                            || Read { span: span.clone(), value: Some(raw::LayerSide::Symmetric) };
                         (read(2.0 * half), Some(side.unwrap_or_else(symmetric)))
                     }
                 };
@@ -274,11 +282,11 @@ impl Scene {
         let why = match is_long {
             Ok(()) => format!(
                 "what presses is at least {LONG} times as long along x3 as it is wide and as the layer is thick{}",
-                if self.pair.is_some() { ", and so is the pair" } else { "" }
+                if self.pair_length.is_some() { ", and so is the pair" } else { "" }
             ),
             Err(why) => why.to_string(),
         };
-        let why = [vec![format!("{model} is chosen, because {why}")], taken].concat().join("; ");
+        let why = [vec![format!("{model} is chosen, because {why}")], assumptions].concat().join("; ");
         Some(Chosen { mechanics, half_length, why })
     }
 }
@@ -302,9 +310,9 @@ fn in_plane(
     })
 }
 
-/// The length of the pair along x3, if there is one, and its farthest points along x1 and x3, m; `None` if
-/// they cannot be read.
-fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
+/// The length of the pair of electrodes along x3, if there is one, and its largest distances from the middle
+/// along x1 and x3, m; `None` if they cannot be read.
+fn length_and_reach_of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     if let Some(read) = &forms.in_plane_pair {
         let pair = read.get()?;
         let width = pair.width.get()?.si;
@@ -319,8 +327,9 @@ fn of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f64; 2])> {
     Some((None, [0.0; 2]))
 }
 
-/// The farthest points along x1 and x3 of the boxes and sheets that move with the material of the layer, m.
-fn of_bodies(raw: &Document) -> [f64; 2] {
+/// The largest distances from the middle along x1 and x3 of the boxes and sheets that move with the material
+/// of the layer, m.
+fn reach_of_bodies(raw: &Document) -> [f64; 2] {
     let mut reach = [0.0f64; 2];
     let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
     for conductor in

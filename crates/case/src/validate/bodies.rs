@@ -1,4 +1,5 @@
-//! Checks that conductors and dielectrics do not overlap and lie where there is a field.
+//! Converts conductors and dielectrics of boxes, sheets and slabs. Checks their number and names, that
+//! conductors do not touch, and that all bodies lie where there is a field.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -22,7 +23,7 @@ const MAX_CONDUCTORS: usize = 1_000;
 /// The largest number of dielectrics.
 const MAX_DIELECTRICS: usize = 5_000;
 
-/// Checks the number of bodies.
+/// Checks the number of bodies; `false` if there are too many.
 pub(super) fn check_count(conductors: usize, dielectrics: usize, log: &mut Log<'_>) -> bool {
     for (what, count, limit) in
         [("conductors", conductors, MAX_CONDUCTORS), ("dielectrics", dielectrics, MAX_DIELECTRICS)]
@@ -99,7 +100,7 @@ pub(super) fn bodies(
     conductors.chain(dielectrics).collect()
 }
 
-/// The conductor with these parts, driven or floating.
+/// The conductor with these parts, floating if it has a charge and otherwise held at a potential.
 pub(super) fn conductor_of(raw: &raw::Conductor, parts: Vec<Shape>) -> Option<Body> {
     let charge = match &raw.charge {
         Some(read) => Some(read.get()?.si),
@@ -134,6 +135,7 @@ pub(super) fn boxes(read: &Read<Vec<Read<raw::BoxRegion>>>, log: &mut Log<'_>) -
     boxes.into_iter().collect()
 }
 
+/// The boxes of a conductor; `None` if they are invalid, with the reason in the log.
 fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
     let (regions, span) = match (&raw.r#box, &raw.sheet, &raw.boxes) {
@@ -160,6 +162,7 @@ fn conductor<'a>(read: &'a Read<raw::Conductor>, log: &mut Log<'_>) -> Option<Pl
     })
 }
 
+/// The box or slab of a dielectric; `None` if it is invalid, with the reason in the log.
 fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<PlacedBoxes<'a>> {
     let raw = read.get()?;
     let (region, span, is_slab) = match (&raw.r#box, &raw.slab) {
@@ -181,6 +184,7 @@ fn dielectric<'a>(read: &'a Read<raw::Dielectric>, log: &mut Log<'_>) -> Option<
     })
 }
 
+/// Checks that no two bodies have the same name, electrodes included.
 pub(super) fn check_names(
     raw: &Document,
     conductors: &[Read<raw::Conductor>],
@@ -236,6 +240,8 @@ pub(super) fn check_touching_pair(
     }
 }
 
+/// Checks that a body lies inside the walls, a slab at least in part, and a conductor apart from grounded
+/// ones.
 fn check_in_walls(
     body: &PlacedBoxes<'_>,
     walls: &Box3,
@@ -244,7 +250,7 @@ fn check_in_walls(
     log: &mut Log<'_>,
 ) {
     let (regions, what, name) = (&body.regions, body.what, shown(body.name));
-    let mut at = |message: String, label: &str, help: &str| {
+    let mut report = |message: String, label: &str, help: &str| {
         let mut diagnostic = Diagnostic::at(&body.span, message).label(label).help(help);
         if let Some(span) = walls_span {
             diagnostic = diagnostic.related(span, "the walls");
@@ -256,7 +262,7 @@ fn check_in_walls(
         let misses =
             |region: &Box3| (0..3).any(|a| region.max[a] <= walls.min[a] || region.min[a] >= walls.max[a]);
         if regions.iter().all(misses) {
-            at(
+            report(
                 format!("the slab \"{name}\" lies outside the walls"),
                 "of no effect",
                 "move it, or leave it out",
@@ -268,13 +274,13 @@ fn check_in_walls(
     let at_wall =
         |region: &Box3| (0..3).any(|a| region.min[a] == walls.min[a] || region.max[a] == walls.max[a]);
     if let Some(axis) = (0..3).find(|&a| regions.iter().any(|region| outside(a, region))) {
-        at(
+        report(
             format!("the {what} \"{name}\" reaches outside the walls along {}", AXES[axis]),
             "not inside the walls",
             "make `walls` in [surroundings] larger, or move the body",
         );
     } else if boundary == Wall::Grounded && what == "conductor" && regions.iter().any(at_wall) {
-        at(
+        report(
             format!("the conductor \"{name}\" touches the grounded wall, which would short it"),
             "shares a point with the walls",
             "leave a gap between the two",
@@ -282,13 +288,13 @@ fn check_in_walls(
     }
 }
 
-/// Checks that a conductor is driven: without one there is no capacitance matrix.
+/// Checks that a conductor is held at a potential: if all of them float, there is no capacitance matrix.
 fn check_one_is_driven(conductors: &[Option<PlacedBoxes<'_>>], raw: &Document, log: &mut Log<'_>) {
     let all_float = conductors.iter().all(|c| c.as_ref().is_some_and(|b| b.floating_charge.is_some()));
     let (true, None, Some(first)) = (all_float, raw.pair(), conductors.iter().flatten().next()) else {
         return;
     };
-    let charge = given(&raw.conductor).and_then(|all| all.first()?.get()?.charge.as_ref());
+    let charge = given(&raw.conductor).and_then(|bodies| bodies.first()?.get()?.charge.as_ref());
     refuse_all_floating(charge.map_or(&first.span, |read| &read.span), first.name, log);
 }
 

@@ -41,14 +41,14 @@ pub(crate) fn write_out(raw: &mut Document, log: &mut Log<'_>) {
         return;
     }
     let span = raw.electrodes.as_ref().map_or(0..0, |read| read.span.clone());
-    let held = |name: &str| {
+    let is_on_terminal = |name: &str| {
         let terminals = given(&raw.terminal).into_iter().flatten().filter_map(Read::get);
         let names = terminals.flat_map(|terminal| terminal.conductors.get().into_iter().flatten());
         names.filter_map(Read::get).any(|text| text.0 == name)
     };
     let guards: Vec<Read<raw::Terminal>> = guards
         .into_iter()
-        .filter(|(name, _)| !held(name))
+        .filter(|(name, _)| !is_on_terminal(name))
         .map(|(name, span)| grounded(&name, &span))
         .collect();
     put_before(&mut raw.conductor, conductors, &span);
@@ -82,12 +82,15 @@ fn grounded(name: &str, span: &Range<usize>) -> Read<raw::Terminal> {
 fn each<T>(form: &Option<Read<raw::OneOrMore<T>>>) -> Vec<(&T, &Range<usize>)> {
     let Some(read) = form else { return Vec::new() };
     match read.get() {
-        Some(Either::First(all)) => all.iter().filter_map(|read| Some((read.get()?, &read.span))).collect(),
-        Some(Either::Second(one)) => vec![(one, &read.span)],
+        Some(Either::First(tables)) => {
+            tables.iter().filter_map(|read| Some((read.get()?, &read.span))).collect()
+        }
+        Some(Either::Second(table)) => vec![(table, &read.span)],
         None => Vec::new(),
     }
 }
 
+/// Refuses a second pair of electrodes.
 fn check_one_pair(forms: &raw::Electrodes, log: &mut Log<'_>) {
     if let (Some(first), Some(second)) = (&forms.in_plane_pair, &forms.stacked_pair) {
         let [first, second] = match first.span.start < second.span.start {
@@ -108,6 +111,7 @@ fn check_one_pair(forms: &raw::Electrodes, log: &mut Log<'_>) {
 /// The name, place and attachment that all forms have.
 struct Frame<'a> {
     name: String,
+    /// The place of the form in the file.
     span: &'a Range<usize>,
     /// The range along x2, m.
     x2: [f64; 2],
@@ -123,10 +127,12 @@ impl Frame<'_> {
     }
 }
 
+/// A value with this place in the file.
 fn read_at<T>(span: &Range<usize>, value: T) -> Read<T> {
     Read { span: span.clone(), value: Some(value) }
 }
 
+/// Collects the conductors that forms stand for.
 struct Writer {
     /// The thickness of the layer, m, if the document has one.
     thickness: Option<f64>,
@@ -138,7 +144,7 @@ struct Writer {
 /// The keys that give the place of a form.
 struct Place<'a> {
     name: &'a Option<Read<Text>>,
-    otherwise: &'a str,
+    default_name: &'a str,
     on: &'a Option<Read<raw::On>>,
     height: &'a Option<Read<Position>>,
     thickness: &'a Read<Height>,
@@ -147,10 +153,10 @@ struct Place<'a> {
 
 /// The place of a form, from the keys that all forms have.
 macro_rules! place {
-    ($form:expr, $otherwise:expr) => {
+    ($form:expr, $default_name:expr) => {
         Place {
             name: &$form.name,
-            otherwise: $otherwise,
+            default_name: $default_name,
             on: &$form.on,
             height: &$form.height,
             thickness: &$form.thickness,
@@ -182,6 +188,7 @@ impl Writer {
         self.guard(&frame, &comb.guard, [half, inner + bus])
     }
 
+    /// Expands an array into its pads, and into their common plate if it has one.
     fn array(&mut self, (array, span): (&raw::Array, &Range<usize>), log: &mut Log<'_>) -> Option<()> {
         let frame = self.frame(&place!(array, "pad"), span, log)?;
         let [rows, columns] = array.pads.get()?;
@@ -201,13 +208,13 @@ impl Writer {
             }
             (None, Some(read)) => [si(read)?; 2],
             (first, _) => {
-                let at = first.as_ref().map_or(span, |read| &read.span);
+                let place = first.as_ref().map_or(span, |read| &read.span);
                 let message = match first {
                     Some(_) => "pads have either a `size` or a `diameter`",
                     None => "the pads of an array lack `size` or `diameter`",
                 };
                 log.push(
-                    Diagnostic::at(at, message)
+                    Diagnostic::at(place, message)
                         .label("the shape of the pads is not known")
                         .help("write for example `size = [\"3 mm\", \"3 mm\"]`, or `diameter = \"3 mm\"`"),
                 );
@@ -290,7 +297,8 @@ impl Writer {
         let distance = |side: u32| inner + f64::from(side) * growth;
         let arm = |sign: f64| -> Vec<Rectangle> {
             let side = |n: u32| {
-                // Directions +x1, +x3, -x1, -x3 from the centre; the trace runs across from the side before to the one after.
+                // Directions +x1, +x3, -x1, -x3 from the centre; the trace runs across from the side before
+                // to the one after.
                 let before = if n == 0 { 0.0 } else { distance(n - 1) + 0.5 * width };
                 let (near, far) = (distance(n) - 0.5 * width, distance(n) + 0.5 * width);
                 let after = distance(n + 1) + 0.5 * width;
@@ -316,6 +324,7 @@ impl Writer {
         self.guard(&frame, &spiral.guard, [distance(4 * turns) + 0.5 * width; 2])
     }
 
+    /// Expands a ring or disc, with a ring as its guard.
     fn ring(&mut self, (ring, span): (&raw::Ring, &Range<usize>), log: &mut Log<'_>) -> Option<()> {
         let frame = self.frame(&place!(ring, "ring"), span, log)?;
         self.disc(&frame, &frame.name, [0.0; 2], &ring.diameter, &ring.inner_diameter, log)?;
@@ -333,7 +342,7 @@ impl Writer {
     fn frame<'a>(&self, place: &Place<'_>, span: &'a Range<usize>, log: &mut Log<'_>) -> Option<Frame<'a>> {
         let name = match place.name {
             Some(read) => read.get()?.0.clone(),
-            None => place.otherwise.to_owned(),
+            None => place.default_name.to_owned(),
         };
         let thick = place.thickness.get()?.si;
         let on = match place.on {
@@ -389,10 +398,11 @@ impl Writer {
             frame.read(raw::BoxRegion { min: corner(*min, frame.x2[0]), max: corner(*max, frame.x2[1]) })
         };
         let boxes = Some(frame.read(parts.iter().map(part).collect::<Vec<_>>()));
-        self.add(frame, name, raw::Conductor { boxes, ..nothing(frame.span) });
+        self.add(frame, name, raw::Conductor { boxes, ..shapeless(frame.span) });
     }
 
-    /// Adds a round conductor about a point, which is relative to the middle of the form.
+    /// Adds a disc, or a ring, about a point, which is relative to the middle of the form; refuses a hole as
+    /// large as the disc.
     fn disc(
         &mut self,
         frame: &Frame<'_>,
@@ -420,6 +430,7 @@ impl Writer {
         Some(())
     }
 
+    /// Adds a disc, or a ring, of these radii about a point, which is relative to the middle of the form.
     fn round(&mut self, frame: &Frame<'_>, name: &str, middle: [f64; 2], radius: f64, hole: Option<f64>) {
         let base = [middle[0] + frame.center[0], frame.x2[0], middle[1] + frame.center[1]];
         let cylinder = raw::Tube {
@@ -430,9 +441,10 @@ impl Writer {
             height: frame.read(Height::of(frame.x2[1] - frame.x2[0])),
         };
         let cylinder = Some(frame.read(cylinder));
-        self.add(frame, name, raw::Conductor { cylinder, ..nothing(frame.span) });
+        self.add(frame, name, raw::Conductor { cylinder, ..shapeless(frame.span) });
     }
 
+    /// Adds a conductor with this name, which moves with what its form is attached to.
     fn add(&mut self, frame: &Frame<'_>, name: &str, conductor: raw::Conductor) {
         let name = frame.read(Text(name.to_owned()));
         let attached = frame.attached.map(|to| frame.read(to));
@@ -460,7 +472,7 @@ impl Writer {
 }
 
 /// A conductor without a shape.
-fn nothing(span: &Range<usize>) -> raw::Conductor {
+fn shapeless(span: &Range<usize>) -> raw::Conductor {
     raw::Conductor {
         name: Read { span: span.clone(), value: None },
         r#box: None,
@@ -483,10 +495,12 @@ fn rectangle(x1: [f64; 2], x3: [f64; 2]) -> Rectangle {
     [[x1[0], x3[0]], [x1[1], x3[1]]]
 }
 
+/// The value in SI units, if it could be read.
 fn si(read: &Read<Size>) -> Option<f64> {
     Some(read.get()?.si)
 }
 
+/// The count, if it is from `least` to [`MOST_PARTS`]; `rule` is the message for one below `least`.
 fn count(read: &Read<Count>, least: u32, rule: &str, log: &mut Log<'_>) -> Option<u32> {
     let number = read.get()?.0;
     if number < least {
@@ -504,6 +518,7 @@ fn count(read: &Read<Count>, least: u32, rule: &str, log: &mut Log<'_>) -> Optio
     Some(number)
 }
 
+/// Reports a form of more than [`MOST_PARTS`] parts.
 fn too_many(span: &Range<usize>, what: &str, log: &mut Log<'_>) {
     log.push(
         Diagnostic::at(span, format!("more {what} in one form than elastocap takes, which is {MOST_PARTS}"))

@@ -23,6 +23,7 @@ use super::shapes::{Located, check_one_is_driven};
 pub(super) struct Imported {
     /// The bodies as groups of the mesh.
     pub bodies: Vec<Body>,
+    /// The mesh with its roles.
     pub mesh: ImportedMesh,
     /// The bodies by their shapes, if these are simple enough for other solvers.
     pub shapes: Option<Shapes>,
@@ -31,6 +32,7 @@ pub(super) struct Imported {
 /// The bodies of a mesh by their shapes.
 pub(super) struct Shapes {
     pub bodies: Vec<Body>,
+    /// The extent of the field.
     pub extent: Extent,
 }
 
@@ -47,10 +49,12 @@ pub(super) fn any_physical(raw: &Document) -> bool {
         || dielectrics(raw).iter().filter_map(Read::get).any(|d| d.physical.is_some())
 }
 
+/// The conductors of the file.
 fn conductors(raw: &Document) -> &[Read<raw::Conductor>] {
     given(&raw.conductor).map_or(&[], Vec::as_slice)
 }
 
+/// The dielectrics of the file.
 fn dielectrics(raw: &Document) -> &[Read<raw::Dielectric>] {
     given(&raw.dielectric).map_or(&[], Vec::as_slice)
 }
@@ -120,7 +124,7 @@ pub(super) fn bodies(
     Some(Imported { bodies: scene.bodies, mesh: ImportedMesh { file, tets, unnamed }, shapes })
 }
 
-/// Checks that there is no layer beside the mesh.
+/// Refuses a layer beside the mesh; true if there is none.
 fn no_layer(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
     if raw.layer.is_some() {
         log.push(
@@ -158,17 +162,17 @@ fn tets_of(
     None
 }
 
-/// Refuses a single driven conductor in a mesh whose outer faces are all insulated.
+/// Refuses a single driven conductor in a mesh whose outer faces are all insulated; false if it is one.
 fn flux_has_an_end(
     tets: &TetMesh,
     scene: &Scene,
     spans: &[(String, Range<usize>)],
     log: &mut Log<'_>,
 ) -> bool {
-    let ends = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
-    let ends = ends || scene.conductors().any(|c| c.potential == Potential::Grounded);
+    let at_boundary = tets.boundary.iter().any(|f| !matches!(f.role, FaceRole::Conductor(_)));
+    let has_end = at_boundary || scene.conductors().any(|c| c.potential == Potential::Grounded);
     let mut driven = scene.conductors().filter(|c| c.potential == Potential::Driven);
-    let ((Some(only), None), false) = ((driven.next(), driven.next()), ends) else { return true };
+    let ((Some(only), None), false) = ((driven.next(), driven.next()), has_end) else { return true };
     let named = spans.iter().find(|(name, _)| *name == only.body.name);
     let span = named.map(|(_, span)| span.clone()).unwrap_or_default();
     log.push(
@@ -198,7 +202,7 @@ fn lacks_mesh(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Refuses bodies of another form than `physical`.
+/// Refuses bodies of another form than `physical`; true if there are none.
 fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) -> bool {
     let forms = conductors(raw).iter().filter_map(|c| {
         let conductor = c.get()?;
@@ -226,7 +230,7 @@ fn all_physical(raw: &Document, table: &Read<raw::MeshFile>, log: &mut Log<'_>) 
     others.is_empty()
 }
 
-// `physical` first: a second form next to it is reported elsewhere.
+/// The form of a conductor: `physical` if it is given, since a second form beside it is reported elsewhere.
 fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
     let raw::Conductor {
         r#box,
@@ -253,6 +257,7 @@ fn form_of_conductor(body: &raw::Conductor) -> Option<Form<'_>> {
         .or_else(|| span("surface", surface))
 }
 
+/// The form of a dielectric, as for a conductor.
 fn form_of_dielectric(body: &raw::Dielectric) -> Option<Form<'_>> {
     let raw::Dielectric { r#box, slab, sphere, capsule, cylinder, extrusion, surface, physical, .. } = body;
     span("physical", physical)
@@ -265,10 +270,12 @@ fn form_of_dielectric(body: &raw::Dielectric) -> Option<Form<'_>> {
         .or_else(|| span("surface", surface))
 }
 
+/// The form of this key, if it is given.
 fn span<'a, T>(key: &'static str, read: &'a Option<Read<T>>) -> Option<Form<'a>> {
     read.as_ref().map(|read| (key, &read.span))
 }
 
+/// The mesh in the file; `None` if it cannot be used, with the reason in the log.
 fn read(table: &raw::MeshFile, origin: &Path, log: &mut Log<'_>) -> Option<VolumeMesh> {
     let path = origin.parent().unwrap_or(Path::new("")).join(&table.file.get()?.0);
     let placement = Placement { unit: table.unit.get()?.si, translate: [0.0; 3] };
@@ -285,12 +292,14 @@ fn read(table: &raw::MeshFile, origin: &Path, log: &mut Log<'_>) -> Option<Volum
     }
 }
 
+/// The conductor in a group of the mesh; `None` if it is invalid, with the reason in the log.
 fn conductor(body: &raw::Conductor, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Located> {
     let read = body.physical.as_ref()?;
     let shape = group(read, 2, mesh, log)?;
     Some((conductor_of(body, vec![shape])?, read.span.clone()))
 }
 
+/// The dielectric in a group of the mesh; `None` if it is invalid, with the reason in the log.
 fn dielectric(body: &raw::Dielectric, mesh: &VolumeMesh, log: &mut Log<'_>) -> Option<Body> {
     let shape = group(body.physical.as_ref()?, 3, mesh, log)?;
     let relative_permittivity = body.relative_permittivity.get()?.value;
@@ -341,19 +350,20 @@ fn group(read: &Read<Text>, least: u8, mesh: &VolumeMesh, log: &mut Log<'_>) -> 
 
 /// The number of elements in the groups of this name.
 fn size(mesh: &VolumeMesh, name: &str, least: u8) -> usize {
-    let is = |group: u32| {
+    let is_named = |group: u32| {
         let group = (group as usize).checked_sub(1).and_then(|k| mesh.groups.get(k));
         group.is_some_and(|g| g.name == name && g.dimension >= least)
     };
-    mesh.tet_groups.iter().chain(&mesh.face_groups).filter(|&&g| is(g)).count()
+    mesh.tet_groups.iter().chain(&mesh.face_groups).filter(|&&g| is_named(g)).count()
 }
 
+/// Refuses two conductors of the same group.
 fn check_one_each(placed: &[Located], log: &mut Log<'_>) {
-    for (k, (second, at)) in placed.iter().enumerate() {
+    for (k, (second, span)) in placed.iter().enumerate() {
         if let Some((first, before)) = placed[..k].iter().find(|(first, _)| first.parts == second.parts) {
             log.push(
                 Diagnostic::at(
-                    at,
+                    span,
                     format!(
                         "\"{}\" and \"{}\" are the same physical group",
                         shown(&first.name),

@@ -9,6 +9,7 @@ use super::super::reader::{Log, Read};
 use super::given;
 use crate::material;
 
+/// The boundary condition at the end of the layer.
 pub(super) fn end(raw: &raw::LayerEnd) -> LayerEnd {
     match raw {
         raw::LayerEnd::Free => LayerEnd::Free,

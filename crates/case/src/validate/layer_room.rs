@@ -12,12 +12,13 @@ use super::layered::micrometres;
 use super::placed_boxes::PlacedBoxes;
 use super::regions::AXES;
 
-/// The layer that bodies lie in or beside.
+/// The layer, as far as it decides where bodies may lie.
 pub(super) struct LayerRoom {
     /// The thickness, m.
     thickness: f64,
     /// Half of the size along x1 and x3, m; infinite where it does not matter.
     half: [f64; 2],
+    /// Whether there are load steps.
     is_loaded: bool,
     /// Whether the top stays a plane under every load, so that bodies may ride on it.
     stays_flat: bool,
@@ -70,8 +71,8 @@ impl LayerRoom {
 }
 
 impl LayerRoom {
-    /// The possible values of `attached` for a body above the layer, in words. Under a metal indenter the
-    /// body would be one conductor with it.
+    /// The possible values of `attached` for a body above the layer, in words. A body that touched a metal
+    /// indenter would be one conductor with it.
     fn carriers(&self) -> &'static str {
         match (self.stays_flat, self.under_metal) {
             (true, true) => "`attached = \"layer-top\"`, beside the indenter",
@@ -82,6 +83,8 @@ impl LayerRoom {
     }
 }
 
+/// Checks that all parts of a body lie where bodies of its purpose may; `faces` are what is below and above
+/// the layer.
 pub(super) fn check_body(body: &PlacedBoxes<'_>, layer: &LayerRoom, faces: [Face; 2], log: &mut Log<'_>) {
     for region in &body.regions {
         let has_place = match body.purpose {
@@ -103,7 +106,7 @@ fn is_inside_layer(
     log: &mut Log<'_>,
 ) -> bool {
     let (what, name) = (body.what, shown(body.name));
-    let mut at = |message: String, label: String, help: &str| {
+    let mut report = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
     let thickness = layer.thickness;
@@ -112,7 +115,7 @@ fn is_inside_layer(
             true => format!("write what it is attached to instead: {}", layer.carriers()),
             false => "move it into the layer, or make it of two bodies".to_owned(),
         };
-        at(
+        report(
             format!("the {what} \"{name}\" moves with the layer, and reaches out of it"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
             &help,
@@ -122,7 +125,7 @@ fn is_inside_layer(
     for (axis, half, end) in [(0, layer.half[0], "end"), (2, layer.half[1], "side")] {
         let reach = region.max[axis].max(-region.min[axis]);
         if reach > half && !body.is_slab {
-            at(
+            report(
                 format!("the {what} \"{name}\" moves with the layer, and reaches beyond its {end}"),
                 format!("the layer ends {} from the middle along {}", micrometres(half), AXES[axis]),
                 "make the layer larger, or the body smaller",
@@ -133,7 +136,7 @@ fn is_inside_layer(
     let [below, above] = faces;
     let touches = [(below, region.min[1] == 0.0), (above, region.max[1] == thickness)];
     if what == "conductor" && touches.contains(&(Face::Grounded, true)) {
-        at(
+        report(
             format!("the conductor \"{name}\" touches the grounded face of the layer, which would short it"),
             "shares a point with it".to_owned(),
             "leave a gap between the two",
@@ -143,28 +146,29 @@ fn is_inside_layer(
     true
 }
 
-/// Checks that a part of a body, between two heights, may stand beside the layer.
+/// Checks that a part of a body that does not move with the material, between two heights, has its place
+/// below or above the layer; without a load it may also lie in it.
 fn is_apart_from_layer(
     body: &PlacedBoxes<'_>,
     [low, high]: [f64; 2],
-    room: &LayerRoom,
+    layer: &LayerRoom,
     [below, above]: [Face; 2],
     log: &mut Log<'_>,
 ) -> bool {
-    let &LayerRoom { thickness, is_loaded, .. } = room;
+    let &LayerRoom { thickness, is_loaded, .. } = layer;
     let (what, name) = (body.what, shown(body.name));
     let is_conductor = what == "conductor";
-    let mut at = |message: String, label: String, help: &str| {
+    let mut report = |message: String, label: String, help: &str| {
         log.push(Diagnostic::at(&body.span, message).label(label).help(help));
     };
-    // A body on the top would stay behind when the top sinks, unless it is attached or has no charge.
+    // A conductor on the top that is not attached would stay behind when the top sinks.
     let is_fixed = body.purpose == Purpose::Fixed;
     let stays_behind = is_conductor && is_loaded && is_fixed && low == thickness && high > 0.0;
     if is_loaded && high > 0.0 && low < thickness {
-        at(
+        report(
             format!("the {what} \"{name}\" reaches into the layer"),
             format!("the layer is between x2 = 0 and x2 = {}", micrometres(thickness)),
-            match (room.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
+            match (layer.is_moved, body.is_boxes && low >= 0.0 && high <= thickness) {
                 (false, true) => {
                     "add `attached = \"layer\"` if it moves with the layer's material, or move it below x2 = 0 or above the layer"
                 }
@@ -177,10 +181,10 @@ fn is_apart_from_layer(
         );
         return false;
     } else if stays_behind {
-        at(
+        report(
             format!("the {what} \"{name}\" lies on the layer, and stays where it is when the layer sinks"),
             "not attached".to_owned(),
-            &format!("add {}, or leave a gap", room.carriers()),
+            &format!("add {}, or leave a gap", layer.carriers()),
         );
         return false;
     }
@@ -192,7 +196,7 @@ fn is_apart_from_layer(
     let reach = if is_below { -low } else { high - thickness };
     match face {
         Face::Insulated | Face::Grounded => {
-            at(
+            report(
                 format!("the {what} \"{name}\" lies where there is no field"),
                 format!("the field ends at the plane {side} the layer"),
                 &format!("give `{side}` in [surroundings] a medium, or leave the body out"),
@@ -202,7 +206,7 @@ fn is_apart_from_layer(
         Face::Medium { thickness: Some(depth), then, .. } if then != Wall::Open => {
             let shorted = is_conductor && then == Wall::Grounded && reach >= depth;
             if shorted || (reach > depth && !body.is_slab) {
-                at(
+                report(
                     format!("the {what} \"{name}\" reaches the wall {side} the layer"),
                     format!("the wall is {} from the layer", micrometres(depth)),
                     &format!("make the medium `{side}` thicker, or move the body"),

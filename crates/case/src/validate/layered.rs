@@ -11,6 +11,7 @@ use super::super::values::Either;
 use super::given;
 use crate::material::{self, Material};
 
+/// The layer; `None` if it is invalid or lacks what the case needs, with the reason in the log.
 pub(super) fn layer(
     read: &Read<raw::Layer>,
     wants_capacitance: bool,
@@ -116,6 +117,7 @@ impl<'a> Pair<'a> {
     }
 }
 
+/// The pair of electrodes in the layer; `None` if it is invalid, with the reason in the log.
 pub(super) fn electrodes(
     read: &Read<raw::Electrodes>,
     wants_mechanics: bool,
@@ -156,7 +158,8 @@ fn half_extent(electrodes: &Electrodes) -> f64 {
     }
 }
 
-/// The rounding of a sum of lengths that were read from text, relative to the layer.
+/// The rounding of a sum of lengths that were read from text, relative to the layer. Not tuned: it only has
+/// to lie above rounding errors and below errors that matter.
 const ROUNDING: f64 = 1e-12;
 
 /// Refuses electrodes that protrude from the layer; touching a face is allowed.

@@ -12,7 +12,7 @@ use super::super::raw::{self, Document, MeasuredColumn};
 use super::super::reader::{Log, Read, nearest};
 use super::super::units::{self, CAPACITANCE, Dimension, FORCE, LENGTH};
 use super::super::values::Either;
-use super::any;
+use super::has_entries;
 
 /// The largest size of the file, bytes.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -27,15 +27,18 @@ struct Column<'a> {
     name: &'a str,
     /// The place in the case that names the column.
     span: &'a Range<usize>,
+    /// A number of the column times this factor is its value in SI units.
     factor: f64,
 }
 
 /// The columns and rows that hold the points.
 struct Layout<'a> {
     load: Column<'a>,
+    /// The kind of load in the column `load`.
     kind: MeasuredLoad,
     capacitance: Column<'a>,
     deviation: Option<Column<'a>>,
+    /// A column and the text that it has in the rows to read; `None` for all rows.
     rows: Option<(Column<'a>, &'a str)>,
 }
 
@@ -58,7 +61,9 @@ pub(super) fn measured_points(
         Some(read) => Some(read.get()?.si),
         None => None,
     };
-    if let (Some(given), Some(column)) = (&table.deviation, layout.as_ref().and_then(|all| all.deviation)) {
+    if let (Some(given), Some(column)) =
+        (&table.deviation, layout.as_ref().and_then(|layout| layout.deviation))
+    {
         log.push(
             Diagnostic::at(&given.span, "the deviation of [measurement] is given twice")
                 .label("here for all points")
@@ -67,7 +72,7 @@ pub(super) fn measured_points(
         );
         return None;
     }
-    let correction = correction(table, layout.as_ref().map(|all| all.kind), log)?;
+    let correction = correction(table, layout.as_ref().map(|layout| layout.kind), log)?;
     let file = &table.file;
     let (name, layout) = (file.get()?.0.as_str(), layout?);
     let path = origin.parent().unwrap_or(Path::new("")).join(name);
@@ -139,7 +144,7 @@ fn check_use(read: &Read<raw::MeasurementFile>, raw: &Document, log: &mut Log<'_
                 .label("there is no curve to compare the points with")
                 .help("add for example `[load]` with `compression = { from = 0.0, to = 0.3, points = 7 }`"),
         );
-    } else if raw.electrodes.is_none() && !any(&raw.conductor) {
+    } else if raw.electrodes.is_none() && !has_entries(&raw.conductor) {
         log.push(
             Diagnostic::at(&read.span, "[measurement] needs [electrodes] or a [[conductor]]")
                 .label("there is no capacitance to compare the points with")
@@ -148,6 +153,7 @@ fn check_use(read: &Read<raw::MeasurementFile>, raw: &Document, log: &mut Log<'_
     }
 }
 
+/// The columns and rows to read; `None` if they are invalid, with the reason in the log.
 fn layout<'a>(
     columns: &'a raw::MeasuredColumns,
     span: &Range<usize>,
@@ -227,9 +233,9 @@ fn column<'a>(
             None
         }
         (Some(dimension), Some((text, at))) => {
-            let one = format!("1 {text}");
+            let one_unit = format!("1 {text}");
             let known =
-                units::parse(&one).ok().filter(|unit| unit.dimension == dimension).map(|unit| unit.si);
+                units::parse(&one_unit).ok().filter(|unit| unit.dimension == dimension).map(|unit| unit.si);
             if known.is_none() {
                 let near = units::nearest_unit(text, dimension).unwrap_or(usual_unit(dimension));
                 log.push(
@@ -244,6 +250,7 @@ fn column<'a>(
     Some(Column { name, span, factor: factor? })
 }
 
+/// The unit that messages propose for a column.
 fn usual_unit(dimension: Dimension) -> &'static str {
     if dimension == FORCE {
         "N"
@@ -275,6 +282,8 @@ fn text_of(path: &Path) -> Result<String, NoText> {
     String::from_utf8(elastocap_files::read(path, LARGEST_FILE)?).map_err(|_| NoText::NotUtf8)
 }
 
+/// The points in the text of a file. `constant` is the deviation of all points, if it is given, and `file`
+/// the place of the file's name in the case.
 fn points(
     text: &str,
     path: &Path,
@@ -382,6 +391,7 @@ fn line_of(text: &str, at: &csv::Position) -> u64 {
 /// Whether one of the first lines of a file has a number under a name. If not, the file may be anything, and
 /// messages show nothing of it.
 fn is_table(text: &str) -> bool {
+    // Not tuned: names of columns come before the numbers.
     const LOOKED_AT: usize = 20;
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
@@ -391,6 +401,7 @@ fn is_table(text: &str) -> bool {
     has_names && reader.records().take(LOOKED_AT).flatten().any(|record| has_number(&record))
 }
 
+/// The message for a column that the file does not have.
 fn no_column(column: &Column<'_>, names: &csv::StringRecord, file: &str) -> Diagnostic {
     let near = nearest(column.name, names.iter());
     let listed: Vec<String> = names.iter().take(MAX_NAMES).map(|name| format!("`{}`", shown(name))).collect();

@@ -10,7 +10,7 @@ use super::punch_contact::contact;
 use super::{given, solid};
 use crate::material;
 
-/// The default of the relative discretisation error of the force.
+/// The default tolerance of the relative discretisation error of the force.
 const DEFAULT_TOLERANCE: f64 = 5e-3;
 
 pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log<'_>) -> Option<Mechanics> {
@@ -34,8 +34,8 @@ pub(super) fn mechanics(raw: &raw::Mechanics, document: &Document, log: &mut Log
     }
 }
 
-/// Checks the material for the closed form, which needs an incompressible one whose stress is linear in B and
-/// its inverse, or a foam.
+/// Checks that the closed form covers the material: an incompressible one whose stress is linear in the left
+/// Cauchy-Green tensor and its inverse, or a foam.
 fn check_closed_form(document: &Document, log: &mut Log<'_>) {
     let Some(read) = given(&document.layer).and_then(|layer| layer.material.as_ref()) else { return };
     let Some(table) = read.get() else { return };
@@ -117,15 +117,15 @@ fn punch(raw: &raw::FlatPunch, log: &mut Log<'_>) -> Option<Indenter> {
     Some(Indenter::FlatPunch { half_width, contact, position })
 }
 
-/// Checks that the layer has a length, and that the indenter presses on it. Only a punch in contact may reach
-/// over a free end.
+/// Checks that the layer has a half-length, and that the indenter presses on it. Only a punch without
+/// friction may reach over the end, where that is free.
 fn check_length(model: &PlaneStrain, raw: &raw::PlaneStrain, document: &Document, log: &mut Log<'_>) {
     let Some(length) = half_length(document, "[mechanics.plane_strain]", log) else { return };
     let Some(half_length) = length.get().map(|size| size.si) else { return };
-    let ends = model.end != LayerEnd::Far;
+    let end_is_free = model.end != LayerEnd::Far;
     let reach = match model.indenter {
         Indenter::WholeTop => return,
-        Indenter::FlatPunch { half_width, position, contact: PunchContact::Smooth { .. } } if ends => {
+        Indenter::FlatPunch { half_width, position, contact: PunchContact::Smooth { .. } } if end_is_free => {
             position.abs() - half_width
         }
         Indenter::FlatPunch { half_width, position, .. } => position.abs() + half_width,

@@ -48,7 +48,7 @@ fn given<T>(read: &Option<Read<T>>) -> Option<&T> {
 }
 
 /// Whether the array is present with entries in it, or could not be read.
-fn any<T>(array: &Option<Read<Vec<T>>>) -> bool {
+fn has_entries<T>(array: &Option<Read<Vec<T>>>) -> bool {
     array.as_ref().is_some_and(|array| array.get().is_none_or(|entries| !entries.is_empty()))
 }
 
@@ -63,7 +63,7 @@ pub(super) fn validate(
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Case> {
-    let wants_capacitance = raw.electrodes.is_some() || any(&raw.conductor);
+    let wants_capacitance = raw.electrodes.is_some() || has_entries(&raw.conductor);
     let wants_mechanics = raw.load.is_some();
     if !flawed {
         check_presence(raw, wants_capacitance, log);
@@ -71,12 +71,12 @@ pub(super) fn validate(
 
     let layer = raw.layer.as_ref().map(|l| layered::layer(l, wants_capacitance, wants_mechanics, log));
     foam::check(raw, log);
-    let of_pair = raw.pair();
-    let electrodes = of_pair.map(|e| layered::electrodes(e, wants_mechanics, log));
+    let pair_read = raw.pair();
+    let electrodes = pair_read.map(|e| layered::electrodes(e, wants_mechanics, log));
     let load = raw.load.as_ref().map(|l| steps::load(l, log));
     steps::check_change(raw, load.as_ref(), log);
     if let (Some(read), Some(electrodes), Some(layer)) =
-        (of_pair, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
+        (pair_read, electrodes.as_ref().and_then(Option::as_ref), given(&raw.layer))
     {
         layered::check_fit(read, electrodes, layer, log);
     }
@@ -92,9 +92,9 @@ pub(super) fn validate(
     ) {
         layered::check_shorted(electrodes, layer, surroundings, raw, log);
     }
-    let surroundings_read = surroundings.as_ref().and_then(Option::as_ref);
+    let checked_surroundings = surroundings.as_ref().and_then(Option::as_ref);
     let indenter = raw.indenter.as_ref().map(|read| {
-        indenter::indenter(read, raw, mechanics.as_ref().and_then(Option::as_ref), surroundings_read, log)
+        indenter::indenter(read, raw, mechanics.as_ref().and_then(Option::as_ref), checked_surroundings, log)
     });
     // An unreadable indenter counts as present.
     indenter::check_approach(
@@ -107,26 +107,28 @@ pub(super) fn validate(
     let joined = terminals.as_ref().map_or(&[][..], |(terminals, _)| terminals);
     let mut mesh = None;
     let bodies = if imported::any_physical(raw) {
-        imported::bodies(raw, flawed, surroundings_read, joined, origin, log).map(|imported| {
+        imported::bodies(raw, flawed, checked_surroundings, joined, origin, log).map(|imported| {
             mesh = Some(imported.mesh);
             (imported.bodies, imported.shapes)
         })
     } else if !shapes::any_shaped(raw) {
-        bodies::bodies(raw, surroundings_read, pair, joined, log).map(|bodies| (bodies, None))
+        bodies::bodies(raw, checked_surroundings, pair, joined, log).map(|bodies| (bodies, None))
     } else if raw.layer.is_some() {
-        shapes::with_layer(raw, surroundings_read, (pair, joined), origin, log).map(|bodies| (bodies, None))
+        shapes::with_layer(raw, checked_surroundings, (pair, joined), origin, log)
+            .map(|bodies| (bodies, None))
     } else {
-        shapes::without_layer(raw, surroundings_read, joined, origin, log).map(|bodies| (bodies, None))
+        shapes::without_layer(raw, checked_surroundings, joined, origin, log).map(|bodies| (bodies, None))
     };
-    // Groups of a mesh by their shapes, if they have any.
+    // The bodies as shapes; those of a mesh only if their shapes are simple enough for other solvers.
     let as_shapes = bodies.as_ref().and_then(|(bodies, shapes)| match (&mesh, shapes) {
         (Some(_), shapes) => shapes.as_ref().map(|shapes| &shapes.bodies),
         (None, _) => Some(bodies),
     });
-    let as_boxes = as_shapes.filter(|_| may_be(raw, raw::FieldSolver::Boxes)).and_then(|bodies| {
-        let boundary = surroundings_read.map(|all| all.boundary);
-        recognised::as_boxes(bodies, &shapes::perforated(raw), joined, boundary, &electrostatics(raw)?)
-    });
+    let as_boxes =
+        as_shapes.filter(|_| may_be_recognised_for(raw, raw::FieldSolver::Boxes)).and_then(|bodies| {
+            let boundary = checked_surroundings.map(|surroundings| surroundings.boundary);
+            recognised::as_boxes(bodies, &shapes::perforated(raw), joined, boundary, &electrostatics(raw)?)
+        });
     let any_shaped = imported::any_physical(raw) || shapes::any_shaped(raw);
     if !any_shaped {
         check_order(raw, log);
@@ -134,10 +136,10 @@ pub(super) fn validate(
         check_solver(raw, log);
     }
     let as_extrusions = || {
-        let shapes = as_shapes.filter(|_| may_be(raw, raw::FieldSolver::Extruded))?;
+        let shapes = as_shapes.filter(|_| may_be_recognised_for(raw, raw::FieldSolver::Extruded))?;
         recognised::as_extrusions(shapes, mesh.is_some())
     };
-    let found = as_boxes.or_else(as_extrusions);
+    let simpler = as_boxes.or_else(as_extrusions);
     let (bodies, shapes) = bodies?;
     let (terminals, measured) = terminals?;
     let poses = match &raw.load {
@@ -148,13 +150,13 @@ pub(super) fn validate(
     let measured_points =
         raw.measurement.as_ref().map(|read| measured_points::measured_points(read, raw, flawed, origin, log));
     let mut surroundings = all_given(surroundings)?;
-    let (bodies, recognised) = match found {
-        Some(found) => {
+    let (bodies, recognised) = match simpler {
+        Some(simpler) => {
             mesh = None;
-            if let (Some(all), Some(shapes)) = (&mut surroundings, shapes) {
-                all.extent = shapes.extent;
+            if let (Some(surroundings), Some(shapes)) = (&mut surroundings, shapes) {
+                surroundings.extent = shapes.extent;
             }
-            found
+            simpler
         }
         None => (bodies, Vec::new()),
     };
@@ -183,7 +185,7 @@ pub(super) fn validate(
     Some(case)
 }
 
-/// Turns "present, but unreadable" into a refusal of the whole.
+/// Turns a part that is present but unreadable, `Some(None)`, into `None` for the whole case.
 fn all_given<T>(part: Option<Option<T>>) -> Option<Option<T>> {
     match part {
         Some(None) => None,
@@ -238,6 +240,7 @@ fn check_presence(raw: &Document, wants_capacitance: bool, log: &mut Log<'_>) {
     }
 }
 
+/// The title of the case, or else the name of its file without the ending.
 fn title(raw: &Document, origin: &Path) -> Option<String> {
     match &raw.title {
         Some(read) => read.get().map(|text| text.0.clone()),
@@ -259,9 +262,9 @@ fn check_solver(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
-/// Whether this solver may take the bodies: not if the file asks for another one, or gives the order of
-/// tetrahedra.
-fn may_be(raw: &Document, solver: raw::FieldSolver) -> bool {
+/// Whether bodies that the file gives in other forms may be recognised for this solver: not if the file asks
+/// for another one, or gives the order of tetrahedra. Without such bodies there is nothing to recognise.
+fn may_be_recognised_for(raw: &Document, solver: raw::FieldSolver) -> bool {
     if !shapes::any_shaped(raw) && !imported::any_physical(raw) {
         return false;
     }
@@ -274,9 +277,9 @@ fn may_be(raw: &Document, solver: raw::FieldSolver) -> bool {
 /// Refuses an `order` in scenes for the box solver, which chooses it itself.
 fn check_order(raw: &Document, log: &mut Log<'_>) {
     let Some(table) = given(&raw.electrostatics) else { return };
-    let tetrahedra = table.solver.as_ref().and_then(|read| read.get());
+    let solver = table.solver.as_ref().and_then(|read| read.get());
     if let (Some(read), None | Some(raw::FieldSolver::Boxes | raw::FieldSolver::Extruded)) =
-        (&table.order, tetrahedra)
+        (&table.order, solver)
     {
         log.push(
             Diagnostic::at(&read.span, "only the solver on tetrahedra has an `order`")
@@ -286,6 +289,7 @@ fn check_order(raw: &Document, log: &mut Log<'_>) {
     }
 }
 
+/// The settings of the field solver, with their defaults; `None` if one of them could not be read.
 fn electrostatics(raw: &Document) -> Option<Electrostatics> {
     let (mut relative_tolerance, mut bounds, mut solver, mut order) = (DEFAULT_TOLERANCE, true, None, None);
     let (mut absolute_tolerance, mut change_tolerance) = (None, None);

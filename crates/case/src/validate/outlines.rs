@@ -78,11 +78,11 @@ fn check_holes(
         }
         let within =
             |one: &Drawn, other: &Drawn| one.outline.first().is_some_and(|p| contains(&other.outline, *p));
-        let same = |other: &&(&Read<_>, &Drawn)| {
+        let overlaps = |other: &&(&Read<_>, &Drawn)| {
             meet(&other.1.outline, &hole.outline) || within(hole, other.1) || within(other.1, hole)
         };
         let before: Vec<_> = holes.iter().zip(drawn).take(k).collect();
-        if let Some((first, _)) = before.iter().find(same) {
+        if let Some((first, _)) = before.iter().find(overlaps) {
             log.push(
                 Diagnostic::at(&read.span, "two holes touch or overlap")
                     .label("shares a point with another hole")
@@ -112,16 +112,17 @@ fn closed(read: &Read<Vec<Read<raw::OutlineEntry>>>, log: &mut Log<'_>) -> Optio
         refused(entries.len(), log);
         return None;
     }
-    let known: Vec<Option<Entry>> = entries.iter().map(|entry| entry_of(entry, log)).collect();
-    let known: Vec<Entry> = known.into_iter().collect::<Option<_>>()?;
+    // Every entry is checked, so that every mistake is reported.
+    let checked: Vec<Option<Entry>> = entries.iter().map(|entry| entry_of(entry, log)).collect();
+    let checked: Vec<Entry> = checked.into_iter().collect::<Option<_>>()?;
     let points =
         |entry: &Entry| if let Entry::Spline { through, .. } = entry { through.len() + 1 } else { 1 };
-    let count = known.iter().map(points).sum();
+    let count = checked.iter().map(points).sum();
     if count > MAX_CORNERS {
         refused(count, log);
         return None;
     }
-    let Drawn { outline, arcs, entries: numbers } = match drawn(&known) {
+    let Drawn { outline, arcs, entries: numbers } = match drawn(&checked) {
         Ok(drawn) => drawn,
         Err(flaw) => {
             log.push(refusal(flaw, entries));
@@ -246,7 +247,8 @@ fn refusal(flaw: Flaw, entries: &[Read<raw::OutlineEntry>]) -> Diagnostic {
     Diagnostic::at(&span, what).label(label).help(help)
 }
 
-/// The least area of an outline, over the square of its extent.
+/// The least area of an outline, over the square of its extent. Not tuned: it only has to lie above rounding
+/// errors and below errors that matter.
 const LEAST_AREA: f64 = 1e-12;
 
 /// Whether the area of an outline is practically zero.

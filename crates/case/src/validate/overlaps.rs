@@ -7,7 +7,7 @@ use super::super::diagnostics::{Diagnostic, shown};
 use super::super::model::{Body, Shape, Terminal};
 use super::super::reader::Log;
 
-/// The largest number of points of a shape that are tested for lying in another one.
+/// The largest number of points of a shape that are tested for lying in another one. It is not tuned.
 const CORNERS: usize = 32;
 
 /// A conductor with the place in the file that gives its shape.
@@ -18,6 +18,7 @@ pub(super) struct PlacedConductor<'a> {
 }
 
 impl<'a> PlacedConductor<'a> {
+    /// The conductors among these bodies.
     pub(super) fn of(bodies: &'a [(Body, Range<usize>)]) -> Vec<Self> {
         let conductors = bodies.iter().filter(|(body, _)| body.is_conductor());
         let placed = |(body, span): &'a (Body, Range<usize>)| Self {
@@ -69,6 +70,7 @@ fn share_a_point(first: &Shape, second: &Shape) -> bool {
     }
 }
 
+/// Whether one of some points of `inner` lies in `outer`.
 fn holds_some_of(outer: &Shape, inner: &Shape) -> bool {
     // Each point is compared with all triangles of a surface, so that one must suffice.
     let most = if matches!(outer, Shape::Surface(_)) { 1 } else { CORNERS };

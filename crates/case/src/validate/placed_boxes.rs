@@ -14,9 +14,13 @@ pub(super) struct PlacedBoxes<'a> {
     pub(super) name: &'a str,
     /// The boxes, at least one.
     pub(super) regions: Vec<Box3>,
+    /// The place in the file that gives the shape.
     pub(super) span: Range<usize>,
+    /// "conductor" or "dielectric".
     pub(super) what: &'static str,
+    /// The charge of a floating conductor, C.
     pub(super) floating_charge: Option<f64>,
+    /// Whether the body is a slab, which goes on without end up to the walls.
     pub(super) is_slab: bool,
     /// Whether the body consists of exactly these boxes.
     pub(super) is_boxes: bool,

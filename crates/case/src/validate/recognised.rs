@@ -6,8 +6,8 @@ use elastocap_geometry::recognition::{Prism, boxes_of, cells_between, prisms_of}
 use crate::model::{Body, Box3, Electrostatics, Shape, Terminal, Wall};
 
 /// The largest number of cells into which the planes of all faces may divide the scene. Measured for a plate
-/// over its like, with stepped round outlines, to 1e-2: with 2,900 cells the box solver takes as long as
-/// tetrahedra, with 11,000 2.7 times as long, for a third of their error.
+/// over an equal one, whose round outlines are stepped, to 1e-2: with 2,900 cells the box solver takes as
+/// long as tetrahedra, with 11,000 2.7 times as long, for a third of their error.
 const MAX_CELLS: usize = 12_000;
 
 /// The tolerance above which conductors that are far apart in open space stay in their given form unless each
@@ -82,7 +82,8 @@ pub(super) fn as_extrusions(bodies: &[Body], from_mesh: bool) -> Option<(Vec<Bod
     Some(((0..3).find_map(along)?, recognised))
 }
 
-/// The shape, as an extrusion if it is a surface; `None` if it is not extruded along the axis.
+/// The shape, as an extrusion if it is the surface of a single one; `None` if it is not extruded along the
+/// axis.
 fn as_extrusion(shape: &Shape, axis: usize) -> Option<Shape> {
     match shape {
         Shape::Box(_) => Some(shape.clone()),

@@ -9,6 +9,7 @@ use super::super::reader::{Log, Read};
 /// The smallest length of a side, m.
 const THINNEST: f64 = 1e-15;
 
+/// The names of the axes in the file.
 pub(super) const AXES: [&str; 3] = ["x1", "x2", "x3"];
 
 /// A box with three positive sides.
@@ -21,25 +22,27 @@ pub(super) fn box_or_sheet(read: &Read<raw::BoxRegion>, log: &mut Log<'_>) -> Op
     with_sides(read, true, log)
 }
 
+/// A box with three positive sides, or with two if it `may_be_flat`; `None` if it is invalid, with the reason
+/// in the log.
 fn with_sides(read: &Read<raw::BoxRegion>, mut may_be_flat: bool, log: &mut Log<'_>) -> Option<Box3> {
     let raw = read.get()?;
     let (min, max) = (raw.min.get()?, raw.max.get()?);
     let mut region = Box3::SPACE;
-    let mut whole = true;
+    let mut is_valid = true;
     for (axis, (low, high)) in min.iter().zip(max).enumerate() {
         let (Some(from), Some(to)) = (low.get(), high.get()) else {
-            whole = false;
+            is_valid = false;
             continue;
         };
         (region.min[axis], region.max[axis]) = (from.si, to.si);
         if may_be_flat && to.si == from.si {
             may_be_flat = false;
-        } else if whole && to.si - from.si < THINNEST {
-            whole = false;
+        } else if is_valid && to.si - from.si < THINNEST {
+            is_valid = false;
             log.push(not_a_box(axis, low, high, min, max, log));
         }
     }
-    whole.then_some(region)
+    is_valid.then_some(region)
 }
 
 /// The message for a box or sheet that has no extent along `axis`.
@@ -81,6 +84,7 @@ fn not_a_box(
     }
 }
 
+/// The number of an axis, from 0.
 pub(super) fn axis_index(axis: raw::Axis) -> usize {
     match axis {
         raw::Axis::X1 => 0,
@@ -96,15 +100,15 @@ pub(super) fn sheet(read: &Read<raw::Sheet>, log: &mut Log<'_>) -> Option<Box3> 
     let normal = axis_index(*raw.normal.get()?);
     let mut region = Box3::SPACE;
     let axes = (0..3).filter(|axis| *axis != normal);
-    let mut whole = true;
+    let mut is_valid = true;
     for (axis, (low, high)) in axes.zip(min.iter().zip(max)) {
         let (Some(from), Some(to)) = (low.get(), high.get()) else {
-            whole = false;
+            is_valid = false;
             continue;
         };
         (region.min[axis], region.max[axis]) = (from.si, to.si);
-        if whole && to.si - from.si < THINNEST {
-            whole = false;
+        if is_valid && to.si - from.si < THINNEST {
+            is_valid = false;
             let mut diagnostic = not_a_box(axis, low, high, min, max, log);
             diagnostic.message = diagnostic.message.replacen("box", "sheet", 1);
             if to.si == from.si {
@@ -115,7 +119,7 @@ pub(super) fn sheet(read: &Read<raw::Sheet>, log: &mut Log<'_>) -> Option<Box3> 
     }
     let at = raw.at.get()?.si;
     (region.min[normal], region.max[normal]) = (at, at);
-    whole.then_some(region)
+    is_valid.then_some(region)
 }
 
 /// All space between two planes.

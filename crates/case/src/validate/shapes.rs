@@ -88,6 +88,7 @@ fn placed(
     located.into_iter().collect()
 }
 
+/// Whether a body is a shell around the scene.
 fn is_shell(body: &Body) -> bool {
     body.parts.iter().any(|part| matches!(part, Shape::Shell { .. }))
 }
@@ -101,10 +102,10 @@ pub(super) fn with_layer(
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
-    let all = placed(raw, electrodes, origin, log)?;
-    check_touching(&PlacedConductor::of(&all), terminals, log);
+    let located = placed(raw, electrodes, origin, log)?;
+    check_touching(&PlacedConductor::of(&located), terminals, log);
     let layer = LayerRoom::of(raw)?;
-    for (body, span) in all.iter().filter(|(body, _)| body.purpose == Purpose::InLayer) {
+    for (body, span) in located.iter().filter(|(body, _)| body.purpose == Purpose::InLayer) {
         match body.boxes() {
             Some(regions) if body.is_conductor() => {
                 check_touching_pair((&body.name, span), &regions, (electrodes, terminals), raw, log);
@@ -124,7 +125,7 @@ pub(super) fn with_layer(
             None => {}
         }
     }
-    for (body, span) in &all {
+    for (body, span) in &located {
         if let (Some(Surroundings { extent: Extent::AroundLayer { below, above, .. }, .. }), Some(region)) =
             (surroundings, body.bounds())
         {
@@ -136,7 +137,7 @@ pub(super) fn with_layer(
             check_body(&body, &layer, [*below, *above], log);
         }
     }
-    for (_, span) in all.iter().filter(|(body, _)| is_shell(body)) {
+    for (_, span) in located.iter().filter(|(body, _)| is_shell(body)) {
         log.push(
             Diagnostic::at(span, "there is no layer in a shell")
                 .label("is metal everywhere outside of a ball")
@@ -144,9 +145,9 @@ pub(super) fn with_layer(
         );
     }
     if electrodes.is_none() {
-        check_one_is_driven(&all, log);
+        check_one_is_driven(&located, log);
     }
-    log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
+    log.is_empty().then(|| located.into_iter().map(|(body, _)| body).collect())
 }
 
 /// The bodies of a scene without a layer; `None` if one of them is invalid, with the reason in the log.
@@ -157,17 +158,17 @@ pub(super) fn without_layer(
     origin: &Path,
     log: &mut Log<'_>,
 ) -> Option<Vec<Body>> {
-    let all = placed(raw, None, origin, log)?;
-    check_touching(&PlacedConductor::of(&all), terminals, log);
-    let (domain, wall) = outer(&all, surroundings?, log)?;
-    for (body, span) in &all {
+    let located = placed(raw, None, origin, log)?;
+    check_touching(&PlacedConductor::of(&located), terminals, log);
+    let (domain, wall) = outer(&located, surroundings?, log)?;
+    for (body, span) in &located {
         check_inside(body, span, &domain, log);
     }
-    for (body, span) in all.iter().filter(|(body, _)| wall == Wall::Grounded && body.is_conductor()) {
+    for (body, span) in located.iter().filter(|(body, _)| wall == Wall::Grounded && body.is_conductor()) {
         check_apart_from_ground(body, span, &domain, log);
     }
-    check_one_is_driven(&all, log);
-    log.is_empty().then(|| all.into_iter().map(|(body, _)| body).collect())
+    check_one_is_driven(&located, log);
+    log.is_empty().then(|| located.into_iter().map(|(body, _)| body).collect())
 }
 
 /// Checks that a conductor is driven: without one there is no capacitance matrix.
@@ -200,6 +201,7 @@ fn outer(bodies: &[Located], surroundings: &Surroundings, log: &mut Log<'_>) -> 
 /// The parts of a body, and the place in the file that gives them.
 type Parts = (Vec<Shape>, Range<usize>);
 
+/// The parts of a conductor; `None` if its shape is invalid, with the reason in the log.
 fn conductor_parts(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> Option<Parts> {
     if let Some(read) = &body.r#box {
         return Some((vec![Shape::Box(box_region(read, log)?)], read.span.clone()));
@@ -220,6 +222,7 @@ fn conductor_parts(body: &raw::Conductor, origin: &Path, log: &mut Log<'_>) -> O
     any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, true, origin, log)
 }
 
+/// The parts of a dielectric; `None` if its shape is invalid, with the reason in the log.
 fn dielectric_parts(body: &raw::Dielectric, origin: &Path, log: &mut Log<'_>) -> Option<Parts> {
     if let Some(read) = &body.r#box {
         return Some((vec![Shape::Box(box_region(read, log)?)], read.span.clone()));
@@ -233,6 +236,7 @@ fn dielectric_parts(body: &raw::Dielectric, origin: &Path, log: &mut Log<'_>) ->
     any_parts(&body.sphere, &body.cylinder, &body.extrusion, &body.surface, false, origin, log)
 }
 
+/// The parts of a body of one of the shapes that conductors and dielectrics may both have.
 fn any_parts(
     sphere: &Option<Read<raw::Ball>>,
     cylinder: &Option<Read<raw::Tube>>,
@@ -255,14 +259,17 @@ fn any_parts(
     Some((vec![imported(read.get()?, origin, log)?], read.span.clone()))
 }
 
+/// The coordinates of a point, m.
 fn point(read: &[Read<Position>; 3]) -> Option<[f64; 3]> {
     Some([read[0].get()?.si, read[1].get()?.si, read[2].get()?.si])
 }
 
+/// A ball, if its values could be read.
 fn ball(raw: &raw::Ball) -> Option<Shape> {
     Some(Shape::Sphere { center: point(raw.center.get()?)?, radius: raw.radius.get()?.si })
 }
 
+/// A capsule, if its values could be read.
 fn capsule(raw: &raw::Capsule) -> Option<Shape> {
     let (from, to) = (point(raw.from.get()?)?, point(raw.to.get()?)?);
     Some(Shape::Capsule { from, to, radius: raw.radius.get()?.si })
@@ -297,6 +304,7 @@ fn round(raw: &raw::Tube, may_be_flat: bool, log: &mut Log<'_>) -> Option<Shape>
     Some(Shape::Tube { axis, base, radii: [inner, radius], height })
 }
 
+/// The surface in a file; `None` if it cannot be used, with the reason in the log.
 fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<Shape> {
     let file = &raw.file.get()?.0;
     let translate = match &raw.translate {
@@ -318,6 +326,7 @@ fn imported(raw: &raw::SurfaceFile, origin: &Path, log: &mut Log<'_>) -> Option<
     }
 }
 
+/// Checks that a body lies inside the walls.
 fn check_inside(body: &Body, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
     let Some(region) = body.bounds() else { return };
     // Slabs are cut off at the walls.
@@ -335,6 +344,7 @@ fn check_inside(body: &Body, span: &Range<usize>, domain: &Box3, log: &mut Log<'
     }
 }
 
+/// Checks that a conductor does not touch a grounded wall.
 fn check_apart_from_ground(body: &Body, span: &Range<usize>, domain: &Box3, log: &mut Log<'_>) {
     let Some(region) = body.bounds() else { return };
     if let Some(axis) = (0..3).find(|&a| region.min[a] == domain.min[a] || region.max[a] == domain.max[a]) {

@@ -1,4 +1,4 @@
-//! Checks the layer in three dimensions.
+//! Checks `[mechanics.solid]`, the layer in three dimensions.
 
 use super::super::diagnostics::Diagnostic;
 use super::super::model::{Indenter, LayerEnd, LayerSide, PunchContact, Solid};
@@ -9,10 +9,11 @@ use super::super::values::Either;
 use super::layer_end::{check_outlet, end, half_length};
 use super::punch_contact::contact;
 
-/// The default of the relative discretisation error of the force, larger than in plane strain because meshes
-/// in space are coarse.
+/// The default tolerance of the relative discretisation error of the force, larger than in plane strain
+/// because meshes in space are coarse.
 const DEFAULT_TOLERANCE: f64 = 2e-2;
 
+/// The model of the layer; `None` if a key could not be read or is refused.
 pub(super) fn solid(raw: &raw::Solid, document: &Document, log: &mut Log<'_>) -> Option<Solid> {
     let relative_tolerance = match &raw.relative_tolerance {
         Some(read) => read.get()?.value,
@@ -114,19 +115,20 @@ fn punch(raw: &raw::SolidPunch, log: &mut Log<'_>) -> Option<Indenter> {
     }
 }
 
-/// Checks that the layer has a length, and that the indenter presses on it. Only a punch in contact may reach
-/// over a free end or side.
+/// Checks that the layer has a half-length, and that the indenter does not reach over its end or side. Only a
+/// punch without friction may, where the end or the side is free.
 fn check_room(model: &Solid, raw: &raw::Solid, document: &Document, log: &mut Log<'_>) {
     let Some(read) = half_length(document, "[mechanics.solid]", log) else { return };
     let Some(half_length) = read.get().map(|size| size.si) else { return };
-    let (ends, has_sides) = (model.end != LayerEnd::Far, model.side == LayerSide::Free);
+    let (end_is_free, side_is_free) = (model.end != LayerEnd::Far, model.side == LayerSide::Free);
     let reaches_over = match model.indenter {
         Indenter::WholeTop | Indenter::Cylinder { .. } | Indenter::Sphere { .. } => false,
         Indenter::FlatPunch { half_width, contact, .. } => {
-            half_width >= half_length && !(ends && matches!(contact, PunchContact::Smooth { .. }))
+            half_width >= half_length && !(end_is_free && matches!(contact, PunchContact::Smooth { .. }))
         }
         Indenter::Block { half_widths, .. } => {
-            half_widths[0] >= half_length && !ends || 2.0 * half_widths[1] >= model.width && !has_sides
+            half_widths[0] >= half_length && !end_is_free
+                || 2.0 * half_widths[1] >= model.width && !side_is_free
         }
     };
     if reaches_over {

@@ -11,6 +11,7 @@ use super::given;
 use super::imported::any_physical;
 use super::regions::box_region;
 
+/// The surroundings; `None` if they are invalid, with the reason in the log.
 pub(super) fn surroundings(
     read: &Read<raw::Surroundings>,
     document: &Document,
@@ -30,6 +31,7 @@ pub(super) fn surroundings(
     Some(Surroundings { boundary: boundary?, relative_permittivity: relative_permittivity?, extent: extent? })
 }
 
+/// The condition at the end of the field.
 fn wall(boundary: raw::Boundary) -> Wall {
     match boundary {
         raw::Boundary::Insulated => Wall::Insulated,
@@ -49,6 +51,7 @@ fn refuse_key<T>(read: &Option<Read<T>>, key: &str, why: &str, help: &str, log: 
     }
 }
 
+/// Reports a key of [surroundings] that is missing in this case.
 fn lacks_key(span: &Range<usize>, key: &str, why: &str, help: &str, log: &mut Log<'_>) {
     log.push(
         Diagnostic::at(span, format!("[surroundings] lacks `{key}`: {why}"))
@@ -57,6 +60,7 @@ fn lacks_key(span: &Range<usize>, key: &str, why: &str, help: &str, log: &mut Lo
     );
 }
 
+/// The extent of the field in a case without a layer.
 fn without_layer(
     read: &Read<raw::Surroundings>,
     raw: &raw::Surroundings,
@@ -114,10 +118,12 @@ fn without_layer(
     }
 }
 
+/// Whether a conductor is a shell around the scene.
 fn has_shell(document: &Document) -> bool {
     given(&document.conductor).into_iter().flatten().filter_map(Read::get).any(|c| c.shell.is_some())
 }
 
+/// The extent of the field in a case with a layer.
 fn around_layer(
     read: &Read<raw::Surroundings>,
     raw: &raw::Surroundings,
@@ -159,6 +165,7 @@ fn around_layer(
     Some(Extent::AroundLayer { side_margin, below: below?, above: above? })
 }
 
+/// What lies below or above the layer; by default it follows from the boundary.
 fn face(
     read: &Option<Read<raw::Face>>,
     key: &str,

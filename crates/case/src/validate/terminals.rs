@@ -16,7 +16,9 @@ const MAX_NAMES: usize = 20;
 /// A conductor as the file names it.
 struct Named<'a> {
     name: &'a str,
+    /// The place of the conductor in the file.
     span: &'a Range<usize>,
+    /// Whether it has a given charge instead of a potential.
     floats: bool,
 }
 

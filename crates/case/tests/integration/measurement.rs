@@ -134,7 +134,8 @@ fn a_foam_gets_denser_under_load() {
     let folder = Folder::new(POINTS);
     let layer = folder.parse(&foam).unwrap().layer.unwrap();
     assert_eq!(layer.foam, Some(Foam { solid_permittivity: 8.0, solid_fraction: 0.25 }));
-    // The cube root is 1 + f (2 - 1): 1.25 at rest, 1.5 at half the thickness, and 2 where all pores are closed.
+    // The cube root is 1 + f (2 - 1): 1.25 at rest, 1.5 at half the thickness, and 2 where all pores are
+    // closed.
     for (compression, root) in [(0.0, 1.25_f64), (0.5, 1.5), (0.75, 2.0), (0.9, 2.0)] {
         assert!((layer.permittivity_at(compression).unwrap() - root.powi(3)).abs() < 1e-12, "{compression}");
     }

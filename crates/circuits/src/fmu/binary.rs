@@ -62,7 +62,8 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     for (name, text) in sources(model) {
         fs::write(folder.path().join(name), text)?;
     }
-    // A path is relative to the current folder of this program; a name alone is looked for in the folders of PATH.
+    // A path is relative to the current folder of this program; a name alone is looked for in the folders of
+    // PATH.
     let is_path = compiler.components().count() > 1;
     let program = if is_path { std::path::absolute(compiler)? } else { compiler.to_owned() };
     let mut command = Command::new(program);
@@ -71,12 +72,13 @@ pub fn compile(model: &Model, compiler: &Path) -> Result<Vec<u8>, BinaryError> {
     if cfg!(target_os = "linux") {
         command.args(["-s", "-Wl,--build-id=none"]);
     }
-    let ran = command.args(["-o", "model.library", "model.c"]).output();
-    let ran = ran.map_err(|source| BinaryError::NoCompiler { compiler: compiler.to_owned(), source })?;
-    if !ran.status.success() {
-        let text = String::from_utf8_lossy(&ran.stderr);
+    let output = command.args(["-o", "model.library", "model.c"]).output();
+    let output =
+        output.map_err(|source| BinaryError::NoCompiler { compiler: compiler.to_owned(), source })?;
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
         let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).take(5).collect();
-        let said = if lines.is_empty() { ran.status.to_string() } else { lines.join("; ") };
+        let said = if lines.is_empty() { output.status.to_string() } else { lines.join("; ") };
         return Err(BinaryError::Failed { compiler: compiler.to_owned(), said });
     }
     Ok(fs::read(folder.path().join("model.library"))?)

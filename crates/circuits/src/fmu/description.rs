@@ -25,6 +25,7 @@ fn escaped(text: &str) -> String {
 
 /// A computed variable, for the model structure.
 struct Output {
+    /// The value reference of the variable.
     reference: usize,
     /// The value references of the variables that it depends on.
     dependencies: Vec<usize>,
@@ -38,6 +39,7 @@ const VOLTAGES: usize = 100;
 const CHARGES: usize = 200;
 const CAPACITANCES: usize = 1000;
 
+/// The text of `buildDescription.xml`, which says how the sources are compiled.
 pub(super) fn build_description(model: &Model) -> String {
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -52,6 +54,7 @@ pub(super) fn build_description(model: &Model) -> String {
     )
 }
 
+/// The text of `modelDescription.xml`: the variables, and which of them depend on which.
 pub(super) fn model_description(model: &Model) -> String {
     let mut variables = String::new();
     let outputs = variables_of(model, &mut variables);
@@ -135,8 +138,8 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
     // Only the names of capacitors can clash; those of terminals follow from different identifiers, and begin
     // with another word.
     let names = model.branch_identifiers();
-    let one = has_one_voltage(model);
-    let terminals: Vec<(String, String)> = if one {
+    let is_single = has_one_voltage(model);
+    let terminals: Vec<(String, String)> = if is_single {
         let between = match model.terminals.as_slice() {
             [a, b] => format!("of \"{}\" against \"{}\"", a.name, b.name),
             [a, ..] => format!("of \"{}\" against ground", a.name),
@@ -152,7 +155,7 @@ fn variables_of(model: &Model, out: &mut String) -> Vec<Output> {
     }
     let touches = |k: usize, end: usize| {
         let (i, j) = model.branches[k].ends;
-        one || i == end || j == Some(end)
+        is_single || i == end || j == Some(end)
     };
     let bands: Vec<usize> = if model.has_ground_band() { vec![BAND, BAND_GROUND] } else { vec![BAND] };
     for (k, (name, text)) in terminals.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! An FMU of FMI 3.0 for model exchange and co-simulation: C sources with the numbers as tables, and a binary where there is a C compiler.
+//! An FMU of FMI 3.0 for model exchange and co-simulation: C sources with the numbers as tables, and a binary
+//! where there is a C compiler.
 //!
 //! The archive has the same bytes for the same model and the same compiler.
 
@@ -117,6 +118,7 @@ fn tables(model: &Model) -> String {
     out + &numbers(model)
 }
 
+/// The part of `tables.h` with the capacitors: their ends, bands and cubics over the forces.
 fn numbers(model: &Model) -> String {
     let mut out = String::new();
     let list = |values: &[f64]| values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(", ");

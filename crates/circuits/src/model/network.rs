@@ -14,8 +14,8 @@ pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
         let (Some(value), Some(lower), Some(upper)) = bounded else {
             return Err(ModelError::FailedStep { step: step.index, reason: step.why() });
         };
-        let more = value.abs() * step.estimates();
-        let (lower, upper) = (lower - more, upper + more);
+        let estimated = value.abs() * step.estimates();
+        let (lower, upper) = (lower - estimated, upper + estimated);
         let is_sound =
             [lower, value, upper].iter().all(|c| c.is_finite()) && lower <= value && value <= upper;
         if !is_sound {
@@ -31,15 +31,15 @@ pub(super) fn measured(steps: &[&Step]) -> Result<Vec<StepValue>, ModelError> {
 
 /// The mutual capacitances of all pairs by rows, and then those to ground, at each step.
 ///
-/// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V everywhere), so that lower
-/// bounds below zero become zero and remain bounds.
+/// No capacitance of either kind can be negative (the potential of a conductor at 1 V lies between 0 and 1 V
+/// everywhere), so that lower bounds below zero become zero and remain bounds.
 pub(super) fn matrix(steps: &[&Step], count: usize) -> Result<Vec<Values>, ModelError> {
     let matrices: Vec<Vec<Vec<StepValue>>> =
         steps.iter().map(|step| network_of(step, count)).collect::<Result<_, ModelError>>()?;
-    let over = |i: usize, j: usize| matrices.iter().map(|network| network[i][j]).collect();
+    let at_steps = |i: usize, j: usize| matrices.iter().map(|network| network[i][j]).collect();
     let mutual = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    let mut out: Vec<Values> = mutual.map(|(i, j)| ((i, Some(j)), over(i, j))).collect();
-    out.extend((0..count).map(|i| ((i, None), over(i, i))));
+    let mut out: Vec<Values> = mutual.map(|(i, j)| ((i, Some(j)), at_steps(i, j))).collect();
+    out.extend((0..count).map(|i| ((i, None), at_steps(i, i))));
     Ok(out)
 }
 
@@ -56,10 +56,10 @@ fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelErr
         return Err(damaged());
     }
     let estimates = step.estimates();
-    // Of an entry of the Maxwell matrix, or of minus one.
+    // The lower bound, the value and the upper bound of an entry of the Maxwell matrix.
     let bounded = |i: usize, j: usize| {
-        let more = estimates * value[i][j].abs();
-        [lower[i][j] - more, value[i][j], upper[i][j] + more]
+        let estimated = estimates * value[i][j].abs();
+        [lower[i][j] - estimated, value[i][j], upper[i][j] + estimated]
     };
     let mut network = vec![vec![StepValue { lower: 0.0, value: 0.0, upper: 0.0 }; count]; count];
     for i in 0..count {
@@ -80,7 +80,8 @@ fn network_of(step: &Step, count: usize) -> Result<Vec<Vec<StepValue>>, ModelErr
             value -= mutual.value;
             greatest -= mutual.lower;
         }
-        // The difference of equal numbers, if no field line leads to ground.
+        // Where no field line leads to ground, this is the difference of equal numbers, and rounding may
+        // leave less than zero.
         if greatest < 0.0 && greatest >= -rounding {
             greatest = 0.0;
         }

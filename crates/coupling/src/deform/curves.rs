@@ -3,7 +3,8 @@
 /// Points along a curve, m.
 pub type Curve = Vec<[f64; 2]>;
 
-/// Number of segments of one side of an element, whose deformed shape is a parabola.
+/// Number of segments of one side of an element, whose deformed shape is a parabola. Its polygon is a
+/// sixty-fourth as far from the parabola as its chord is.
 pub const PIECES: usize = 8;
 
 /// The outlines of the electrodes and the layer's surface in the plane of x1 and x2.

@@ -8,8 +8,8 @@ pub type Ends = [[f64; 2]; 3];
 pub struct ElectrodeBox {
     /// The box at the mean positions of the faces.
     pub mean: Ends,
-    /// How far the electrode is from being a box, m: the largest distance between the ends of the largest box inside it and of the smallest
-    /// box around it.
+    /// How far the electrode is from being a box, m: the largest distance between the ends of the largest box
+    /// inside it and of the smallest box around it.
     pub deviation: f64,
 }
 

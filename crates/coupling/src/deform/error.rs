@@ -76,7 +76,7 @@ pub enum LayerSetupError {
     },
 }
 
-/// Largest half-length of a layer over its thickness.
+/// Largest half-length of a layer over its thickness. Not tuned: a limit that ordinary cases do not reach.
 const MAX_LENGTH: f64 = 1e5;
 
 impl LayerSetupError {

@@ -1,7 +1,7 @@
 //! The deformation of the layer under its loads, by the mechanics that the case names.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 mod curves;
 mod electrode_box;

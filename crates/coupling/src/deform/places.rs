@@ -12,7 +12,7 @@ use super::material::{Folded, Material};
 use super::rods::Rods;
 use elastocap_case::{Case, Layout};
 
-/// The smallest relative tolerance of distances: they hardly change at small loads.
+/// The smallest relative tolerance of distances: they hardly change at small loads. It is not tuned.
 const LEAST_TOLERANCE: f64 = 1e-4;
 
 /// The bodies in the layer of a case, in its solved part.
@@ -95,7 +95,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         numbers.iter().zip(&self.at_rest).map(tolerance).collect()
     }
 
-    /// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is proportional to; nothing without a pair.
+    /// The gap of a pair in m, and the area over the gap, in m, that its parallel-plate capacitance is
+    /// proportional to; nothing without a pair.
     fn facing(&self, electrodes: &[Ends]) -> Vec<f64> {
         let extent = |e: &Ends, axis: usize| e[axis][1] - e[axis][0];
         let (axis, gap, [one, other]) = match (self.layout, electrodes) {

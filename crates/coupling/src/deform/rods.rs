@@ -11,7 +11,7 @@ use elastocap_geometry::scene::{Body, Box3, Purpose};
 use super::Displacement;
 use super::material::Material;
 
-/// Positions of the rods to a neighbour, over the length on which the two face each other.
+/// Positions of the rods to a neighbour, over the length on which the two face each other. It is not tuned.
 const PLACES: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 
 /// Two material points before loading, m.

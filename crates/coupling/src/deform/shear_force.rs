@@ -17,7 +17,8 @@ pub(crate) fn shear_force(state: &Deformation<'_>, pose: &Pose) -> [Option<f64>;
     }
 }
 
-/// The warning about the horizontal forces of a closed-form layer, if there is one; `steps` are its states and poses.
+/// The warning about the horizontal forces of a closed-form layer, if there is one; `steps` are its states
+/// and poses.
 pub(crate) fn shear_warning(steps: impl Iterator<Item = (Deformation<'static>, Pose)>) -> Option<String> {
     let is_shifted = |pose: &Pose| pose.shift != [0.0; 2] && pose.tilt == [0.0; 2];
     let shifted = steps.filter(|(_, pose)| is_shifted(pose)).map(|(state, _)| state.compression());

@@ -4,8 +4,8 @@
 //! of the axial force, eq. (43): see [`elastocap_mechanics::solid::shear_length`]. L depends on the
 //! compression, and is interpolated between the compressions at which it is computed.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use std::sync::atomic::AtomicBool;
 
@@ -19,12 +19,13 @@ use super::error::{DeformError, ShearLengthError};
 use crate::load_steps::StepLoad;
 use elastocap_case::{Case, Mechanics, ShearLength};
 
-/// Number of quadrilaterals over the thickness.
+/// Number of quadrilaterals over the thickness. Measured:
+/// `cargo run --release -p elastocap-mechanics --example shear_length -- 8`, and with 4 or 12.
 const ELEMENTS: usize = 8;
 /// Compressions at which L is computed in addition to those of the loads, up to the largest of these; all of
-/// them if the loads are forces.
+/// them if the loads are forces. It is not tuned.
 const LADDER: [f64; 10] = [0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4];
-/// Number of compressions at which the force is sampled to find its maximum.
+/// Number of compressions at which the force is sampled to find its maximum. It is not tuned.
 const SAMPLES: usize = 400;
 
 /// The closed form at all loads, with L at each compression.

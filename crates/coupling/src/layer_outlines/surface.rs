@@ -13,10 +13,11 @@ use crate::outline_curves::{Curved, both_halves as both_curved_halves, followed,
 use crate::scene::DeformedScene;
 
 /// The largest loop of the surface that is cut out, over the height of the scene; larger ones are refused.
+/// Not tuned: a limit that ordinary cases do not reach.
 const LOOP: f64 = 0.02;
 
 /// The distance from the last bent part of the surface to the slab that extends to infinity, over the height
-/// of the layer.
+/// of the layer. It is not tuned.
 const BESIDE: f64 = 0.25;
 
 /// The parts of the layer below a surface.
@@ -27,7 +28,8 @@ pub(super) struct Below {
     pub(super) facets: f64,
     /// Whether some outlines contain cubics.
     pub(super) is_curved: bool,
-    /// See [`super::LayerScene::ends`].
+    /// The estimated relative error of a capacitance from the ends of the surface; see
+    /// [`super::LayerScene::ends`].
     pub(super) ends: f64,
 }
 
@@ -49,7 +51,7 @@ pub(super) fn below_surface(
         return Ok(None);
     }
     let is_open = scene.walls[0].map(|wall| wall == Wall::Open);
-    // The heights at which the surface continues beyond its ends, and the coordinates of the ends.
+    // The heights at which the surface continues beyond its left and right end, and x1 of these ends.
     let levels = if curves.half { [last[1]; 2] } else { [first[1], last[1]] };
     let reach = if curves.half { [-last[0], last[0]] } else { [first[0], last[0]] };
     let height = if is_open.contains(&true) {
@@ -110,8 +112,8 @@ pub(super) fn below_surface(
     Ok(Some(Below { parts, facets, is_curved, ends }))
 }
 
-/// Replaces the layer of a scene by these parts. The cover fills the rest above the substrate, and bodies
-/// other than the slabs override both.
+/// Replaces the layer of a scene by these `parts`. The cover is extended down to the substrate, and the
+/// bodies are sorted so that the layer overrides the cover, and all bodies but the substrate override both.
 pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
     scene.bodies.sort_by_key(|body| match body.purpose {
         Purpose::Cover => 0,
@@ -145,8 +147,8 @@ pub(super) fn fill(scene: &mut Scene, parts: &[Shape]) {
     }
 }
 
-/// The relative error of a capacitance for a bent surface on which a wall lies, which is flat: the share of the layer's height in which the
-/// surface lies. An estimate; zero where a medium lies on the layer.
+/// The relative error of a capacitance for a bent surface on which a wall lies, which is flat: the share of
+/// the layer's height in which the surface lies. An estimate; zero where a medium lies on the layer.
 pub(crate) fn under_wall(scene: &Scene, curves: &DeformedCurves) -> f64 {
     let lies_on = |purpose: Purpose| scene.bodies.iter().any(|body| body.purpose == purpose);
     match curves.bent_between() {
@@ -157,8 +159,9 @@ pub(crate) fn under_wall(scene: &Scene, curves: &DeformedCurves) -> f64 {
     }
 }
 
-/// Truncates a curve, which runs to the right, where the rest of it is within a distance of the height of its
-/// end, m; the new end is placed at that height. Returns the largest x1 of the rest, m.
+/// Truncates a curve that runs to the right: drops its last part, which is within the distance `within` (m)
+/// of the height of its end, and places the new end at that height. Returns the largest x1 of what is kept,
+/// m.
 fn back_to_level(curve: &mut Curve, within: f64) -> f64 {
     let level = curve.last().map_or(0.0, |p| p[1]);
     let bent = curve.iter().rposition(|p| (p[1] - level).abs() > within);
@@ -170,8 +173,8 @@ fn back_to_level(curve: &mut Curve, within: f64) -> f64 {
     curve.iter().map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The relative error of a capacitance for a surface that continues beyond its end at a height that differs
-/// by `off` from that at rest, m; zero where a wall is before the end: see [`far_off`].
+/// The relative error of a capacitance, by [`far_off`], for a surface that continues beyond its end at a
+/// height that differs by `off` from that at rest, m. It is zero where a wall is nearer than the end.
 fn left_at_end(scene: &Scene, side: usize, end: f64, off: f64) -> f64 {
     let outward = if side == 0 { -1.0 } else { 1.0 };
     let wall = if side == 0 { scene.domain.min[0] } else { scene.domain.max[0] };
@@ -205,9 +208,10 @@ pub(super) fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64
     while let Some((from, after)) = rest.split_first() {
         outline.push(*from);
         let Some(to) = after.first() else { break };
-        let last = after.windows(2).enumerate().skip(1).rev();
-        let met = last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
-        rest = match met {
+        let from_last = after.windows(2).enumerate().skip(1).rev();
+        let last_crossing =
+            from_last.into_iter().find_map(|(k, w)| Some((k, crossing([*from, *to], [w[0], w[1]])?)));
+        rest = match last_crossing {
             // Continues after the crossing.
             Some((k, at)) => {
                 let far = after[..=k].iter().map(|p| (p[0] - at[0]).hypot(p[1] - at[1])).fold(0.0, f64::max);
@@ -223,7 +227,7 @@ pub(super) fn without_loops(curve: &[[f64; 2]], most: f64) -> Result<Curve, [f64
     Ok(outline)
 }
 
-/// The crossing of two segments.
+/// The point at which two segments cross, if they do.
 fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let turn =
         |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
@@ -251,16 +255,17 @@ pub(super) fn under(curve: &[[f64; 2]], domain: &Box3) -> Curve {
     outline
 }
 
-/// The part of a polygon on one side of a line (Sutherland and Hodgman, Comm. ACM 17, 1974).
+/// The part of a polygon on one side of the line at the coordinate `at` of an axis: on the side of larger
+/// coordinates with `above` (Sutherland and Hodgman, Comm. ACM 17, 1974).
 pub(super) fn cut(polygon: &[[f64; 2]], axis: usize, at: f64, above: bool) -> Curve {
-    let inside = |p: &[f64; 2]| if above { p[axis] >= at } else { p[axis] <= at };
+    let is_inside = |p: &[f64; 2]| if above { p[axis] >= at } else { p[axis] <= at };
     let mut part = Curve::new();
     for (k, p) in polygon.iter().enumerate() {
         let q = &polygon[(k + 1) % polygon.len()];
-        if inside(p) {
+        if is_inside(p) {
             part.push(*p);
         }
-        if inside(p) != inside(q) {
+        if is_inside(p) != is_inside(q) {
             let s = (at - p[axis]) / (q[axis] - p[axis]);
             let mut crossing = [0, 1].map(|a| p[a] + s * (q[a] - p[a]));
             crossing[axis] = at;

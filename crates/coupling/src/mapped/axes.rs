@@ -6,11 +6,14 @@ use elastocap_electrostatics::MapAxis;
 /// An interval of an axis, m, in which a part of the map is a polynomial of this degree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piece {
+    /// Where the interval begins and ends.
     pub(super) ends: [f64; 2],
+    /// The degree of the polynomial.
     pub(super) degree: usize,
 }
 
 impl Piece {
+    /// A piece between two coordinates, m.
     pub(super) fn new(from: f64, to: f64, degree: usize) -> Self {
         Self { ends: [from, to], degree }
     }
@@ -23,8 +26,8 @@ pub(super) fn pieces(axis: &MapAxis) -> Vec<Piece> {
 }
 
 /// The axis on which all `pieces` are polynomials: it breaks at the ends of each piece, and takes the largest
-/// degree of overlapping ones. Breaks less than `tiny` (m) apart are merged. A `mirrored` axis has its other
-/// half as a mirror image, and omits breaks below 0.
+/// degree of overlapping ones. Breaks less than `tiny` (m) apart are merged. Of a `mirrored` axis, only the
+/// half above 0 is described.
 pub(super) fn joined(pieces: &[Piece], tiny: f64, mirrored: bool) -> MapAxis {
     let mut breaks: Vec<f64> = pieces.iter().flat_map(|piece| piece.ends).collect();
     if mirrored {

@@ -1,27 +1,31 @@
-//! The contact between the surface of a layer and the outline of an indenter: its ends, and the edges of the
-//! lower face of the indenter's box.
+//! The contact between the surface of a layer and the outline of an indenter: where the contact ends, and
+//! where the edges of the lower face of the indenter's box are.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::films::Contact;
 use super::profile::Profile;
 
-/// Sampled places per thickness of the layer.
+/// Sampled places per thickness of the layer. It is not tuned.
 const PER_THICKNESS: f64 = 100.0;
 
-/// Length over which the surface is followed beyond the flat face, in thicknesses of the layer (the end of
-/// the round edge, if that is farther), and the largest number of places.
+/// Length over which the surface is followed beyond the flat face, in thicknesses of the layer (the radius of
+/// the round edge, if that is larger), and the largest number of sampled places. It is not tuned.
 const FOLLOWED: f64 = 6.0;
 const MAX_PLACES: f64 = 4000.0;
 
-/// The lower face of a punch's box ends at least this angle around its corner, and where the surface turns
-/// away from the outline by the second angle or is this many thicknesses from it.
+/// The lower face of a punch's box extends at least by the angle `AROUND` (rad) around the punch's corner. It
+/// ends where the surface turns away from the outline by more than the angle `TURNED_AWAY` (rad), or is
+/// farther from it than `AWAY` thicknesses of the layer. Tuned: time and `geometry_error_estimate` of
+/// `elastocap run cases/comb-on-board.toml`.
 const AROUND: f64 = FRAC_PI_4;
 const TURNED_AWAY: f64 = 0.7;
 const AWAY: f64 = 0.1;
 
-/// The lower face of a cylinder's box: two lower limits of its length, over that of the contact, of which
-/// only the first is capped by the largest angle from the axis, [`WIDEST`].
+/// Two lower limits of the length of the lower face of a cylinder's box, over that of the contact, and the
+/// largest angle (rad) from the cylinder's lowest point to the edge of the face. Only the first of the lower
+/// limits is capped by this angle. Tuned: time and `geometry_error_estimate` of
+/// `elastocap run cases/approach-to-touch.toml`.
 const BEYOND_CONTACT: [f64; 2] = [1.5, 1.1];
 const WIDEST: f64 = 0.58;
 
@@ -62,21 +66,23 @@ pub(super) fn edges(profile: &Profile, surface: &Surface<'_>, is_half: bool) -> 
 fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
     let followed = profile.flat + profile.radius.max(FOLLOWED * surface.thickness);
     let step = (surface.thickness / PER_THICKNESS).max(followed / MAX_PLACES);
-    let at = |x: f64| {
+    // The position of the surface point at a place, mirrored to the right side.
+    let position = |x: f64| {
         let to = (surface.image)(sign * x);
         [sign * to[0], to[1]]
     };
     let (moved, touching) = (surface.contact.moved(), surface.contact.touching());
-    let foot = |x: f64| profile.facing(at(x), moved);
-    let places = (followed / step).ceil() as usize;
+    let foot = |x: f64| profile.facing(position(x), moved);
+    let steps = (followed / step).ceil() as usize;
     let place = |k: usize| k as f64 * step;
+    // The place that faces the outline at this length.
     let first_beyond = |length: f64| {
-        let k = (0..=places).find(|k| foot(place(*k)).along > length)?;
+        let k = (0..=steps).find(|k| foot(place(*k)).along > length)?;
         Some(between(&|x| foot(x).along > length, place(k.saturating_sub(1)), place(k)))
     };
     let is_apart = |x: f64| foot(x).gap > touching;
-    let apart = (0..=places).find(|k| is_apart(place(*k)));
-    let contact = match apart {
+    let first_apart = (0..=steps).find(|k| is_apart(place(*k)));
+    let contact = match first_apart {
         Some(0) => 0.0,
         Some(k) => between(&is_apart, place(k - 1), place(k)),
         None => return None,
@@ -94,7 +100,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         let around = profile.flat + AROUND * profile.radius;
         let leaves = |x: f64| {
             let foot = foot(x);
-            let [a, b] = [at(x - step), at(x + step)];
+            let [a, b] = [position(x - step), position(x + step)];
             // The normal rotated by a quarter turn: the tangent that points up along the outline.
             let tangent = [-foot.normal[1], foot.normal[0]];
             let along = [b[0] - a[0], b[1] - a[1]];
@@ -103,7 +109,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
             let is_away = moved.is_none() || foot.gap > AWAY * surface.thickness;
             foot.along >= around && (turned > TURNED_AWAY || is_away)
         };
-        let k = (0..=places).find(|k| leaves(place(*k)))?;
+        let k = (0..=steps).find(|k| leaves(place(*k)))?;
         between(&leaves, place(k.saturating_sub(1)), place(k))
     };
     let along = foot(end).along.max(0.0);

@@ -1,4 +1,5 @@
-//! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for a tolerance.
+//! The film or closed gap between an indenter and the layer where the two touch, and how thick it may be for
+//! a tolerance.
 //!
 //! The boxes of layer and indenter cannot touch under a map. So either the surface of the layer is displaced
 //! from the indenter by a film of the layer's material, or the metal of a punch or cylinder fills the contact
@@ -10,15 +11,17 @@ use elastocap_geometry::scene::Role;
 use crate::scene::indenter::{IndenterForm, Rounding};
 use crate::scene::neutral::indenter_in_field;
 
-/// Thicknesses of films, or of gaps that metal closes, over that of the layer.
+/// Thicknesses of films, or of gaps that metal closes, over that of the layer. Not tuned: each is twice the
+/// one before.
 const THICKNESSES: [f64; 7] = [3.125e-4, 6.25e-4, 1.25e-3, 2.5e-3, 5e-3, 1e-2, 2e-2];
 
 /// The index of the thinnest film: a thinner one distorts the space between indenter and layer so much that
-/// the solver needs many iterations.
+/// the solver needs many iterations. Tuned: time and `geometry_error_estimate` of
+/// `elastocap run cases/approach-to-touch.toml`.
 const THINNEST_FILM: usize = 3;
 
 /// The gap up to which an indenter and the layer under a film count as touching, over the thickness of the
-/// film.
+/// film. Tuned: time and `geometry_error_estimate` of `elastocap run cases/approach-to-touch.toml`.
 const TOUCHING: f64 = 0.3;
 
 /// A film, or a gap that metal closes.
@@ -36,7 +39,9 @@ pub(crate) struct Films {
     relative_tolerance: f64,
     /// The thickness of the layer, m.
     layer: f64,
+    /// The index in [`THICKNESSES`] of the film to try.
     index: usize,
+    /// Whether metal closes the gap, and no film is between indenter and layer.
     is_closed: bool,
     /// Whether no map has failed yet, so that a thinner film may be tried.
     may_be_thinner: bool,
@@ -60,6 +65,7 @@ impl Films {
         films
     }
 
+    /// The index of the thinnest film that may be tried.
     fn thinnest(&self) -> usize {
         if self.is_closed { 0 } else { THINNEST_FILM }
     }
@@ -92,9 +98,9 @@ impl Films {
 /// How an indenter and the layer touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Contact {
-    /// No contact, or a sharp box on the layer, which needs no film.
+    /// There is no contact, or the indenter is a sharp box on the layer, which needs no film.
     Apart,
-    /// Through a film of this thickness, m.
+    /// They touch through a film of this thickness, m.
     Film(f64),
     /// Metal closes the gap where it is narrower than this, m.
     Closed(f64),

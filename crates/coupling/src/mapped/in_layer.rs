@@ -11,18 +11,19 @@ pub(super) struct InLayer {
     /// The height of the highest face of a body below the surface.
     pub(super) highest: f64,
     /// The shortest side along x1 or x3 of the bodies whose upper face is in the surface; infinite without
-    /// any.
+    /// such bodies.
     pub(super) narrowest: f64,
     /// The faces, by axis, of the electrodes that the layer's finite elements resolve: the strain of the
     /// material jumps there.
     pub(super) planes: [Vec<f64>; 3],
-    /// The box around all bodies of finite extent; `None` without any.
+    /// The box around all bodies of finite extent; `None` if there are none.
     hull: Option<Box3>,
 }
 
 impl InLayer {
-    /// The bodies in the layer of a case and the `pair` of electrodes, with heights times `scale`; empty if
-    /// no body moves with the layer.
+    /// The bodies in the layer of a case and the `pair` of electrodes. The heights of the bodies are
+    /// multiplied by `scale`; those of the pair have to be already. Empty if the case has no such body
+    /// besides the pair.
     pub(super) fn of(case: &Case, scale: f64, pair: &[Box3]) -> Self {
         let bodies = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
         let regions: Vec<Box3> = bodies
@@ -46,12 +47,13 @@ impl InLayer {
         Self { highest: tops.fold(0.0, f64::max), narrowest, planes, hull: hull.reduce(|a, b| a.union(&b)) }
     }
 
+    /// Whether there are no bodies of finite extent.
     pub(super) fn is_empty(&self) -> bool {
         self.hull.is_none()
     }
 
-    /// The distance to which the bodies reach from the middle along an axis, towards its lower (side 0) or
-    /// upper end (side 1), m; minus infinity without any.
+    /// The distance to which the bodies extend from the middle along an axis, towards its lower (side 0) or
+    /// upper end (side 1), m; minus infinity without bodies.
     pub(super) fn reach(&self, axis: usize, side: usize) -> f64 {
         self.hull.map_or(f64::NEG_INFINITY, |hull| if side == 0 { -hull.min[axis] } else { hull.max[axis] })
     }

@@ -6,8 +6,8 @@
 //! surface separates from the indenter. The displacement of a point of a face falls to zero over the distance
 //! to the surface of the layer, and to the ends of the map on the other sides.
 //!
-//! In the contact, boxes fill the space between the two, with the metal of the indenter or with the material
-//! of the layer ([`super::films`]).
+//! In the contact, boxes fill the space between indenter and layer, with the metal of the indenter or with
+//! the material of the layer ([`super::films`]).
 
 use elastocap_electrostatics::Rounded;
 use elastocap_geometry::scene::Box3;
@@ -18,33 +18,38 @@ use super::films::{Contact, Film};
 use super::profile::Profile;
 use crate::scene::indenter::{IndenterForm, Rounding};
 
-/// Degree of the map's polynomials along the faces of the box, and over its height.
+/// Degree of the map's polynomials along the faces of the box, and over its height. Tuned: time and
+/// `geometry_error_estimate` of `elastocap run cases/approach-to-touch.toml`.
 const ALONG: usize = 10;
 const OVER_HEIGHT: usize = 12;
 
 /// Smallest and largest half width of the lower face of a ball, over its radius. A narrower face bends the
-/// sides of the box so much that the solver's preconditioner fails.
+/// sides of the box so much that the solver's preconditioner fails. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const NARROWEST: f64 = 0.3;
 const WIDEST: f64 = 0.55;
 
 /// Rise of the lower face of a ball from its lowest point to its edges, over the distance from the layer.
+/// Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const SAGITTA: f64 = 2.0;
 
 /// Half width of the lower face of a ball, over the radius of the contact.
 const BEYOND_CONTACT: f64 = 1.5;
 
 /// Share of its largest width above which a gap closed by metal counts towards the error: closing a narrower
-/// one changes nothing.
+/// one changes nothing. Tuned: time and `geometry_error_estimate` of
+/// `elastocap run cases/approach-to-touch.toml`.
 const COUNTED: f64 = 0.1;
 
 /// Least depth below its box to which the map of a distant indenter reaches, over half the width of the
-/// indenter.
+/// indenter. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const BELOW: f64 = 0.5;
 
 /// Half widths of the boxes that fill a circular contact, over its radius. Their corners lie on the circle.
 const FILL: [[f64; 2]; 3] = [[0.92, 0.39], [0.70, 0.71], [0.39, 0.92]];
 
-/// The share of the circle that these boxes leave unfilled.
+/// The share of the circle that counts as unfilled in the error; by area these boxes leave 0.154 of it. It is
+/// not tuned.
 const UNFILLED: f64 = 0.12;
 
 /// Smallest radius of a circular contact that is filled, over the thickness of the film: thinner boxes spoil
@@ -66,18 +71,20 @@ pub(super) struct Under<'a> {
 /// The map of an indenter.
 pub(super) struct IndenterMap {
     form: IndenterForm,
-    /// The height of its lowest point, m.
+    /// The height of the indenter's lowest point, m.
     lowest: f64,
-    /// The box in the coordinates of the boxes.
+    /// The box of the indenter before the map.
     region: Box3,
     /// The region outside which the map leaves points in place.
     ends: Box3,
     /// The distances to which the contact reaches to the left and to the right of the middle, in the
     /// coordinates of the boxes, m; zero without contact.
     contact: [f64; 2],
+    /// How indenter and layer touch.
     touch: Contact,
     /// The larger of the two lengths of surface, left and right, under a gap that metal closes, m.
     closed: f64,
+    /// The height of the surface before the map, m.
     surface: f64,
     /// The outline of a round indenter that is the same all along x3.
     outline: Option<Outline>,
@@ -189,15 +196,15 @@ impl IndenterMap {
 
     /// Places the box of a sharp indenter, on the layer or above it.
     fn lay_sharp(&mut self, under: &Under<'_>) {
-        let to = |x: [f64; 3]| (under.image)(x);
-        let at_rest = to([self.form.position, under.surface, 0.0])[1];
-        let distance = (self.lowest - at_rest).max(0.0);
+        let image = |x: [f64; 3]| (under.image)(x);
+        let top = image([self.form.position, under.surface, 0.0])[1];
+        let distance = (self.lowest - top).max(0.0);
         // The coordinate whose image is the corner of the indenter.
         let edge = |sign: f64| {
             let wanted = self.form.position + sign * self.form.half_widths[0];
             let mut x = wanted;
             for _ in 0..20 {
-                x += wanted - to([x, under.surface, 0.0])[0];
+                x += wanted - image([x, under.surface, 0.0])[0];
             }
             x
         };
@@ -209,19 +216,20 @@ impl IndenterMap {
         }
     }
 
+    /// Places the box of a ball, on the layer or above it.
     fn lay_ball(&mut self, radius: f64, under: &Under<'_>) {
         let Self { form, lowest, .. } = *self;
         let gap = |x: f64| {
             let to = (under.image)([form.position + x, under.surface, 0.0]);
-            lowest + self.low(to[0] - form.position, 0.0) - to[1]
+            lowest + self.lower_side(to[0] - form.position, 0.0) - to[1]
         };
         let distance = gap(0.0).max(0.0);
-        let most = WIDEST * radius;
+        let widest = WIDEST * radius;
         let film = self.film();
-        let contact = if film > 0.0 { last_within(&gap, self.touch.touching(), 0.0, most) } else { 0.0 };
+        let contact = if film > 0.0 { last_within(&gap, self.touch.touching(), 0.0, widest) } else { 0.0 };
         let rise = SAGITTA * distance.max(5.0 * film).max(0.02 * under.film.thickness);
         let chord = (radius * radius - (radius - rise.min(radius)).powi(2)).sqrt();
-        let half = chord.max(BEYOND_CONTACT * contact).max(NARROWEST * radius).min(most);
+        let half = chord.max(BEYOND_CONTACT * contact).max(NARROWEST * radius).min(widest);
         let room = (gap(half) + film).max(0.02 * under.film.thickness);
         let over = 2.0 * (radius * radius - half * half).sqrt();
         self.contact = [contact; 2];
@@ -231,7 +239,8 @@ impl IndenterMap {
         };
     }
 
-    /// `None` where the surface does not separate from the outline.
+    /// Places the box of an indenter with an outline, on the layer or above it. `None` where the surface does
+    /// not separate from the outline.
     fn lay_outline(&mut self, profile: Profile, under: &Under<'_>, is_half: bool) -> Option<()> {
         let Self { form, lowest, .. } = *self;
         let image = |x: f64| {
@@ -260,11 +269,12 @@ impl IndenterMap {
         Some(())
     }
 
-    fn low(&self, x: f64, z: f64) -> f64 {
+    /// The height of the indenter's lower side above its lowest point, at a place from its middle, m.
+    fn lower_side(&self, x: f64, z: f64) -> f64 {
         self.form.lower_side(x, z)
     }
 
-    /// The box of the indenter in the coordinates of the boxes.
+    /// The box of the indenter before the map.
     pub(super) fn region(&self) -> Box3 {
         self.region
     }
@@ -297,7 +307,7 @@ impl IndenterMap {
         shares.into_iter().map(filled).collect()
     }
 
-    /// Whether these boxes are of the metal of the indenter.
+    /// Whether the boxes that fill the contact are of the metal of the indenter.
     pub(super) fn is_joined(&self) -> bool {
         matches!(self.touch, Contact::Closed(_))
     }
@@ -317,17 +327,18 @@ impl IndenterMap {
             let covered = (2.0 * self.closed / distance).min(1.0);
             return 0.5 * contrast.max(1.0) * width / distance * covered;
         }
-        let left = match self.form.rounding {
+        // The error of the part of the contact that is not filled.
+        let unfilled = match self.form.rounding {
             Rounding::Ball { .. } if self.is_tiny() => {
                 contrast * (self.contact[0] / distance).powi(2).min(1.0)
             }
             Rounding::Ball { .. } => UNFILLED * contrast,
             Rounding::Sharp | Rounding::AlongX3 { .. } => 0.0,
         };
-        (left + 0.5) * self.film() / distance
+        (unfilled + 0.5) * self.film() / distance
     }
 
-    /// The position of a point of the surface of the box on the indenter, m.
+    /// The place on the indenter, m, to which the map takes the point `c` of the surface of the box.
     fn target(&self, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
         if let Some(outline) = &self.outline {
             return self.on_outline(outline, c, under);
@@ -338,16 +349,20 @@ impl IndenterMap {
         let foot = [c[0], min[1], c[2]];
         let to = (under.image)([c[0], under.surface, c[2]]);
         let lies_on_layer = min[1] <= self.surface;
-        let height =
-            if lies_on_layer { to[1] } else { self.lowest + self.low(to[0] - self.form.position, to[2]) };
+        let height = if lies_on_layer {
+            to[1]
+        } else {
+            self.lowest + self.lower_side(to[0] - self.form.position, to[2])
+        };
         let above = [to[0], height, to[2]];
-        let (at, below) = (self.on_form(c), self.on_form(foot));
-        [0, 1, 2].map(|a| at[a] + (1.0 - up) * (above[a] - below[a]))
+        let (on_form, foot_on_form) = (self.on_form(c), self.on_form(foot));
+        [0, 1, 2].map(|a| on_form[a] + (1.0 - up) * (above[a] - foot_on_form[a]))
     }
 
-    /// The position of a point of the surface of the box, m, on an indenter with an outline. The lower face
-    /// maps to the feet of the surface below it, the sides to the rest of the outline, and the upper face to
-    /// the straight line between the sides, or, for a cylinder, to the mirror image of the lower face.
+    /// The place, m, to which the map takes the point `c` of the surface of the box of an indenter with an
+    /// outline. The lower face maps to the feet of the surface below it, the sides to the rest of the
+    /// outline, and the upper face to the straight line between the sides, or, for a cylinder, to the mirror
+    /// image of the lower face.
     fn on_outline(&self, outline: &Outline, c: [f64; 3], under: &Under<'_>) -> [f64; 3] {
         let Outline { profile, .. } = outline;
         let Box3 { min, max } = self.region;
@@ -398,9 +413,10 @@ impl IndenterMap {
         [middle[0] + at[0], middle[1] + at[1], c[2] + (1.0 - up) * (z - c[2])]
     }
 
-    /// The depth inside the indenter of a point of the box's lower face where metal fills the space below it,
-    /// m; `None` elsewhere. That space is all metal, but the map continues beyond its ends along x3, and
-    /// there it must not flatten the space between box and layer.
+    /// The depth inside the indenter, m, to which the map takes the point of the box's lower face at `x`, if
+    /// metal fills the space below it; `None` elsewhere. The space between box and layer is all metal there,
+    /// so that the depth is free. But the map continues beyond the ends of the indenter along x3, and must
+    /// not flatten the space between box and layer there.
     fn inside(&self, x: f64) -> Option<f64> {
         let side = usize::from(x > self.form.position);
         let share = (x - self.form.position).abs() / self.contact[side];
@@ -409,8 +425,8 @@ impl IndenterMap {
         (share < 1.0).then_some(width + (room - width) * (1.0 - share.powi(8)))
     }
 
-    /// The point of a ball or a sharp indenter for a point of the surface of the box, without sliding of the
-    /// layer.
+    /// The place on a ball or a sharp indenter, m, of the point `c` of the surface of the box, if the layer
+    /// does not slide along the indenter.
     fn on_form(&self, c: [f64; 3]) -> [f64; 3] {
         let Box3 { min, max } = self.region;
         let half = 0.5 * (max[0] - min[0]);
@@ -475,24 +491,24 @@ impl IndenterMap {
         }
         // Coons's blend: faces, minus edges, plus corners.
         let share = [0, 1, 2].map(|a| (c[a] - min[a]) / (max[a] - min[a]));
-        let mut out = [0.0; 3];
+        let mut blended = [0.0; 3];
         for axes in 1..8_usize {
             let sign = if axes.count_ones() % 2 == 1 { 1.0 } else { -1.0 };
             for sides in 0..8_usize {
                 if sides & !axes != 0 {
                     continue;
                 }
-                let (mut at, mut weight) = (c, sign);
+                let (mut on_boundary, mut weight) = (c, sign);
                 for a in (0..3).filter(|a| axes >> a & 1 == 1) {
                     let upper = sides >> a & 1 == 1;
-                    at[a] = if upper { max[a] } else { min[a] };
+                    on_boundary[a] = if upper { max[a] } else { min[a] };
                     weight *= if upper { share[a] } else { 1.0 - share[a] };
                 }
-                let displacement = on_face(at);
-                (0..3).for_each(|a| out[a] += weight * displacement[a]);
+                let displacement = on_face(on_boundary);
+                (0..3).for_each(|a| blended[a] += weight * displacement[a]);
             }
         }
-        out
+        blended
     }
 
     /// The intervals of each axis in which the map of the indenter is polynomial.
@@ -536,9 +552,10 @@ impl IndenterMap {
     }
 }
 
-/// The largest sampled distance from the middle up to which the gap does not exceed a width, m; 0 where it
-/// does so already at `least`.
+/// The largest sampled distance from the middle, between `least` and `most`, up to which the gap does not
+/// exceed a `width`, all in m; 0 if the gap exceeds the width already at `least`.
 pub(super) fn last_within(gap: &dyn Fn(f64) -> f64, width: f64, least: f64, most: f64) -> f64 {
+    // Not tuned: they only have to be close together.
     const PLACES: usize = 400;
     let place = |k: usize| least + (most - least) * k as f64 / PLACES as f64;
     let beyond = (0..=PLACES).find(|k| gap(place(*k)) > width);

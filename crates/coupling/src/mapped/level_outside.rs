@@ -5,7 +5,7 @@ use elastocap_geometry::scene::{Purpose, Scene, Wall};
 use crate::deform::Material;
 use crate::layer_outlines::far_off;
 
-/// Number of sampled places on each side.
+/// Number of sampled places on each side. It is not tuned.
 const PLACES: usize = 40;
 
 /// An estimate of the relative error of a capacitance for a surface that is level outside the map, where the
@@ -24,24 +24,26 @@ pub(super) fn level_beyond(
     let conductors = scene.conductors().filter(|conductor| conductor.body.purpose != Purpose::Indenter);
     let bounds = conductors.filter_map(|conductor| conductor.body.bounds());
     let Some(hull) = bounds.reduce(|a, b| a.union(&b)) else { return 0.0 };
-    let mut largest: f64 = 0.0;
+    let mut largest_error: f64 = 0.0;
     // In plane strain the surface is the same all along x3.
     for axis in if is_plane { &[0][..] } else { &[0, 2][..] } {
         for side in (0..2).filter(|side| scene.walls[*axis][*side] == Wall::Open) {
             let outward = if side == 0 { -1.0 } else { 1.0 };
             let edge = (if side == 0 { -hull.min[*axis] } else { hull.max[*axis] }).max(0.0);
             let end = material.pad[*axis];
-            let error = |at: f64, off: f64| far_off(off, (at - edge).max(thickness), &hull);
+            // The error for a height difference at this distance from the middle.
+            let error =
+                |distance: f64, difference: f64| far_off(difference, (distance - edge).max(thickness), &hull);
             for k in 1..PLACES {
-                let at = edge + (end - edge).max(0.0) * k as f64 / PLACES as f64;
+                let distance = edge + (end - edge).max(0.0) * k as f64 / PLACES as f64;
                 let mut point = [0.0, surface, 0.0];
-                point[*axis] = outward * at;
+                point[*axis] = outward * distance;
                 let to = image(point);
                 let height = material.height_at([to[0], thickness, to[2]], [to[0], to[2]]);
-                largest = largest.max(error(outward * to[*axis], to[1] - height));
+                largest_error = largest_error.max(error(outward * to[*axis], to[1] - height));
             }
-            largest = largest.max(error(end, surface - flat));
+            largest_error = largest_error.max(error(end, surface - flat));
         }
     }
-    largest.min(1.0)
+    largest_error.min(1.0)
 }

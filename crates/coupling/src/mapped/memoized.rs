@@ -1,5 +1,5 @@
-//! Memoized functions of points. Faces of the box of an indenter are blended at every node inside it, and
-//! each blend evaluates the same points of the faces again.
+//! Memoized functions of points. The displacements of the faces of an indenter's box are blended at every
+//! node in the box, and the blends evaluate many points of the faces again.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -11,6 +11,7 @@ pub(super) struct Memoized<'a, T> {
 }
 
 impl<'a, T: Copy> Memoized<'a, T> {
+    /// The function without known values.
     pub(super) fn new(function: &'a dyn Fn([f64; 3]) -> T) -> Self {
         Self { function, values: RefCell::default() }
     }

@@ -49,8 +49,9 @@ use surface::{Below, Bent, SurfaceMap};
 
 /// A scene under a map.
 pub(crate) struct BentScene {
-    /// The boxes before the map.
+    /// The scene of boxes before the map.
     pub(crate) scene: Scene,
+    /// The map of the whole scene.
     pub(crate) map: Arc<SceneMap>,
     /// The distance of the mapped electrode faces and surface from their finite-element positions, over the
     /// gap or height that it distorts: an estimate of the relative error of capacitances.
@@ -101,7 +102,7 @@ impl BentScene {
                 .map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / SEGMENTS as f64)
                 .collect::<Vec<f64>>()
         });
-        let mut out = Vec::new();
+        let mut triangles = Vec::new();
         for axis in 0..3 {
             for at in [places[axis][0], places[axis][SEGMENTS]] {
                 let mut grid = places.clone();
@@ -113,21 +114,24 @@ impl BentScene {
                 let outward = (at == places[axis][SEGMENTS]) == (axis != 1);
                 for (s, t) in (0..SEGMENTS).flat_map(|s| (0..SEGMENTS).map(move |t| (s, t))) {
                     let [a, b, c, d] = [point(s, t), point(s + 1, t), point(s + 1, t + 1), point(s, t + 1)];
-                    out.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                    triangles.extend(if outward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
                 }
             }
         }
-        out
+        triangles
     }
 }
 
 /// The map of the layer.
 enum LayerMap<'a> {
+    /// That of a layer that contains only a pair of electrodes.
     Pair(&'a Frame, &'a Material<'a>),
+    /// That of a layer with any bodies in it, or none.
     Surface(&'a SurfaceMap<'a>),
 }
 
 impl LayerMap<'_> {
+    /// The image of a point, m.
     fn image(&self, x: [f64; 3]) -> [f64; 3] {
         match self {
             // The frame covers one quarter; the others are its mirror images.
@@ -139,6 +143,7 @@ impl LayerMap<'_> {
         }
     }
 
+    /// The height of the surface before the map, m.
     fn surface(&self) -> f64 {
         match self {
             Self::Pair(frame, _) => frame.surface(),
@@ -162,7 +167,7 @@ impl LayerMap<'_> {
         }
     }
 
-    /// The height of the highest electrode in the layer, m.
+    /// The height of the highest electrode below the surface before the map, m.
     fn highest(&self) -> f64 {
         match self {
             Self::Pair(frame, _) => frame.highest(),
@@ -170,7 +175,7 @@ impl LayerMap<'_> {
         }
     }
 
-    /// The shortest side of the electrodes in the surface, m; infinite without any.
+    /// The shortest side of the electrodes in the surface, m; infinite without such electrodes.
     fn narrowest(&self) -> f64 {
         match self {
             Self::Pair(..) => f64::INFINITY,
@@ -181,6 +186,7 @@ impl LayerMap<'_> {
 
 /// The finite-element solution of the layer for one step.
 pub(crate) struct LayerSolution<'a> {
+    /// Thicknesses and outlines of the deformed layer.
     pub(crate) step: &'a FiniteElementStep,
     /// The displacement of the layer.
     pub(crate) displacement: &'a Displacement<'a>,
@@ -198,14 +204,14 @@ pub(crate) struct LayerSolution<'a> {
 pub(crate) fn bent_scene(
     case: &Case,
     deformed: &DeformedScene,
-    found: &LayerSolution<'_>,
+    solution: &LayerSolution<'_>,
     film: Film,
 ) -> Result<Option<BentScene>, SceneError> {
     let Some(layer) = &case.layer else { return Ok(None) };
-    let step = found.step;
+    let step = solution.step;
     let is_plane = matches!(case.mechanics, Some(Mechanics::PlaneStrain(_)));
     let is_half = !is_plane || step.curves.half;
-    let looked_up = |x: [f64; 3]| found.displacement.at(x);
+    let looked_up = |x: [f64; 3]| solution.displacement.at(x);
     let memoized = Memoized::new(&looked_up);
     let solved = |x: [f64; 3]| memoized.at(x);
     let Some(material) = Material::of(case, is_half, &solved) else { return Ok(None) };
@@ -215,9 +221,9 @@ pub(crate) fn bent_scene(
     let indenter = indenter_in_field(case);
     let form = IndenterForm::of(case, indenter.and_then(|indenter| indenter.height));
     let in_field = form.filter(|_| indenter.is_some());
-    let distance = found.pose.distance;
+    let distance = solution.pose.distance;
     let lowest = step.deformed_thickness + distance;
-    let others = Others::of(case, &deformed.scene, step.deformed_thickness - layer.thickness, found.pose)?;
+    let others = Others::of(case, &deformed.scene, step.deformed_thickness - layer.thickness, solution.pose)?;
     let top = |x: f64, z: f64| {
         let u = displacement([x, pad[1], z]);
         [x + u[0], pad[1] + u[1], z + u[2]]
@@ -230,7 +236,7 @@ pub(crate) fn bent_scene(
     let covers_all = case.mechanics.is_some_and(|mechanics| mechanics.covers_all());
     let pair = case.electrodes.as_ref().map(|pair| pair.regions().map(|region| lowered(&region, scale)));
     let scene = pair.map_or_else(|| deformed.scene.clone(), |regions| deformed.with_pair(regions));
-    let joined = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
+    let scene_under = |part: &LayerMap<'_>| -> Result<Option<BentScene>, SceneError> {
         let rests = distance > 0.0 && (step.deformed_thickness - layer.thickness).abs() < tiny;
         let parts = Parts {
             layer: part,
@@ -278,7 +284,7 @@ pub(crate) fn bent_scene(
             let Some(frame) = Frame::new(deformed, electrodes, step, &material, cover, &others) else {
                 return Ok(None);
             };
-            let Some(mut bent) = joined(&LayerMap::Pair(&frame, &material))? else { return Ok(None) };
+            let Some(mut bent) = scene_under(&LayerMap::Pair(&frame, &material))? else { return Ok(None) };
             let gap = deformed.pair.map_or(layer.thickness, |pair| pair.gap);
             bent.deviation = bent.deviation.max(frame.deviation(&bent.map, &material, gap));
             bent
@@ -299,20 +305,20 @@ pub(crate) fn bent_scene(
                 corners[1] = vec![pad[2]];
             }
             let inside = InLayer::of(case, scale, pair.as_ref().map_or(&[][..], |regions| &regions[..]));
-            let with = |below: Below| {
+            let bent_with = |below: Below| {
                 let (electrodes, corners) = (highest_electrode(&scene, layer.thickness), corners.clone());
                 let thickness = layer.thickness;
                 let bodies = inside.clone();
                 let bent = Bent { below, electrodes, thickness, corners, is_plane, is_half, scale, bodies };
-                joined(&LayerMap::Surface(&SurfaceMap::new(&scene, &others, bent, &displacement)))
+                scene_under(&LayerMap::Surface(&SurfaceMap::new(&scene, &others, bent, &displacement)))
             };
-            let blend = if is_in_layer { None } else { Some(with(Below::Blend)?) };
+            let blend = if is_in_layer { None } else { Some(bent_with(Below::Blend)?) };
             let is_wide = |bent: &BentScene| bent.map.smallest_volume([0.0, layer.thickness]) >= LEAST_VOLUME;
             match blend {
                 Some(None) => return Ok(None),
                 Some(Some(blend)) if is_wide(&blend) => blend,
                 Some(Some(_)) | None => {
-                    let Some(material) = with(Below::Material)? else { return Ok(None) };
+                    let Some(material) = bent_with(Below::Material)? else { return Ok(None) };
                     material
                 }
             }
@@ -359,8 +365,9 @@ fn covered(form: &IndenterForm, distance: f64, gap: &dyn Fn(f64, f64) -> f64) ->
 }
 
 /// The coordinates along x1 and x3 of the material points at which the surface under an indenter bends
-/// sharply. `top` gives the deformed position of a point of the surface, `thickness` is the thickness of the
-/// layer, m. `None` where the surface does not separate from the indenter.
+/// sharply. `lowest` is the height of the indenter's lowest point, `top` gives the deformed position of a
+/// point of the surface, and `thickness` is the thickness of the layer, m. `None` where the surface does not
+/// separate from the indenter.
 fn corners(
     form: &IndenterForm,
     lowest: f64,
@@ -408,17 +415,21 @@ fn corners(
     })
 }
 
-/// The inputs from which the map of the layer and that of the indenter are combined.
+/// The map of the layer and what the map of the indenter depends on, which are combined into one.
 struct Parts<'a> {
+    /// The map of the layer.
     layer: &'a LayerMap<'a>,
     /// Whether the indenter does not touch the layer, which is therefore undeformed.
     rests: bool,
+    /// The form of the indenter, if it is part of the field.
     form: Option<IndenterForm>,
     /// The height of the indenter's lowest point, m.
     lowest: f64,
+    /// The film in the contact.
     film: Film,
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],
+    /// The length, m, below which differences of coordinates are ignored.
     tiny: f64,
     /// The permittivity of the layer over that of the medium above it.
     contrast: f64,
@@ -431,8 +442,9 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Combines the two maps, and adapts the bodies of the scene to them. `None` where the surface does not
-    /// separate from the indenter.
+    /// Combines the map of the layer and that of the indenter, and adapts the bodies of the scene to them.
+    /// `permittivity` is the relative one of the layer. `None` where the surface does not separate from the
+    /// indenter.
     fn join(
         &self,
         scene: &mut Scene,
@@ -463,8 +475,9 @@ impl Parts<'_> {
         let memoized = Memoized::new(&lowered);
         let lowered = |x: [f64; 3]| memoized.at(x);
         let below = under(&lowered);
-        let face = |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |indenter| indenter.on_face(c, &below));
-        let faces = Memoized::new(&face);
+        let displacement_of_face =
+            |c: [f64; 3]| indenter.as_ref().map_or([0.0; 3], |indenter| indenter.on_face(c, &below));
+        let faces = Memoized::new(&displacement_of_face);
         let on_face = |c: [f64; 3]| faces.at(c);
         let exact = |x: [f64; 3]| {
             let to = lowered(x);
@@ -536,8 +549,8 @@ impl Parts<'_> {
         Ok(Some(BentScene { scene: scene.clone(), map: Arc::new(map), deviation, film_error, beyond: 0.0 }))
     }
 
-    /// The root mean square, over the surface, of the difference between the polynomial and the exact height,
-    /// over the distance of the surface from the electrodes.
+    /// The root mean square, on the surface, of the difference between the height by the polynomials and the
+    /// exact one, over the distance of the surface from the highest electrode.
     fn deviation(
         &self,
         map: &SceneMap,
@@ -545,11 +558,14 @@ impl Parts<'_> {
         surface: f64,
         highest: f64,
     ) -> f64 {
+        // Not tuned: the places only have to be close together.
         const COUNT: usize = 9;
         let axis = |a: usize| -> Vec<f64> {
             let breaks = &map.axes()[a].breaks;
             let ends = [breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0)];
-            (0..COUNT * COUNT).map(|k| ends[0] + (ends[1] - ends[0]) * (k as f64 + 0.5) / 81.0).collect()
+            (0..COUNT * COUNT)
+                .map(|k| ends[0] + (ends[1] - ends[0]) * (k as f64 + 0.5) / (COUNT * COUNT) as f64)
+                .collect()
         };
         let (x, z) = (axis(0), axis(2));
         let z: Vec<f64> = z.into_iter().skip(COUNT / 2).step_by(COUNT).collect();

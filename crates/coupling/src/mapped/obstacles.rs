@@ -18,7 +18,7 @@ use crate::scene::SceneError;
 use crate::scene::indenter::{IndenterForm, Rounding};
 use crate::scene::neutral::indenter_in_field;
 
-/// Lower and upper limit of a quantity.
+/// The lower and the upper limit of a quantity.
 type Range = [f64; 2];
 
 /// The smallest and the largest possible zone of a map.
@@ -34,9 +34,11 @@ struct Pressed<'a> {
     form: IndenterForm,
     /// Half length, thickness and half width of the layer before loading, m.
     pad: [f64; 3],
+    /// Whether the layer is in plane strain.
     is_plane: bool,
+    /// Whether the indenter covers the whole top of the layer.
     covers_all: bool,
-    /// Limits of U/H.
+    /// Limits of the compression U/H.
     compression: Range,
 }
 
@@ -79,18 +81,19 @@ pub(crate) fn in_the_way(
         if load.is_zero() {
             zones.extend(pressed.of_resting_indenter(pose.distance)?);
         } else {
-            doubt = pressed.of_walls()?;
+            doubt = pressed.check_walls()?;
             zones.push(pressed.of_indenter());
         }
     }
     let [low, high] = compression.map(|c| c * layer.thickness);
-    let sunk = if low == high { vec![low] } else { vec![low, 0.5 * (low + high), high] };
+    // The displacements of the top that are examined.
+    let displacements = if low == high { vec![low] } else { vec![low, 0.5 * (low + high), high] };
     let others: Result<Vec<Others>, _> =
-        sunk.iter().map(|sinks| Others::of(case, scene, -sinks, pose)).collect();
+        displacements.iter().map(|sinks| Others::of(case, scene, -sinks, pose)).collect();
     let others = others?;
     for Zone { least, .. } in &zones {
-        let found: Vec<&str> = others.iter().filter_map(|others| others.first_in(least)).collect();
-        if let Some(body) = found.first().filter(|_| found.len() == others.len()) {
+        let in_zone: Vec<&str> = others.iter().filter_map(|others| others.first_in(least)).collect();
+        if let Some(body) = in_zone.first().filter(|_| in_zone.len() == others.len()) {
             return Err(SceneError::InTheIndentersWay { body: (*body).to_owned() });
         }
     }
@@ -167,7 +170,8 @@ impl Pressed<'_> {
         })
     }
 
-    /// Limits of the distance from the middle to the outermost corner of the surface.
+    /// Limits of the distance from the middle to the outermost corner of the surface, along x1 (`k` 0) or x3
+    /// (1) in the direction `outward` (1 or -1).
     fn corner(&self, k: usize, outward: f64) -> Range {
         let IndenterForm { position, half_widths, rounding, .. } = self.form;
         let (half, thickness, end) = (half_widths[k], self.pad[1], self.pad[2 * k]);
@@ -209,7 +213,7 @@ impl Pressed<'_> {
     ///
     /// # Errors
     /// The indenter reaches a wall in any case.
-    fn of_walls(&self) -> Result<Option<SceneError>, SceneError> {
+    fn check_walls(&self) -> Result<Option<SceneError>, SceneError> {
         let IndenterForm { position, half_widths: [along, across], rounding, height } = self.form;
         let (domain, thickness) = (&self.scene.domain, self.pad[1]);
         // The least half width of the box of the indenter.
@@ -244,12 +248,12 @@ impl Pressed<'_> {
     fn of_indenter(&self) -> Zone {
         let IndenterForm { position, half_widths, rounding, height } = self.form;
         let (domain, thickness) = (&self.scene.domain, self.pad[1]);
-        let bulges = |k: usize| match (rounding, k) {
+        let bulge = |k: usize| match (rounding, k) {
             (Rounding::Sharp, 0) => 1.5 * thickness,
             (Rounding::Sharp | Rounding::AlongX3 { .. }, _) if k == 1 => thickness,
             _ => (2.0 * half_widths[k]).max(thickness),
         };
-        let beside = |k: usize| [half_widths[k] + thickness, half_widths[k] + bulges(k)];
+        let beside = |k: usize| [half_widths[k] + thickness, half_widths[k] + bulge(k)];
         let [along, across] = [beside(0), beside(1)];
         let up = (0.5 * height).max(thickness);
         let zone = |which: usize, low: f64, high: f64| {

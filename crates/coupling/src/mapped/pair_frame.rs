@@ -20,35 +20,39 @@ use super::surface::DECAY;
 use crate::deform::{FiniteElementStep, Material};
 use crate::scene::DeformedScene;
 
-/// Degree of the map's polynomials along and across the electrodes, over their height, between them and the faces of the layer, and
-/// beside them.
+/// Degree of the map's polynomials along and across the electrodes, over their height, between them and the
+/// faces of the layer, and beside them. Tuned: time and `geometry_error_estimate` of
+/// `elastocap run cases/pair-under-sphere.toml`.
 const ALONG: usize = 8;
 const OVER_ELECTRODE: usize = 2;
 const BETWEEN: usize = 4;
 const BESIDE: usize = 6;
 
-/// The planes of the boxes that the map starts from.
+/// The frame of the map: the coordinates in which the boxes are given that the map starts from. Planes before
+/// loading are planes in the frame, too.
 pub(super) struct Frame {
     /// Planes of each axis before loading and in the frame: `[material, frame]`, ascending. On the first and
     /// the third axis the last plane is the end of the map.
     planes: [Vec<[f64; 2]>; 3],
-    /// The heights at which the map ends below and above the layer, m; `None` where a face of the layer is a
-    /// wall.
+    /// The height at which the map ends below the layer, m; `None` where it ends at the lower face of the
+    /// layer.
     below: Option<f64>,
+    /// The height at which the map ends above the layer, m; `None` where the upper face of the layer is a
+    /// wall.
     above: Option<f64>,
     /// Whether the layer continues outside the map.
     is_open: bool,
     /// The coordinate on each axis, in the frame, up to which points keep their material point: at least the
     /// last plane of an electrode.
     last: [f64; 3],
-    /// The electrodes of the solved quarter, before loading.
+    /// The electrodes before loading: of a pair in one plane the right one, of a stacked pair both.
     electrodes: Vec<Box3>,
     layout: Layout,
 }
 
 impl Frame {
-    /// The frame around the pair, which covers at least `cover` along x1 and x3, m; `None` where the planes
-    /// do not ascend.
+    /// The frame around the pair, in which the surface is followed at least up to `cover` along x1 and x3, m.
+    /// `None` without a pair, where the planes do not ascend, or where there is no room above the layer.
     pub(super) fn new(
         deformed: &DeformedScene,
         electrodes: &Electrodes,
@@ -109,13 +113,13 @@ impl Frame {
         let above = (!is_wall).then_some(above.min(others.ceiling(&ends.map(|end| [-end, end]))));
         let ascending =
             |p: &[[f64; 2]]| p.windows(2).all(|w| w[1][0] - w[0][0] > tiny && w[1][1] - w[0][1] > tiny);
-        let room = above.is_none_or(|above| above > surface + tiny);
+        let has_room = above.is_none_or(|above| above > surface + tiny);
         let layout = electrodes.layout;
         let solved = match layout {
             Layout::InPlane => vec![before[1]],
             Layout::Stacked => before.to_vec(),
         };
-        (planes.iter().all(|p| ascending(p)) && room).then_some(Self {
+        (planes.iter().all(|p| ascending(p)) && has_room).then_some(Self {
             planes,
             below,
             above,
@@ -136,7 +140,7 @@ impl Frame {
         self.last[1]
     }
 
-    /// The coordinate in the frame of a plane before loading.
+    /// The coordinate in the frame that belongs to the coordinate `y` before loading.
     fn of_material(&self, axis: usize, y: f64) -> f64 {
         between(&self.planes[axis], y, 0, 1)
     }
@@ -144,16 +148,17 @@ impl Frame {
     /// The image in the frame of a box before loading.
     fn of_box(&self, region: &Box3) -> Box3 {
         // The frame is mirror-symmetric on each axis.
-        let place = |axis: usize, y: f64| {
+        let coordinate = |axis: usize, y: f64| {
             if y < 0.0 { -self.of_material(axis, -y) } else { self.of_material(axis, y) }
         };
         Box3 {
-            min: [0, 1, 2].map(|a| place(a, region.min[a])),
-            max: [0, 1, 2].map(|a| place(a, region.max[a])),
+            min: [0, 1, 2].map(|a| coordinate(a, region.min[a])),
+            max: [0, 1, 2].map(|a| coordinate(a, region.max[a])),
         }
     }
 
-    /// The scene with the bodies as boxes of the frame.
+    /// The scene with the bodies as boxes in the coordinates of the frame; `None` where the layout and the
+    /// electrodes do not fit together.
     pub(super) fn scene(&self, deformed: &DeformedScene, step: &FiniteElementStep) -> Option<Scene> {
         let pair = match (self.layout, self.electrodes.as_slice()) {
             (Layout::InPlane, [right]) => {
@@ -257,13 +262,19 @@ impl Frame {
         [place[0], up, place[1]]
     }
 
-    /// See [`super::BentScene::deviation`].
+    /// The distance of the mapped faces of the electrodes and of the mapped surface from their finite-element
+    /// positions, over the size that it distorts, see [`super::BentScene::deviation`]. `gap` is the gap
+    /// between the electrodes, m.
     pub(super) fn deviation(&self, map: &SceneMap, material: &Material<'_>, gap: f64) -> f64 {
+        // Not tuned: the places only have to be close together.
+        /// Samples along each direction of a face.
         const COUNT: usize = 7;
-        let at = |ends: [f64; 2], i: usize| ends[0] + (ends[1] - ends[0]) * (i as f64 + 0.5) / COUNT as f64;
+        let sample =
+            |ends: [f64; 2], i: usize| ends[0] + (ends[1] - ends[0]) * (i as f64 + 0.5) / COUNT as f64;
         let root_mean_square = |points: &[(usize, [f64; 3])]| {
-            let off = |(axis, x): &(usize, [f64; 3])| map.image(*x)[*axis] - self.image(*x, material)[*axis];
-            (points.iter().map(|p| off(p).powi(2)).sum::<f64>() / points.len().max(1) as f64).sqrt()
+            let difference =
+                |(axis, x): &(usize, [f64; 3])| map.image(*x)[*axis] - self.image(*x, material)[*axis];
+            (points.iter().map(|p| difference(p).powi(2)).sum::<f64>() / points.len().max(1) as f64).sqrt()
         };
         let mut worst: f64 = 0.0;
         for region in &self.electrodes {
@@ -277,7 +288,7 @@ impl Frame {
                     .map(|n| {
                         let mut x = [0.0; 3];
                         x[axis] = ends(axis)[n % 2];
-                        (x[p], x[q]) = (at(ends(p), n / 2 % COUNT), at(ends(q), n / 2 / COUNT));
+                        (x[p], x[q]) = (sample(ends(p), n / 2 % COUNT), sample(ends(q), n / 2 / COUNT));
                         (axis, x)
                     })
                     .collect();
@@ -287,15 +298,18 @@ impl Frame {
         let surface = self.planes[1].last().map_or(0.0, |p| p[1]);
         let ends = |a: usize| [0.0, self.planes[a].last().map_or(0.0, |p| p[1])];
         let points: Vec<(usize, [f64; 3])> = (0..COUNT * COUNT)
-            .map(|n| (1, [at(ends(0), n % COUNT), surface, at(ends(2), n / COUNT)]))
+            .map(|n| (1, [sample(ends(0), n % COUNT), surface, sample(ends(2), n / COUNT)]))
             .collect();
         // The surface matters by its distance from the electrodes.
         worst.max(root_mean_square(&points) / (surface - self.last[1]).max(gap))
     }
 }
 
-/// The height of the surface in the frame, m, given the `planes` along x1 and x3.
+/// The height of the surface in the frame, m: a mean of its heights in the finite-element solution, given the
+/// `planes` along x1 and x3.
 fn surface(planes: &[Vec<[f64; 2]>; 3], is_open: bool, material: &Material<'_>) -> f64 {
+    // Not tuned: the mean height only has to be typical.
+    /// Sampled places, over the distance from the middle to an end.
     const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
     let end = |a: usize, from_end: usize| planes[a].iter().rev().nth(from_end).map_or(0.0, |p| p[0]);
     let top = |x1: f64, x3: f64| material.position([x1, material.pad[1], x3])[1];
@@ -309,8 +323,8 @@ fn surface(planes: &[Vec<[f64; 2]>; 3], is_open: bool, material: &Material<'_>) 
     above.sum::<f64>() / 25.0
 }
 
-/// Interpolates linearly between planes, from coordinate `from` to coordinate `to`; extrapolates beyond the
-/// last plane.
+/// Converts the coordinate `x` by linear interpolation between the planes, each of which has two coordinates:
+/// from those with the index `from` to those with the index `to`. Extrapolates beyond the last plane.
 fn between(planes: &[[f64; 2]], x: f64, from: usize, to: usize) -> f64 {
     let last = planes.len().saturating_sub(2);
     let k = planes.partition_point(|p| p[from] <= x).saturating_sub(1).min(last);

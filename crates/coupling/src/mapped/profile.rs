@@ -1,11 +1,12 @@
-//! The outline of an indenter that is the same all along x3: flat in the middle, round at its edges, with upright sides unless it is a
-//! cylinder.
+//! The outline of an indenter that is the same all along x3: flat in the middle, round at its edges, with
+//! upright sides unless it is a cylinder.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::scene::indenter::{IndenterForm, Rounding};
 
-/// The right half of the outline, from its lowest point in the middle to the middle of its top. Lengths in m, from the lowest point.
+/// The right half of the outline, from its lowest point in the middle to the middle of its top. Lengths in m,
+/// from the lowest point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
     /// Half of the width of the flat face; zero for a cylinder.
@@ -18,16 +19,16 @@ pub(super) struct Profile {
     pub(super) is_cylinder: bool,
 }
 
-/// A point of the outline.
+/// A point of the outline that faces a given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
-    /// The length of the outline up to it; negative on the left half.
+    /// The length of the outline up to the point; negative on the left half.
     pub(super) along: f64,
     /// The coordinates of the point along x1 and x2.
     pub(super) at: [f64; 2],
-    /// The outward normal there.
+    /// The outward normal of the outline.
     pub(super) normal: [f64; 2],
-    /// The signed distance from the outline of the point whose foot this is; negative inside.
+    /// The signed distance of the given point from the outline; negative inside.
     pub(super) gap: f64,
 }
 
@@ -60,10 +61,10 @@ impl Profile {
 
     /// The point of the outline that faces a point below or beside it.
     ///
-    /// Where indenter and layer touch, with a `film` between them (m), that is the foot, moved up by the
-    /// distance of the two where the outline is vertical, so that the space beside an indenter does not fold;
-    /// the normal is that of the foot. Elsewhere it is the point of the outline vertically above, as far as
-    /// the outline extends.
+    /// Where indenter and layer touch, with a `film` between them (m), the facing point is the foot. Where
+    /// the outline is vertical, it is moved up by the distance between the two, so that the space beside an
+    /// indenter does not fold; the normal is that of the foot. Without a `film`, it is the point of the
+    /// outline vertically above, as far as the outline extends, and the gap is the vertical distance.
     pub(super) fn facing(&self, point: [f64; 2], film: Option<f64>) -> Foot {
         let (along, gap, normal) = match film {
             Some(film) => {

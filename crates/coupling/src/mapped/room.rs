@@ -8,14 +8,15 @@ use elastocap_geometry::shapes::Shape;
 use crate::scene::SceneError;
 use crate::scene::attached::moved;
 
-/// Least height of a body above the undeformed layer for a map to end below it, in thicknesses of the layer.
+/// Least distance of a body above the surface of the undeformed layer for a map to end below the body, in
+/// thicknesses of the layer. It is not tuned.
 pub(super) const ABOVE: f64 = 0.25;
 
 /// The bodies that do not deform with the layer.
 pub(super) struct Others {
     /// The boxes around the parts of the bodies, each with the name of the body.
     parts: Vec<(String, Box3)>,
-    /// The least height of a body that counts as above the layer, m.
+    /// The height of its lower face from which on a body counts as above the layer, m.
     above: f64,
     /// The length below which overlaps are ignored, m.
     tiny: f64,
@@ -26,7 +27,7 @@ impl Others {
     /// bodies are moved as the pose says and with the top of the layer, by `top` (m) along x2.
     pub(super) fn of(case: &Case, scene: &Scene, top: f64, pose: &Pose) -> Result<Self, SceneError> {
         let thickness = case.layer.as_ref().map_or(0.0, |layer| layer.thickness);
-        let stays = |body: &&Body| match body.purpose {
+        let is_other = |body: &&Body| match body.purpose {
             // Dielectrics that the field omits are not in the scene.
             Purpose::Fixed | Purpose::OnTop | Purpose::OnIndenter => {
                 body.is_conductor() || scene.bodies.iter().any(|other| other.name == body.name)
@@ -38,7 +39,7 @@ impl Others {
             | Purpose::InLayer
             | Purpose::Indenter => false,
         };
-        let bodies = moved(case.bodies.iter().filter(stays).cloned().collect(), top, pose)?;
+        let bodies = moved(case.bodies.iter().filter(is_other).cloned().collect(), top, pose)?;
         let parts_of = |body: &Body| {
             let bounds = body.parts.iter().filter_map(Shape::bounds);
             bounds.map(|region| (body.name.clone(), region)).collect::<Vec<_>>()
@@ -47,6 +48,7 @@ impl Others {
         Ok(Self { parts, above: (1.0 + ABOVE) * thickness, tiny: 1e-9 * thickness })
     }
 
+    /// Whether a box overlaps the interval `ends` (m) along axis `a`.
     fn overlap(&self, region: &Box3, a: usize, ends: [f64; 2]) -> bool {
         region.max[a] > ends[0] + self.tiny && region.min[a] < ends[1] - self.tiny
     }
@@ -68,8 +70,8 @@ impl Others {
         }
     }
 
-    /// The lowest height of a body above the layer between these ends along x1 and x3, m; infinite without
-    /// any.
+    /// The height of the lowest body above the layer between these `ends` along x1 and x3, m; infinite
+    /// without such bodies.
     pub(super) fn ceiling(&self, ends: &[[f64; 2]; 2]) -> f64 {
         let above = self.parts.iter().map(|(_, region)| region).filter(|region| {
             region.min[1] >= self.above

@@ -23,36 +23,43 @@ use super::axes::{Piece, joined};
 use super::in_layer::InLayer;
 use super::room::Others;
 
-/// Distance over which a displacement falls to zero in open space, in thicknesses of the layer.
+/// Distance over which a displacement falls to zero in open space, in thicknesses of the layer. Tuned: time
+/// and `geometry_error_estimate` of `elastocap run cases/pair-under-sphere.toml`.
 pub(super) const DECAY: f64 = 1.5;
 
-/// Least distance over which a displacement falls to zero, over its component along x1 or x3.
+/// Least distance over which a displacement falls to zero, over its component along x1 or x3. Tuned: time and
+/// `geometry_error_estimate` of `elastocap run cases/comb-in-layer.toml`.
 pub(super) const DECAY_OF_SLIDING: f64 = 2.5;
 
 /// Degree of the map's polynomials along the surface, without and with bodies in the layer, and over the
 /// height of the layer near the substrate and near the surface. The degree near the substrate is two higher
-/// for a blend, and with bodies.
+/// for a blend, and with bodies. Tuned: time and `geometry_error_estimate` of `elastocap run` with
+/// cases/comb-in-layer.toml and cases/comb-on-board.toml.
 const ALONG: usize = 10;
 const WITH_BODIES: usize = 6;
 const OVER_LAYER: [usize; 2] = [4, 6];
 
-/// Height of the break between the two pieces over the height, over the thickness.
+/// The height at which the polynomials over the height of the layer break, over the thickness. Tuned: time
+/// and `geometry_error_estimate` of `elastocap run cases/comb-on-board.toml`.
 const NEAR_SURFACE: f64 = 0.6;
 
 /// Height above the electrodes up to which points stay in place, and the largest height up to which they may,
-/// over the thickness.
+/// over the thickness. Tuned: time and `geometry_error_estimate` of `elastocap run cases/comb-on-board.toml`.
 const AT_REST: f64 = 0.15;
 const HIGHEST_AT_REST: f64 = 0.4;
 
-/// Breaks of the polynomials beside the outermost corner, in thicknesses of the layer.
+/// Distances from the outermost corner at which the polynomials break, in thicknesses of the layer. Tuned:
+/// time and `geometry_error_estimate` of `elastocap run cases/comb-in-layer.toml`.
 const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 
 /// The surface is followed up to where its displacement is within this share of the thickness, at a distance
-/// from the outermost corner between these limits, in thicknesses.
+/// from the outermost corner between these limits, in thicknesses. Tuned: time and `geometry_error_estimate`
+/// of `elastocap run cases/comb-in-layer.toml`.
 const FLAT: f64 = 2e-3;
 pub(super) const FOLLOWED: [f64; 2] = [1.0, 5.0];
 
-/// Distances of walls that differ by less than this share of the thickness are equal.
+/// Distances of walls that differ by less than this share of the thickness are equal. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const SAME: f64 = 1e-9;
 
 /// Steps of the search for the material point at a place.
@@ -69,12 +76,14 @@ pub(super) enum Below {
 
 /// The description of the layer for a [`SurfaceMap`]. Lengths in m.
 pub(super) struct Bent {
+    /// The displacement of points below the surface.
     pub(super) below: Below,
     /// The height of the highest electrode on the substrate.
     pub(super) electrodes: f64,
     /// The thickness of the undeformed layer.
     pub(super) thickness: f64,
-    /// The material points along x1 and x3 at which the surface bends sharply; it is followed from the first to the last and beyond.
+    /// The coordinates along x1 and x3 of the material points at which the surface bends sharply. It is
+    /// followed from the first of them to the last and beyond.
     pub(super) corners: [Vec<f64>; 2],
     /// Whether the displacement is independent of x3.
     pub(super) is_plane: bool,
@@ -86,10 +95,11 @@ pub(super) struct Bent {
     pub(super) bodies: InLayer,
 }
 
-/// The map of such a layer.
+/// The map of a layer.
 pub(super) struct SurfaceMap<'a> {
     /// The displacement of a material point, m.
     displacement: &'a dyn Fn([f64; 3]) -> [f64; 3],
+    /// The description of the layer.
     bent: Bent,
     /// The height at which the map ends, m.
     above: f64,
@@ -109,6 +119,7 @@ pub(super) struct SurfaceMap<'a> {
 }
 
 impl<'a> SurfaceMap<'a> {
+    /// The map of the layer of a `scene` from the `displacement` of its material points, m.
     pub(super) fn new(
         scene: &Scene,
         others: &Others,
@@ -120,7 +131,7 @@ impl<'a> SurfaceMap<'a> {
         let (mut followed, mut ends, mut at_wall) = ([[0.0; 2]; 2], [[0.0; 2]; 2], [[false; 2]; 2]);
         let mut mirrored = [true; 2];
         for (k, a) in [(0, 0), (1, 2)] {
-            // The distances of the walls.
+            // The distances of the walls from the middle, below and above it on the axis.
             let walls = [-scene.domain.min[a], scene.domain.max[a]];
             let walls = [0, 1].map(|side| {
                 let is_walled = scene.walls[a][side] != Wall::Open && walls[side].is_finite();
@@ -144,7 +155,7 @@ impl<'a> SurfaceMap<'a> {
                 let is_beyond = corners_inside.clone().count() < corners().count();
                 let corner = corners_inside.fold(bodies, f64::max);
                 let corner = if corner.is_finite() { corner } else { 0.0 };
-                let at = |beyond: f64| {
+                let displacement_at = |beyond: f64| {
                     let mut x = [0.0, bent.thickness, 0.0];
                     x[a] = outward * (corner + beyond);
                     displacement(x)
@@ -158,12 +169,12 @@ impl<'a> SurfaceMap<'a> {
                     0.0
                 } else {
                     let places = (0..=20).map(|i| least + (most - least) * f64::from(i) / 20.0);
-                    places.into_iter().find(|d| at(*d)[1].abs() < FLAT * surface).unwrap_or(most)
+                    places.into_iter().find(|d| displacement_at(*d)[1].abs() < FLAT * surface).unwrap_or(most)
                 };
                 (followed[k][side], ends[k][side]) = if let Some(wall) = walls[side] {
                     (outward * (corner + beyond.min(0.5 * (wall - corner).max(0.0))), outward * wall)
                 } else {
-                    let slides = if is_straight { 0.0 } else { at(beyond)[a].abs() };
+                    let slides = if is_straight { 0.0 } else { displacement_at(beyond)[a].abs() };
                     let reach = (DECAY * surface).max(DECAY_OF_SLIDING * slides);
                     (outward * (corner + beyond), outward * (corner + beyond + reach))
                 };
@@ -186,6 +197,7 @@ impl<'a> SurfaceMap<'a> {
         Self { displacement, bent, above, rest, followed, ends, at_wall, mirrored, is_under_wall }
     }
 
+    /// The height of the surface before the map, m.
     pub(super) fn surface(&self) -> f64 {
         self.bent.scale * self.bent.thickness
     }
@@ -200,13 +212,14 @@ impl<'a> SurfaceMap<'a> {
         self.bent.bodies.highest
     }
 
-    /// The shortest side of the bodies in the surface, m; infinite without any.
+    /// The shortest side of the bodies in the surface, m; infinite without such bodies.
     pub(super) fn narrowest(&self) -> f64 {
         self.bent.bodies.narrowest
     }
 
-    /// The share of the displacement that the map takes at a coordinate, 1 where the surface is followed and
-    /// 0 at the end of the map, and whether the map ends at a wall on that side.
+    /// The share of the displacement that the map takes at the coordinate `x` along x1 (`k` 0) or x3 (1): 1
+    /// where the surface is followed and 0 at the end of the map. Also whether the place is beyond the
+    /// followed part, on a side where the map ends at a wall.
     fn share(&self, k: usize, x: f64) -> (f64, bool) {
         let side = usize::from(x > self.followed[k][1]);
         let [near, far] = [self.followed[k][side], self.ends[k][side]];
@@ -217,16 +230,18 @@ impl<'a> SurfaceMap<'a> {
         ((1.0 - beyond / (far - near).abs()).clamp(0.0, 1.0), self.at_wall[k][side])
     }
 
+    /// The image of a point, m.
     pub(super) fn image(&self, x: [f64; 3]) -> [f64; 3] {
         let (along, across) = (self.share(0, x[0]), self.share(1, x[2]));
-        let of_height = [along, across].map(|(share, at_wall)| if at_wall { 1.0 } else { share });
-        let (share, of_height) = (along.0 * across.0, of_height[0] * of_height[1]);
+        // Towards walls, only the displacement along x1 and x3 falls to zero, not that of the height.
+        let shares_of_height = [along, across].map(|(share, at_wall)| if at_wall { 1.0 } else { share });
+        let (share, share_of_height) = (along.0 * across.0, shares_of_height[0] * shares_of_height[1]);
         let surface = self.surface();
-        if x[1] <= self.rest || of_height == 0.0 {
+        if x[1] <= self.rest || share_of_height == 0.0 {
             return x;
         }
-        let of_box = x[1].min(surface);
-        let mut material = [x[0], of_box / self.bent.scale, x[2]];
+        let height_in_box = x[1].min(surface);
+        let mut material = [x[0], height_in_box / self.bent.scale, x[2]];
         let stays_flat = self.bent.scale != 1.0;
         if stays_flat {
             // The ends of the layer, which bulge, are not part of the field.
@@ -235,12 +250,12 @@ impl<'a> SurfaceMap<'a> {
             }
         }
         let mut moved = self.moved(material);
-        if share < of_height {
+        if share < share_of_height {
             let place = [x[0] + share * moved[0], x[2] + share * moved[2]];
             let height = if stays_flat { material[1] + moved[1] } else { self.height_at(material, place) };
-            moved = [share * moved[0], of_height * (height - of_box), share * moved[2]];
+            moved = [share * moved[0], share_of_height * (height - height_in_box), share * moved[2]];
         } else {
-            moved = [share * moved[0], share * (material[1] + moved[1] - of_box), share * moved[2]];
+            moved = [share * moved[0], share * (material[1] + moved[1] - height_in_box), share * moved[2]];
         }
         let fade = match x[1] > surface {
             true => ((self.above - x[1]) / (self.above - surface)).max(0.0),
@@ -249,7 +264,7 @@ impl<'a> SurfaceMap<'a> {
         [0, 1, 2].map(|a| x[a] + fade * moved[a])
     }
 
-    /// The displacement of a point of the layer, m.
+    /// The displacement that the map gives a material point where the surface is followed, m.
     fn moved(&self, x: [f64; 3]) -> [f64; 3] {
         let displacement = (self.displacement)(x);
         match self.bent.below {
@@ -283,6 +298,7 @@ impl<'a> SurfaceMap<'a> {
         Box3 { min: [along[0], self.rest, across[0]], max: [along[1], self.above, across[1]] }
     }
 
+    /// The grid of the map's polynomials; breaks less than `tiny` (m) apart are merged.
     pub(super) fn axes(&self, tiny: f64) -> [MapAxis; 3] {
         let thickness = self.bent.thickness;
         let pieces = |k: usize, is_half: bool| {
@@ -324,9 +340,10 @@ impl<'a> SurfaceMap<'a> {
         };
         let surface = self.surface();
         let middle = NEAR_SURFACE * surface;
-        let more = if self.bent.below == Below::Blend || !self.bent.bodies.is_empty() { 2 } else { 0 };
+        let more_degrees =
+            if self.bent.below == Below::Blend || !self.bent.bodies.is_empty() { 2 } else { 0 };
         let mut up = vec![
-            Piece::new(self.rest, middle, OVER_LAYER[0] + more),
+            Piece::new(self.rest, middle, OVER_LAYER[0] + more_degrees),
             Piece::new(middle, surface, OVER_LAYER[1]),
             Piece::new(surface, self.above, 1),
         ];

@@ -14,19 +14,20 @@ use crate::outcome::{Outcome, Row, Status, StepResult};
 use crate::plan::{Options, Plan};
 use crate::scene::scene_of;
 
-/// The relative tolerance of the capacitances.
+/// The relative tolerance of the capacitances. Tuned: `cargo bench --bench curve`.
 const TOLERANCE: f64 = 2e-2;
-/// The relative tolerance of the forces, which are not needed.
+/// The relative tolerance of the forces, which are not needed. Tuned: `cargo bench --bench curve`.
 const FORCE_TOLERANCE: f64 = 0.2;
-/// The largest compression that is solved: larger ones take long.
+/// The largest compression that is solved: larger ones take long. Tuned: `cargo bench --bench curve`.
 const MAX_COMPRESSION: f64 = 0.2;
 /// The largest number of compressions that are solved. The change of the capacitance is interpolated between
-/// them.
+/// them. Tuned: `cargo bench --bench curve`.
 const MAX_COMPRESSIONS: usize = 2;
 /// A comparison with a longer forecast, in seconds, is skipped. Forecasts count work and do not depend on the
-/// machine.
+/// machine. It is not tuned.
 const MAX_SECONDS: f64 = 3.0;
-/// The least distance of the ends of the layer from the electrodes, in thicknesses of the layer.
+/// The least distance of the ends of the layer from the electrodes, in thicknesses of the layer. Tuned:
+/// `cargo bench --bench curve`.
 const BEYOND: f64 = 1.2;
 
 /// Capacitances in plane strain over the compression.

@@ -4,29 +4,33 @@
 use elastocap_case::{Case, Indenter, Layer, Mechanics, Stiffness};
 use elastocap_geometry::scene::Purpose;
 
-/// Largest ratio of the shear modulus of a pair to that of the layer at which the pair follows the rubber.
+/// Largest ratio of the shear modulus of a pair to that of the layer at which the pair follows the rubber. It
+/// is not tuned.
 const SOFT: f64 = 2.0;
 /// Errors of the closed form as shares of its change (second) at ratios of the pair's shear modulus to that
-/// of the layer (first).
+/// of the layer (first). Measured: `benches/total_errors.py`.
 const OF_CLOSED_FORM: [[f64; 2]; 3] = [[1.0, 0.15], [11.0, 1.5], [1000.0, 3.0]];
 /// Additional error of the closed form, as a share, under a given force for which no table has the contact.
 const OF_FORCE: f64 = 0.5;
 
 /// Errors of plane strain with a soft pair as shares of its change: under a contact as long along x3 as it is
-/// wide, and the largest.
+/// wide, and the largest. Measured: `benches/total_errors.py`.
 const OF_SOFT: [f64; 2] = [1.5, 2.0];
-/// The same shares with a stiff pair.
+/// The same shares with a stiff pair. Measured: `benches/total_errors.py`.
 const OF_STIFF: [f64; 2] = [1.2, 1.0];
-/// The same shares with bodies on the faces of a layer that a punch bends.
+/// The same shares with bodies on the faces of a layer that a punch bends. Measured:
+/// `benches/total_errors.py`.
 const OF_SURFACE: [f64; 2] = [0.5, 0.5];
 /// Largest gain of capacitance per unit of stretch by bodies that stretch along x3 with the rubber, which
 /// plane strain neglects. Among 246 random cases (`benches/total_errors.py --seed 2`), two combs whose
 /// changes nearly cancel gain 0.5.
 const OF_STRETCH: f64 = 0.75;
-/// Largest share by which a pair that is stiffer than the layer increases the force of a punch.
+/// Largest share by which a pair that is stiffer than the layer increases the force of a punch. Measured:
+/// `benches/model_errors.py`.
 const OF_FORCE_BY_PAIR: f64 = 0.25;
 /// Share by which forces in plane strain exceed those in three dimensions under a contact that is two
-/// thicknesses wide and as long along x3. It grows as the square root of the width.
+/// thicknesses wide and as long along x3. It grows as the square root of the width. Measured:
+/// `benches/forces_in_space.py`.
 const OF_FORCE_IN_PLANE: f64 = 0.78;
 
 /// The bodies that move with the rubber of a layer.

@@ -14,7 +14,7 @@ use crate::scene::neutral::indenter_in_field;
 use crate::settings::FieldSettings;
 
 /// Largest number of steps that are examined, and largest product of that number and the number of bodies. Of
-/// more steps, this many are examined at equal distances.
+/// more steps, this many are examined at equal distances. Not tuned: what `check` may take.
 const MAX_STEPS: usize = 64;
 const MAX_BODIES: usize = 12_800;
 

@@ -19,11 +19,11 @@ use crate::words::{counted, grouped, listed};
 /// The part of a plan that says which capacitance is measured.
 pub const MEASURED: &str = "measured";
 
-/// Largest number of field problems that are solved at the same time, on any machine.
+/// Largest number of field problems that are solved at the same time, on any machine. It is not tuned.
 const MAX_AT_ONCE: usize = 8;
 
 /// Memory of the process outside its solves, bytes: the program, stacks of threads, and files while they are
-/// written.
+/// written. Measured: `benches/forecast.py`.
 pub(super) const PROGRAM: u64 = 20 << 20;
 
 /// Share of the tolerance that the facets of an imported mesh may take without a warning.

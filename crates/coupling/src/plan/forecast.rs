@@ -15,13 +15,14 @@ use crate::words::seconds;
 use elastocap_linalg::memory::bytes_in_words;
 
 /// The largest observed ratio of the number of unknowns for bent electrodes to that for straight ones. The
-/// first mesh that follows bent electrodes has 40 to 170 thousand already, hence the minima below.
+/// first mesh that follows bent electrodes has 40 to 170 thousand already, hence the minima below. Measured:
+/// `benches/forecast.py`.
 const BENT: f64 = 2.5;
 /// The largest observed ratio of the number of unknowns for outlines of bent electrodes to that of straight
-/// ones: the meshes in the plane follow every bend.
+/// ones: the meshes in the plane follow every bend. Measured: `benches/forecast.py`.
 const BENT_OUTLINES: f64 = 6.0;
 /// Memory of a solve of outlines beyond the counted part, mostly freed memory that the allocator keeps,
-/// bytes.
+/// bytes. Measured: `benches/forecast.py`.
 const OF_OUTLINES: u64 = 20 << 20;
 const MIN_UNKNOWNS: usize = 120_000;
 const MIN_BYTES: u64 = 300_000_000;

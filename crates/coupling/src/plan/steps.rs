@@ -149,7 +149,8 @@ fn outlook(case: &Case, load: StepLoad, pose: &Pose, prune: bool) -> Result<Outl
         check_pressed(case, compression * layer.thickness, pose)?;
     }
     let route = route(Bodies::of(&scene), Bending::expected(case, load, pose), asked(case))?;
-    // The map of a tilt is made together with the scene: the surface of the layer that the tilt follows stays flat.
+    // The map of a tilt is made together with the scene: the surface of the layer that the tilt follows stays
+    // flat.
     let doubt = match route.shape() {
         SolvedShape::Mapped if pose.tilt == [0.0; 2] => {
             in_the_way(case, &scene, load, pose)?.map(StepFailure::from)

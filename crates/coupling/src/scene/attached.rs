@@ -10,10 +10,11 @@ use elastocap_geometry::shapes::Shape;
 use super::SceneError;
 
 /// Distance over which the map of a tilt decays beside and above the tilted bodies, over their length on that
-/// axis, unless another body is closer.
+/// axis, unless another body is closer. Tuned: `time elastocap run cases/quadrants.toml`.
 const REACH: f64 = 0.5;
 
-/// Distance over which the map of a tilt decays towards another body, over the distance to that body.
+/// Distance over which the map of a tilt decays towards another body, over the distance to that body. Tuned:
+/// `time elastocap run cases/quadrants.toml`.
 const SHARE: f64 = 0.9;
 
 /// Whether a body is attached to the top of the layer or to the indenter.

@@ -14,7 +14,8 @@ use super::neutral::indenter_in_field;
 use super::walls::outer_walls;
 use crate::deform::Deformation;
 
-/// Gaps up to this share of the layer's thickness count as rounding errors of sums of lengths.
+/// Gaps up to this share of the layer's thickness count as rounding errors of sums of lengths. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 const ROUNDING: f64 = 1e-9;
 
 /// Refuses a step in which conductors touch. `conductors` are those of its scene before terminals are joined,

@@ -13,7 +13,8 @@ use super::{DeformedPair, ElectrodePlace, SceneError};
 use crate::deform::{Deformation, Ends, FiniteElementStep};
 use elastocap_case::{Electrodes, Layer, Layout, Stiffness};
 
-/// Lengths that differ by less than this share of the layer's thickness are the same.
+/// Lengths that differ by less than this share of the layer's thickness are the same. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const ROUNDING: f64 = 1e-12;
 
 /// The positions of the electrodes in a scene before terminals are joined: they are added first.
@@ -22,7 +23,8 @@ const PLACES: [ElectrodePlace; 2] =
 
 /// The two electrodes of a scene.
 pub(super) struct Placed {
-    /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of their faces.
+    /// Boxes in the order of the electrodes' names. Bent electrodes are represented by the mean positions of
+    /// their faces.
     pub(super) regions: [Box3; 2],
     pub(super) pair: DeformedPair,
     /// See [`super::DeformedScene::electrodes_are_bent`].

@@ -25,7 +25,8 @@ pub struct DeformedScene {
     pub scene: Scene,
     /// The pair of electrodes, if the case has one.
     pub pair: Option<DeformedPair>,
-    /// Whether the load bends the two electrodes. In `scene` bent electrodes are boxes at the mean positions of their faces.
+    /// Whether the load bends the two electrodes. In `scene` bent electrodes are boxes at the mean positions
+    /// of their faces.
     pub electrodes_are_bent: bool,
     /// The map that tilts what is attached, if it is tilted; in `scene` it is not.
     pub tilt: Option<Arc<SceneMap>>,

@@ -8,7 +8,8 @@ use elastocap_case::{Case, Extent, Face, Surroundings};
 /// `walls[axis][side]`, side 0 at the lower end.
 pub(super) type Walls = [[Wall; 2]; 3];
 
-/// The outer walls of a case whose layer is `top` thick, m, around conductors given by their names and bounds.
+/// The outer walls of a case whose layer is `top` thick, m, around conductors given by their names and
+/// bounds.
 ///
 /// # Errors
 /// A conductor that reaches a wall below or above the layer.

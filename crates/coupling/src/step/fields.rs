@@ -1,4 +1,5 @@
-//! The field of one step on its route: boxes, boxes under a map, outlines, or the scene that is left to tetrahedra.
+//! The field of one step on its route: boxes, boxes under a map, outlines, or the scene that is left to
+//! tetrahedra.
 
 use std::sync::Arc;
 
@@ -41,7 +42,8 @@ pub(super) enum Fields {
 }
 
 impl Solver<'_> {
-    /// The field of a step on its route, or the scene for the solver on tetrahedra. A change of the route is added to `changes`.
+    /// The field of a step on its route, or the scene for the solver on tetrahedra. A change of the route is
+    /// added to `changes`.
     pub(super) fn fields(
         &self,
         taken: Route,
@@ -81,8 +83,8 @@ impl Solver<'_> {
         Ok(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 })
     }
 
-    /// The solution that the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra may serve, and nobody asked for
-    /// that solver; `changes` then says so.
+    /// The solution that the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra
+    /// may serve, and nobody asked for that solver; `changes` then says so.
     pub(super) fn or_tetrahedra(
         &self,
         found: Result<Solved, SolveError>,
@@ -253,7 +255,8 @@ mod tests {
         boundary = "open"
     "#;
 
-    /// What becomes of an error of the solver for outlines: whether tetrahedra follow, with how many changes of the route, or the failure.
+    /// What becomes of an error of the solver for outlines: whether tetrahedra follow, with how many changes
+    /// of the route, or the failure.
     fn after(error: SolveError, text: &str) -> (Result<bool, StepFailure>, usize) {
         let case = elastocap_case::parse(text, Path::new("discs.toml")).unwrap();
         let options = Options::default();

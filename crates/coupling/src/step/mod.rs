@@ -58,11 +58,11 @@ impl<'a> From<&'a LayerScene> for Shaped<'a> {
     }
 }
 
-/// Spread of the bounds of a draft, over the value.
+/// Spread of the bounds of a draft, over the value. It is not tuned.
 const DRAFT: f64 = 0.1;
 
-/// The spread at which a solve to another tolerance may stop, over that tolerance. A change is known with it all the same: the shares of its
-/// two states leave that much.
+/// The spread at which a solve to another tolerance may stop, over that tolerance. A change is known with it
+/// all the same: the shares of its two states leave that much.
 pub(crate) const ACCEPTED: f64 = 1.08;
 
 /// How a step is to be solved again.
@@ -82,7 +82,8 @@ pub(crate) struct Solver<'a> {
     pub(crate) prune: bool,
     pub(crate) force_limit: Option<ForceLimit>,
     pub(crate) layer: &'a Prepared,
-    /// By how many meshes the layer is coarser than the finest that reached a load: none, but where errors of the layer are looked for.
+    /// By how many meshes the layer is coarser than the finest that reached a load: none, but where errors of
+    /// the layer are looked for.
     pub(crate) coarser: usize,
     /// The solution that the fields of steps under a map are added to where that is possible.
     pub(crate) base: Option<&'a CommonBase>,
@@ -106,7 +107,8 @@ impl Solver<'_> {
         (result, field)
     }
 
-    /// Solves the field of a step to another tolerance for what the curve shows alone: of the whole matrix for the entry that it shows.
+    /// Solves the field of a step to another tolerance for what the curve shows alone: of the whole matrix
+    /// for the entry that it shows.
     pub(crate) fn solve_to(
         &self,
         step: &PlannedStep,
@@ -155,8 +157,9 @@ impl Solver<'_> {
         }
     }
 
-    /// The base that the fields of steps like this one are added to, for solves to a tolerance within so much memory (bytes). The steps are
-    /// known to have these `capacitances`, F. `None` where nothing is meant to be added.
+    /// The base that the fields of steps like this one are added to, for solves to a tolerance within so much
+    /// memory (bytes). The steps are known to have these `capacitances`, F. `None` where nothing is meant to
+    /// be added.
     ///
     /// # Errors
     /// Why there is no base where one is meant.
@@ -330,7 +333,8 @@ impl Solver<'_> {
         Ok(deformed)
     }
 
-    /// A step as an earlier run found it, with the layer and the bodies of this one. `None` if it does not fit them.
+    /// A step as an earlier run found it, with the layer and the bodies of this one. `None` if it does not
+    /// fit them.
     pub(crate) fn restored(&self, step: &PlannedStep, found: FinishedStep) -> Option<StepResult> {
         let mut result = StepResult::not_run(step);
         let state = self.deformation(step).ok()?;

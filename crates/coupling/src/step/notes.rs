@@ -1,4 +1,5 @@
-//! Notes of a step in its result: the layer, what was found of the field, and what is missing of what was asked for.
+//! Notes of a step in its result: the layer, what was found of the field, and what is missing of what was
+//! asked for.
 
 use std::sync::atomic::Ordering;
 
@@ -49,13 +50,15 @@ impl Shortfalls {
     }
 }
 
-/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as show an order of
-/// convergence. The difference between two may vanish by accident.
+/// Coarser meshes of the layer that are looked at for the error of a capacitance: with the finest, as many as
+/// show an order of convergence. The difference between two may vanish by accident.
 const ERRORS_FROM: usize = 2;
 
-/// The least share of the difference between the capacitances on two meshes that is stated as the error on the finer one.
+/// The least share of the difference between the capacitances on two meshes that is stated as the error on
+/// the finer one. Measured: `benches/total_errors.py`.
 const LEAST_LEFT: f64 = 0.25;
-/// The most of it: where distances changed by less, what the capacitance changed by is not what is left of it.
+/// The most of it: where distances changed by less, what the capacitance changed by is not what is left of
+/// it. Measured: `benches/total_errors.py`.
 const MOST_LEFT: f64 = 10.0;
 
 impl Solver<'_> {
@@ -94,10 +97,10 @@ impl Solver<'_> {
         None
     }
 
-    /// The relative error of gaps and capacitance that the finite elements of the layer leave: the largest of those of a pair and
-    /// of other bodies in the layer. It is the one estimated on the finest mesh, or follows from the differences between the
-    /// meshes. `None` without finite elements, with nothing in the layer, where no other mesh reached the load, and on a coarser
-    /// mesh than the finest.
+    /// The relative error of gaps and capacitance that the finite elements of the layer leave: the largest of
+    /// those of a pair and of other bodies in the layer. It is the one estimated on the finest mesh, or
+    /// follows from the differences between the meshes. `None` without finite elements, with nothing in the
+    /// layer, where no other mesh reached the load, and on a coarser mesh than the finest.
     pub(super) fn mechanics_error(
         &self,
         step: &PlannedStep,
@@ -136,7 +139,8 @@ impl Solver<'_> {
         Some(rods.error(errors?.into_iter()))
     }
 
-    /// The relative error, an estimate, of the pair: the larger of those of its gap and of its parallel-plate capacitance.
+    /// The relative error, an estimate, of the pair: the larger of those of its gap and of its parallel-plate
+    /// capacitance.
     fn error_of_pair(
         &self,
         step: &PlannedStep,
@@ -160,14 +164,15 @@ impl Solver<'_> {
         Ok(errors.into_iter().flatten().reduce(f64::max))
     }
 
-    /// The gap in m and the parallel-plate capacitance in F of the pair where the layer is as this says; `None` without a pair.
+    /// The gap in m and the parallel-plate capacitance in F of the pair where the layer is as this says;
+    /// `None` without a pair.
     fn facing(&self, layer: &FiniteElementStep) -> Result<Option<[f64; 2]>, Stop> {
         let scene = scene_of(self.case, Some(&Deformation::FiniteElement(layer)), &Pose::default())?;
         Ok(scene.pair.map(|pair| [pair.gap, pair.parallel_plate]))
     }
 
-    /// The error of the pair's distances on the finest mesh, divided by their change since the mesh before; `None` where
-    /// that error is not estimated on one mesh, and where they hardly changed.
+    /// The error of the pair's distances on the finest mesh, divided by their change since the mesh before;
+    /// `None` where that error is not estimated on one mesh, and where they hardly changed.
     fn share_left(&self, finest: &FiniteElementStep, before: &FiniteElementStep) -> Option<f64> {
         let error = finest.places_error?;
         let [now, then] = [finest, before].map(|layer| self.facing(layer).ok().flatten());
@@ -177,9 +182,10 @@ impl Solver<'_> {
         (left <= MOST_LEFT).then_some(left)
     }
 
-    /// Compares the error that the layer's finite elements leave with what was asked for. Where the one estimated from distances
-    /// is too large, the `capacitance` itself (F) is solved for on the coarser meshes: it may depend on these distances weakly.
-    /// That is given where the field has all that was asked for. A second solve of a step leaves this to the first one.
+    /// Compares the error that the layer's finite elements leave with what was asked for. Where the one
+    /// estimated from distances is too large, the `capacitance` itself (F) is solved for on the coarser
+    /// meshes: it may depend on these distances weakly. That is given where the field has all that was asked
+    /// for. A second solve of a step leaves this to the first one.
     fn judge_mechanics(
         &self,
         step: &PlannedStep,
@@ -220,11 +226,12 @@ impl Solver<'_> {
         Ok(())
     }
 
-    /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was `found` to have, from
-    /// those on its last coarser meshes, or from that on the last of them and the estimated error of distances, where there is
-    /// one. These are solved for as that was: grids are then much the same, and so is what they miss. `None` on tetrahedra, whose
-    /// solves take too long for it, of a whole matrix, with less than three meshes, and where the solves are not alike. Adds the
-    /// time that it takes to `spent`.
+    /// The relative error that the layer's finite elements leave in the `capacitance` (F) that a step was
+    /// `found` to have, from those on its last coarser meshes, or from that on the last of them and the
+    /// estimated error of distances, where there is one. These are solved for as that was: grids are then
+    /// much the same, and so is what they miss. `None` on tetrahedra, whose solves take too long for it, of a
+    /// whole matrix, with less than three meshes, and where the solves are not alike. Adds the time that it
+    /// takes to `spent`.
     ///
     /// # Errors
     /// A defect that one of these solves met with, such as bounds that contradict each other.
@@ -273,7 +280,8 @@ impl Solver<'_> {
         Ok(error_on_finest(&values).map(|error| at_least(error / capacitance.abs())))
     }
 
-    /// Notes how far the bodies of a field are from those of the layer's finite elements, within the map and `beyond` it.
+    /// Notes how far the bodies of a field are from those of the layer's finite elements, within the map and
+    /// `beyond` it.
     pub(super) fn note_deviation(
         &self,
         row: &mut Row,
@@ -345,7 +353,8 @@ impl Solver<'_> {
         Ok(())
     }
 
-    /// The capacitance that the row of a step shows. That of the whole matrix is one of its entries, which only a curve needs.
+    /// The capacitance that the row of a step shows. That of the whole matrix is one of its entries, which
+    /// only a curve needs.
     fn measured(&self, solution: &Solution) -> Option<Bounded> {
         match self.case.measurement() {
             Measurement::Matrix { .. } if self.case.load.is_none() && self.case.measured.is_none() => None,
@@ -353,7 +362,8 @@ impl Solver<'_> {
         }
     }
 
-    /// The two-terminal capacitance where the tolerance is its tolerance too, or is met besides and nothing else was named.
+    /// The two-terminal capacitance where the tolerance is its tolerance too, or is met besides and nothing
+    /// else was named.
     fn two_terminal(&self, measured: &Bounded, solution: &Solution) -> Option<Bounded> {
         match self.case.measurement() {
             Measurement::TwoTerminal(_) => Some(*measured),

@@ -14,10 +14,12 @@ use elastocap_linalg::vector::{length, minus};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Share of the tolerance that the faceting error may take.
+/// Share of the tolerance that the faceting error may take. Tuned:
+/// `benches/peers/capacitance.py --only elastocap --scene two-spheres`.
 const SHARE: f64 = 0.2;
 
-/// Smallest and largest face size, over the radius of curved bodies.
+/// Smallest and largest face size, over the radius of curved bodies. Tuned:
+/// `benches/peers/capacitance.py --only elastocap --scene two-spheres`.
 const FACE_SIZES: [f64; 2] = [0.02, 0.3];
 
 /// Least [`flatness`] at which a layered scene is meshed in layers, which needs no small triangles for thin
@@ -27,20 +29,23 @@ pub(super) const FLAT: f64 = 12_000.0;
 /// Least number of [`strips`] at which a layered scene is meshed in layers, whose triangles may be elongated.
 const STRIPS: f64 = 300.0;
 
-/// Growth of elements away from the edges of thin conductors.
+/// Growth of elements away from the edges of thin conductors. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3`, which has its own copy.
 const THIN_GROWTH: f64 = 0.3;
 
 /// Largest number of points along the edges of thin conductors: the first mesh has a few hundred tetrahedra
-/// for each.
+/// for each. It is not tuned.
 const MAX_EDGE_POINTS: f64 = 8_000.0;
 
-/// Largest number of points along the edges of thin conductors in the mesh of a forecast.
+/// Largest number of points along the edges of thin conductors in the mesh of a forecast. Not tuned: what
+/// `check` may take.
 pub(super) const FORECAST_EDGE_POINTS: f64 = 150.0;
 
-/// Largest number of point insertions in the mesh of a forecast: a second or two for each size.
+/// Largest number of point insertions in the mesh of a forecast: a second or two for each size. Not tuned:
+/// what `check` may take.
 const FORECAST_INSERTIONS: usize = 20_000;
 
-/// Largest number of corners of outlines in the mesh of a forecast.
+/// Largest number of corners of outlines in the mesh of a forecast. Not tuned: what `check` may take.
 const FORECAST_CORNERS: usize = 5_000;
 
 /// The purpose of a first mesh.
@@ -69,7 +74,7 @@ impl Purpose {
         }
     }
 
-    /// See [`Sizing::most_insertions`].
+    /// Largest number of point insertions; see [`Sizing::most_insertions`].
     fn most_insertions(self) -> usize {
         match self {
             Self::Solve => usize::MAX,
@@ -78,32 +83,34 @@ impl Purpose {
     }
 }
 
-/// Largest length of mesh edges along thin conductors, relative to their width.
+/// Largest length of mesh edges along thin conductors, relative to their width. It is not tuned.
 const MAX_THIN_EDGE: f64 = 0.1;
 
-/// Number of face sizes to try.
+/// Number of face sizes to try. It is not tuned.
 const TRIES: usize = 4;
 
 /// Largest angle between two faces of a tetrahedron, degrees, beyond which other sizes are tried: a single
-/// such tetrahedron may spoil the lower bound.
+/// such tetrahedron may spoil the lower bound. It is not tuned.
 const LARGEST_ANGLE: f64 = 179.9;
 
 /// Number of points beyond which no other size is tried if the surfaces cannot be recovered: that would take
-/// too long.
+/// too long. It is not tuned.
 const FEW_POINTS: usize = 100_000;
 
-/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the first mesh is then
-/// two to three times the tolerance.
+/// Length of mesh edges along thin conductors, relative to their width, over the tolerance: the spread on the
+/// first mesh is then two to three times the tolerance. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3`, which has its own copy.
 pub(super) const THIN_EDGE: f64 = 4.0;
 
 /// The first mesh of a solve.
 pub(super) struct First {
+    /// The mesh of the part of the scene above the planes.
     pub(super) mesh: TetMesh,
     /// The mirror planes above which the scene is meshed.
     pub(super) planes: Planes,
     /// Face size over the radius on curved bodies.
     pub(super) size: f64,
-    /// See [`ball_gap`].
+    /// The least gap between balls, over their radius; see [`ball_gap`].
     pub(super) gap: f64,
 }
 
@@ -141,6 +148,7 @@ struct Fineness<'a> {
     size: f64,
     /// The relative tolerance of the solve.
     tolerance: f64,
+    /// The purpose of the mesh.
     purpose: Purpose,
     /// Stops the mesher when set.
     cancel: Option<&'a Arc<AtomicBool>>,
@@ -161,6 +169,7 @@ fn mesh_of(
     }
 }
 
+/// A mesh of a whole scene, by the mesher that suits it.
 fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, TetrahedraError> {
     let Fineness { size, tolerance, cancel, .. } = fineness;
     let reach = reach(scene, tolerance);
@@ -206,11 +215,11 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
         match mesh_unless(scene, &sizing, cancel) {
             Ok(found) => {
                 let angle = found.quality.largest_angle;
-                let few = found.mesh.points.len() < FEW_POINTS;
+                let has_few_points = found.mesh.points.len() < FEW_POINTS;
                 if flattest.as_ref().is_none_or(|(least, _)| angle < *least) {
                     flattest = Some((angle, found.mesh));
                 }
-                if angle < LARGEST_ANGLE || !few {
+                if angle < LARGEST_ANGLE || !has_few_points {
                     tries = 0;
                 }
             }
@@ -239,7 +248,7 @@ fn whole_of(scene: &Scene, fineness: Fineness<'_>) -> Result<TetMesh, Tetrahedra
             return Ok(mesh);
         }
         sizing.facet *= 0.9;
-        // Bodies that are not round do not depend on the face size.
+        // The mesh of bodies that are not round does not depend on the face size.
         sizing.growth *= 0.95;
     }
 }
@@ -257,21 +266,23 @@ fn thin_metal(scene: &Scene, fineness: Fineness<'_>, reach: f64) -> Option<Sizin
     };
     let wanted = THIN_EDGE * fineness.tolerance;
     let points = sizing(wanted).points_along_thin_edges(scene)?;
-    let with = |most: f64| wanted * (points / most).max(1.0);
-    let (finest, coarsest) = (with(MAX_EDGE_POINTS), wanted.max(MAX_THIN_EDGE));
-    (finest <= coarsest).then(|| sizing(with(fineness.purpose.edge_points()).clamp(finest, coarsest)))
+    let edge_for = |most: f64| wanted * (points / most).max(1.0);
+    let (finest, coarsest) = (edge_for(MAX_EDGE_POINTS), wanted.max(MAX_THIN_EDGE));
+    (finest <= coarsest).then(|| sizing(edge_for(fineness.purpose.edge_points()).clamp(finest, coarsest)))
 }
 
 /// Distance at which open space begins, over the size of the scene. The loss of the bounds outside falls with
 /// its square (measured on spheres and pads). Infinite dielectrics need a larger distance.
 fn reach(scene: &Scene, tolerance: f64) -> f64 {
-    let endless = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
-    let layers = scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(endless));
-    let lost = if layers { 0.6 } else { 0.004 };
+    let is_infinite = |b: Box3| (0..3).any(|a| b.min[a].is_infinite() || b.max[a].is_infinite());
+    let has_infinite_dielectrics =
+        scene.dielectric_parts().any(|(_, part)| part.as_box().is_some_and(is_infinite));
+    let lost = if has_infinite_dielectrics { 0.6 } else { 0.004 };
     (lost / (SHARE * tolerance)).sqrt().clamp(10.0, 40.0)
 }
 
-/// Approximate number of cubes, as high as the lowest gap or plate, that would cover the conductors.
+/// Approximate number of cubes that would cover the conductors, as seen along the axis along which there are
+/// most of them. Their side is the smallest distance along this axis between faces of the conductors' boxes.
 pub(super) fn flatness(scene: &Scene) -> f64 {
     let shapes: Vec<(&Shape, Box3)> =
         scene.conductor_parts().filter_map(|(_, part)| Some((part, part.bounds()?))).collect();

@@ -23,12 +23,14 @@ use shown::surfaces_of;
 
 /// The relative faceting error of a capacitance, over the square of the ratio of face size to radius: for
 /// balls and cylinders whose facets preserve their volume, from the mean distance of a facet to the surface.
+/// Measured: `benches/peers/capacitance.py --only elastocap --scene two-spheres`.
 const FACETS: f64 = 0.05;
 
 /// The ratio of the unknowns of a mesh with fine edges to those expected from refinement of a coarse mesh.
+/// Measured: `benches/forecast.py`.
 const FINE_EDGES: f64 = 2.0;
 
-/// Number of meshes to try if the solver fails.
+/// Number of meshes to try if the solver fails. It is not tuned.
 const MESH_TRIES: usize = 3;
 
 /// The plane of symmetry of each axis, if there is one.
@@ -36,11 +38,11 @@ type Planes = [Option<MirrorPlane>; 3];
 
 /// The solution of a scene.
 pub(crate) struct Solved {
-    /// The solution and its mesh, of the part above the planes.
+    /// The solution and its mesh, of the part of the scene above the mirror planes.
     pub(crate) general: MeshSolution,
     /// The rotation of the scene before the solve, if any: mesh and planes are those of the rotated scene.
     pub(crate) turn: Option<Turn>,
-    /// The mirror plane of each axis, if only one half was solved.
+    /// For each axis, the mirror plane if only the half above it was solved.
     pub(crate) planes: Planes,
     /// The surfaces of the whole bodies for a viewer.
     pub(crate) surfaces: Vec<SurfaceBody>,
@@ -76,7 +78,7 @@ enum Unsolved {
     Stop(Stop),
 }
 
-/// Solves a scene on a mesh whose face sizes are multiplied by `smaller`.
+/// Solves a scene on its imported mesh, or on one whose face sizes are multiplied by `smaller`.
 fn solve_at(
     scene: &Scene,
     imported: Option<&ImportedMesh>,
@@ -114,12 +116,12 @@ fn faceting_error(scene: &Scene, mesh: &TetMesh, size: f64, gap: f64) -> f64 {
         0.0
     };
     let faceted = |conductor: u32| {
-        let is = |shape: &Shape| match shape {
+        let is_faceted = |shape: &Shape| match shape {
             Shape::Surface(_) | Shape::Physical(_) => true,
             Shape::Extrusion { arcs, .. } => !arcs.is_empty(),
             _ => false,
         };
-        scene.conductor_parts().any(|(k, shape)| k == conductor as usize && is(shape))
+        scene.conductor_parts().any(|(k, shape)| k == conductor as usize && is_faceted(shape))
     };
     round.max(curvature_error(mesh, faceted))
 }
@@ -146,21 +148,21 @@ pub(crate) fn forecast(
     let permittivity = scene.permittivities();
     let potentials = scene.potentials();
     let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &planes };
-    let found = forecast_mesh(mesh, shapes, &settings.tetrahedra())?;
+    let forecast = forecast_mesh(mesh, shapes, &settings.tetrahedra())?;
     let edges = Sizing { thin_edge: THIN_EDGE * settings.relative_tolerance, ..Sizing::default() };
     let is_coarser = edges.points_along_thin_edges(scene).is_some_and(|points| points > FORECAST_EDGE_POINTS);
     if imported.is_some() || !is_coarser {
-        return Ok(found);
+        return Ok(forecast);
     }
-    let more = |count: usize| (FINE_EDGES * count as f64) as usize;
-    let memory = (FINE_EDGES * found.memory_bytes as f64) as u64;
+    let scaled = |count: usize| (FINE_EDGES * count as f64) as usize;
+    let memory = (FINE_EDGES * forecast.memory_bytes as f64) as u64;
     Ok(Forecast {
-        unknowns: more(found.unknowns),
+        unknowns: scaled(forecast.unknowns),
         // The solver makes no mesh beyond the memory limit.
-        memory_bytes: memory.min(settings.memory_limit.max(found.memory_bytes)),
-        seconds: FINE_EDGES * found.seconds,
-        unmirrored: (more(found.unmirrored.0), FINE_EDGES * found.unmirrored.1),
-        ..found
+        memory_bytes: memory.min(settings.memory_limit.max(forecast.memory_bytes)),
+        seconds: FINE_EDGES * forecast.seconds,
+        unmirrored: (scaled(forecast.unmirrored.0), FINE_EDGES * forecast.unmirrored.1),
+        ..forecast
     })
 }
 
@@ -169,13 +171,13 @@ fn without_surface(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Option<Str
     let mut meshed: Vec<bool> = vec![false; scene.conductors().count()];
     for face in &mesh.boundary {
         if let FaceRole::Conductor(k) = face.role {
-            meshed.get_mut(k as usize).into_iter().for_each(|found| *found = true);
+            meshed.get_mut(k as usize).into_iter().for_each(|is_meshed| *is_meshed = true);
         }
     }
     for plane in planes.iter().flatten() {
         meshed = (0..meshed.len()).map(|k| meshed[k] || meshed[plane.conductors[k]]).collect();
     }
-    let missing = meshed.iter().position(|found| !found)?;
+    let missing = meshed.iter().position(|is_meshed| !is_meshed)?;
     scene.conductors().nth(missing).map(|conductor| conductor.body.name.clone())
 }
 

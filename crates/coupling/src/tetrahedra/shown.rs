@@ -27,10 +27,10 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
         let role = if around { BodyRole::Wall } else { BodyRole::from(c.body) };
         SurfaceBody { name: c.body.name.clone(), role, triangles }
     });
-    let ends = |body: &Body| {
+    let is_finite = |body: &Body| {
         body.bounds().is_none_or(|b| (0..3).all(|a| b.min[a].is_finite() && b.max[a].is_finite()))
     };
-    let dielectrics = scene.dielectrics().zip(filled).filter(|(d, _)| ends(d.body));
+    let dielectrics = scene.dielectrics().zip(filled).filter(|(d, _)| is_finite(d.body));
     let dielectrics = dielectrics.map(|(d, triangles)| SurfaceBody {
         name: d.body.name.clone(),
         role: BodyRole::from(d.body),
@@ -58,12 +58,12 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh 
     }
     let sensor = scene.sensor();
     let permittivities = scene.permittivities();
-    let mut found = Regions::default();
+    let mut exported = ExportedPoints::default();
     let (mut nodes, mut permittivity, mut body_id) = (Vec::new(), Vec::new(), Vec::new());
     for (tet, &region) in mesh.tets.iter().zip(&mesh.regions) {
         let field = field(&mesh, *tet, &values);
         for piece in within(tet.map(|p| (mesh.points[p as usize], values[p as usize])), &sensor) {
-            nodes.extend(found.add(piece, region, field));
+            nodes.extend(exported.add(piece, region, field));
             permittivity.push(permittivities[region as usize]);
             body_id.push(region as i32);
         }
@@ -73,14 +73,14 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh 
         element: Element::Tetrahedron,
         nodes,
         arrays: vec![
-            NamedArray { name: "potential", components: 1, values: found.potential },
+            NamedArray { name: "potential", components: 1, values: exported.potential },
             NamedArray {
                 name: "electric_field",
                 components: 3,
-                values: found.field.iter().flat_map(|(sum, volume)| sum.map(|e| e / volume)).collect(),
+                values: exported.field.iter().flat_map(|(sum, volume)| sum.map(|e| e / volume)).collect(),
             },
         ],
-        points: found.points,
+        points: exported.points,
         in_elements: vec![NamedArray { name: "relative_permittivity", components: 1, values: permittivity }],
         body_id,
         body_names: std::iter::once("surroundings".to_owned()).chain(names).collect(),
@@ -89,22 +89,26 @@ pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh 
 
 /// The exported points, separate for each region, because the field jumps between regions.
 #[derive(Default)]
-struct Regions {
+struct ExportedPoints {
     /// The number of each point, by its coordinates and its region.
     numbers: HashMap<([u64; 3], u32), u32>,
+    /// The place of each point, m.
     points: Vec<[f64; 3]>,
+    /// The potential at each point, V.
     potential: Vec<f64>,
-    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the volumes.
+    /// The sum of the fields in the tetrahedra around a point, each times its volume, and the sum of the
+    /// volumes.
     field: Vec<([f64; 3], f64)>,
 }
 
-/// Pieces with less volume than this, over the product of three of their sides, are omitted.
+/// Pieces with less volume than this, over the product of three of their sides, are omitted. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 const FLAT: f64 = 1e-11;
 
 /// A place, m, and the potential there, V.
 type Corner = ([f64; 3], f64);
 
-impl Regions {
+impl ExportedPoints {
     /// Adds a tetrahedron with this field, and returns the numbers of its corners.
     fn add(&mut self, tet: [Corner; 4], region: u32, field: [f64; 3]) -> [u32; 4] {
         let volume = determinant(tet[0].0, tet[1].0, tet[2].0, tet[3].0).abs();
@@ -140,8 +144,8 @@ fn within(tet: [Corner; 4], shown: &Box3) -> Vec<[Corner; 4]> {
     pieces
 }
 
-/// The part of a tetrahedron beyond a plane perpendicular to axis `a`, on the side of the sign of `side`.
-/// Neighbours are cut along the same lines in their common face.
+/// The part of a tetrahedron beyond the plane at the coordinate `at` of axis `a`: above the plane if `side`
+/// is 1, below it if it is -1. Neighbours are cut along the same lines in their common face.
 fn cut(mut tet: [Corner; 4], a: usize, at: f64, side: f64) -> Vec<[Corner; 4]> {
     let inside = |corner: &Corner| side * (corner.0[a] - at) > 0.0;
     let volume = |t: &[Corner; 4]| determinant(t[0].0, t[1].0, t[2].0, t[3].0);

@@ -29,7 +29,8 @@ fn conductor(from: [f64; 3], to: [f64; 3], radius: f64) -> String {
     )
 }
 
-/// The capacitance of a capsule in open space, with its bounds, F, and the estimate of what its flat faces change.
+/// The capacitance of a capsule in open space, with its bounds, F, and the estimate of what its flat faces
+/// change.
 fn alone(from: [f64; 3], to: [f64; 3], radius: f64, tolerance: f64) -> ([f64; 3], f64) {
     let step = solve(&conductor(from, to, radius), tolerance);
     assert_eq!(step.row.status, Status::Ok);
@@ -41,9 +42,10 @@ fn geometry(row: &Row) -> f64 {
     row.geometry_error_estimate.expect("faces are flat")
 }
 
-/// The capacitance of a capsule in open space, F, by charges on its meridian: constant on each of 2 n panels, with the potential 1 in
-/// the middle of each. A ring of charge q and radius s has, at the distance rho from its axis and z from its plane, the potential
-/// q / (4 pi eps0 agm(A, B)), where A and B are the largest and the least distance from it.
+/// The capacitance of a capsule in open space, F, by charges on its meridian: constant on each of 2 n panels,
+/// with the potential 1 in the middle of each. A ring of charge q and radius s has, at the distance rho from
+/// its axis and z from its plane, the potential q / (4 pi eps0 agm(A, B)), where A and B are the largest and
+/// the least distance from it.
 fn by_integral_equation(distance: f64, radius: f64, n: usize) -> f64 {
     let half = 0.5 * distance + FRAC_PI_2 * radius;
     let step = half / n as f64;

@@ -1,4 +1,5 @@
-//! Layers of foam with a law of force: by hand, by force and by compression, in the closed form and by finite elements.
+//! Layers of foam with a law of force: by hand, by force and by compression, in the closed form and by finite
+//! elements.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,5 +1,5 @@
-//! A mesh from Gmsh as the scene of a case: the rules of its keys, and what comes out. `make_msh.py` beside the meshes in the
-//! geometry crate writes them.
+//! A mesh from Gmsh as the scene of a case: the rules of its keys, and what comes out. `make_msh.py` beside
+//! the meshes in the geometry crate writes them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -153,7 +153,8 @@ fn a_group_of_surfaces_inside_the_mesh_is_a_sheet() {
     let volume: f64 = (0..mesh.tets.len()).map(|t| mesh.determinant(t) / 6.0).sum();
     assert!((volume / 8e-9 - 1.0).abs() < 1e-9, "no cell is left out: {volume:e}");
     let found = matrix(&solved(&case))[0][0];
-    // More than alone in open space, 0.3667 of 4 pi eps0 times the side; less than the cube of which it is a part.
+    // More than alone in open space, 0.3667 of 4 pi eps0 times the side; less than the cube of which it is a
+    // part.
     let alone = 0.3667 * 4.0 * std::f64::consts::PI * VACUUM_PERMITTIVITY * 1e-3;
     assert!(alone < found.lower && found.upper < 1e-3 * CUBE_IN_CUBE, "{found:?}");
 }

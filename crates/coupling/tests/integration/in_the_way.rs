@@ -1,4 +1,5 @@
-//! Bodies near a layer whose surface, or whose indenter, a map bends: what the plan says of a step is what a run says.
+//! Bodies near a layer whose surface, or whose indenter, a map bends: what the plan says of a step is what a
+//! run says.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -252,7 +252,8 @@ fn a_force_that_falls_with_the_compression_is_not_given() {
     if let Some(Mechanics::ClosedForm { shear_length, contact_half_length, .. }) = &mut case.mechanics {
         (*shear_length, *contact_half_length) = (ShearLength::FiniteElement, 4.0 * 450e-6);
     }
-    // The largest force is found although no load is near it, and although the last one has a force above that of the first.
+    // The largest force is found although no load is near it, and although the last one has a force above
+    // that of the first.
     case.load = Some(Load::Compression(vec![0.1, 0.45]));
     let found = solve(&case);
     let rows: Vec<_> = found.steps.iter().map(|step| (&step.row.status, step.row.force_n)).collect();

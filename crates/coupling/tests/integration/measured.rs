@@ -9,8 +9,9 @@ use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::{Options, Plan};
 use elastocap_coupling::run::run;
 
-/// Sheets across a box with insulated sides, so that the field between neighbours is even: the bottom is at 0, the sense plate at 2 mm and
-/// the hand at 5 mm, all of 10 mm x 10 mm. `guard` says what the plate at the bottom is.
+/// Sheets across a box with insulated sides, so that the field between neighbours is even: the bottom is at
+/// 0, the sense plate at 2 mm and the hand at 5 mm, all of 10 mm x 10 mm. `guard` says what the plate at the
+/// bottom is.
 fn plates(guard: &str, end: &str) -> Outcome {
     let sheet = |name: &str, at: &str| {
         format!(
@@ -58,7 +59,8 @@ fn a_driven_guard_takes_its_share_of_the_field_out_of_what_is_measured() {
 
 #[test]
 fn two_terminals_beside_a_ground_have_a_mutual_capacitance_unless_the_other_one_is_named() {
-    // The hand is not seen from the guard, whose charge is the mutual capacitance. With equal and opposite charges it is the same here.
+    // The hand is not seen from the guard, whose charge is the mutual capacitance. With equal and opposite
+    // charges it is the same here.
     assert_close(shown(&plates("", "")), between(2.0));
     let named = "[measure]\ncapacitance = [\"sense\", \"guard\"]\nkind = \"two-terminal\"\n";
     assert_close(shown(&plates("", named)), between(2.0));

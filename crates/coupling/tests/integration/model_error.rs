@@ -99,11 +99,12 @@ fn the_stated_error_of_a_force_covers_those_of_better_models() {
     );
     assert_eq!(closed[0].row.force_error_estimate, Some(0.0));
     covers_force(&closed[1].row, plane[1].row.force_n.unwrap());
-    // A block of the same size in three dimensions has 34.56 mN: tests/acceptance/found3/pair-own-footprint.toml.
+    // A block of the same size in three dimensions has 34.56 mN:
+    // tests/acceptance/found3/pair-own-footprint.toml.
     covers_force(&closed[1].row, 34.56e-3);
     covers_force(&plane[1].row, 34.56e-3);
-    // A layer that ends with the contact has less force than one that goes on: by finite elements, for a half-length of 1.11 H without a pair
-    // in it, 13.7 mu U w.
+    // A layer that ends with the contact has less force than one that goes on: by finite elements, for a
+    // half-length of 1.11 H without a pair in it, 13.7 mu U w.
     let ends =
         pair(&format!("{CLOSED_FORM}\n{load}")).replace("\"1 mm\"\nrelative_p", "\"500 um\"\nrelative_p");
     let ends = solved(&ends, false).steps;

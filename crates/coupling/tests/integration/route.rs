@@ -41,7 +41,8 @@ fn coarse(path: &Path) -> Case {
     case
 }
 
-/// The case with the first and the last of its loads; of a layer in space, which takes long, with the first alone.
+/// The case with the first and the last of its loads; of a layer in space, which takes long, with the first
+/// alone.
 fn with_few_loads(case: &mut Case) {
     let in_space = matches!(case.mechanics, Some(Mechanics::Solid(_)));
     let few = |steps: &mut Vec<f64>| {

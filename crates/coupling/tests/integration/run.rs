@@ -130,9 +130,10 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let plan = Plan::new(&acceptance("in-plane-pair.toml"), &Options::default());
     assert_eq!(plan.kind, Kind::Curve);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["mechanics", "measured", "electrostatics", "files"]);
+    assert_eq!(parts, ["mechanics", "measured", "electrostatics"]);
     assert_eq!(plan.mirrored, [true, false, true]);
-    // A quarter of the scene, as a run of the last step takes it (113,881 are needed), some 0.1 GB and some tenths of a second.
+    // A quarter of the scene, as a run of the last step takes it (113,881 are needed), some 0.1 GB and some
+    // tenths of a second.
     assert_eq!(plan.unknowns, 118_422);
     assert!((0.5e8..2e8).contains(&(plan.memory_bytes as f64)), "{}", plan.memory_bytes);
     assert!((0.05..2.0).contains(&plan.seconds), "{}", plan.seconds);
@@ -140,7 +141,7 @@ fn the_plan_says_what_is_solved_and_what_is_not() {
     let plan = Plan::new(&acceptance("isolated-cube.toml"), &Options::default());
     assert_eq!(plan.kind, Kind::Capacitance);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["measured", "electrostatics", "files"]);
+    assert_eq!(parts, ["measured", "electrostatics"]);
 
     let mut case = acceptance("in-plane-pair.toml");
     case.electrodes = None;
@@ -161,7 +162,7 @@ fn without_pruning_nothing_is_left_out_by_the_plan() {
     case.load = None;
     let plan = Plan::new(&case, &options);
     let parts: Vec<_> = plan.solved.iter().map(|planned| planned.part).collect();
-    assert_eq!(parts, ["mechanics", "measured", "electrostatics", "files"]);
+    assert_eq!(parts, ["mechanics", "measured", "electrostatics"]);
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! The surface of a layer that the load has bent is that of the field, in open space as within walls, or the step says what that leaves.
+//! The surface of a layer that the load has bent is that of the field, in open space as within walls, or the
+//! step says what that leaves.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -32,7 +33,8 @@ fn solve(case: &Case) -> StepResult {
 fn a_punch_in_open_space_bends_the_surface_as_within_walls_that_are_far_away() {
     let open = solve(&near_surface("boundary = \"open\""));
     assert_eq!((open.row.status.is_ok(), open.route), (true, Some(Route::OUTLINES)), "{:?}", open.reason);
-    // 38.058 fF with walls 8 mm away, to 3.0e-4; 36.9 fF under a surface that is flat at its height under the punch.
+    // 38.058 fF with walls 8 mm away, to 3.0e-4; 36.9 fF under a surface that is flat at its height under the
+    // punch.
     let found = open.two_terminal.unwrap();
     assert!(found.lower < 38.07e-15 && 38.05e-15 < found.upper, "{found:?}");
     assert!((found.value / 38.058e-15 - 1.0).abs() < 5e-3, "{found:?}");

@@ -2,7 +2,8 @@
 
 use elastocap_fem::line::{Line, LineEnd};
 
-/// Two nodes closer than this share of the element next to them are the same but for rounding.
+/// Two nodes closer than this share of the element next to them are the same but for rounding. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 const SAME: f64 = 1e-12;
 
 /// The line with the nodes of both lines and, in every element, the larger of their degrees. `None` where the

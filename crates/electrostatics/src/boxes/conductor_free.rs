@@ -19,8 +19,8 @@ impl FreeBox {
         (0..3).map(|a| self.block.hi[a] - self.block.lo[a]).product()
     }
 
-    /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an outer plane
-    /// that belongs to it.
+    /// Whether the conductor has a point inside: the open boxes meet, or a sheet cuts the box or lies on an
+    /// outer plane that belongs to it.
     fn meets(&self, conductor: &Block, cells: [usize; 3]) -> bool {
         (0..3).all(|a| {
             let (lo, hi) = (self.block.lo[a], self.block.hi[a]);
@@ -32,6 +32,8 @@ impl FreeBox {
         })
     }
 
+    /// Whether this box is a part of another, and every function that vanishes outside of this box is one of
+    /// the other.
     fn inside(&self, other: &FreeBox) -> bool {
         let (p, q) = (&self.block, &other.block);
         self != other
@@ -46,11 +48,12 @@ impl FreeBox {
     }
 }
 
-/// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far.
+/// Largest number of boxes that are enumerated; beyond it the search keeps the largest found so far. Not
+/// tuned: a limit that ordinary cases do not reach.
 const ENUMERATION_LIMIT: usize = 20_000;
 
-/// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the conductors is interior to
-/// some box.
+/// The maximal boxes of intervals without a conductor, thinned to a set in which every point outside the
+/// conductors is interior to some box.
 pub(crate) fn free_boxes(domain: &Domain) -> Vec<FreeBox> {
     free_boxes_within(domain, &mut Work { left: u64::MAX }).unwrap_or_default()
 }
@@ -76,7 +79,8 @@ impl Work {
     }
 }
 
-/// All maximal free boxes: split around one conductor after the other, dropping boxes that lie inside another one.
+/// All maximal free boxes. The whole domain is split around one conductor after the other, and boxes that lie
+/// inside another one are dropped.
 fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
     let cells = domain.cells();
     let mut boxes = vec![FreeBox { block: Block { lo: [0; 3], hi: cells }, held: [[false; 2]; 3] }];
@@ -127,14 +131,16 @@ fn maximal(domain: &Domain, work: &mut Work) -> Option<Vec<FreeBox>> {
 }
 
 /// Greedy cover of the *features* of the coarse grid of planes: every vertex, edge, face and cell outside the
-/// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better preconditioner.
+/// conductors must be interior to a box. With few boxes all are kept, since more overlap makes a better
+/// preconditioner.
 fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<FreeBox>> {
+    // Largest number of boxes that are all kept. Tuned: `benches/outlines.py bus`.
     const KEEP_ALL: usize = 8;
     if boxes.len() <= KEEP_ALL {
         return Some(boxes);
     }
-    // Feature 2 m is plane m, feature 2 m + 1 interval m; a box lo..hi holds the features 2 lo + 1 .. 2 hi - 1, and the
-    // outer planes where it reaches the scene's end.
+    // Along an axis, feature 2 m is plane m and feature 2 m + 1 is interval m. A box lo..hi holds the
+    // features from 2 lo + 1 to 2 hi - 1, and the outer planes where it reaches the scene's end.
     let cells = domain.cells();
     let size = cells.map(|n| 2 * n + 1);
     let span = |b: &FreeBox, a: usize| {
@@ -180,15 +186,16 @@ fn thin(domain: &Domain, boxes: Vec<FreeBox>, work: &mut Work) -> Option<Vec<Fre
             _ => break,
         }
     }
-    // Where not all boxes could be enumerated a feature may be uncovered: the box of the cells around it covers it.
+    // Where not all boxes could be enumerated a feature may be uncovered: the box of the cells around it
+    // covers it.
     for feature in 0..covered.len() {
         if covered[feature] {
             continue;
         }
-        let at = [feature / (size[1] * size[2]), feature / size[2] % size[1], feature % size[2]];
+        let place = [feature / (size[1] * size[2]), feature / size[2] % size[1], feature % size[2]];
         let block = Block {
-            lo: at.map(|f| (f.saturating_sub(1)) / 2),
-            hi: [0, 1, 2].map(|a| (at[a] / 2 + 1).min(cells[a])),
+            lo: place.map(|f| (f.saturating_sub(1)) / 2),
+            hi: [0, 1, 2].map(|a| (place[a] / 2 + 1).min(cells[a])),
         };
         let around = FreeBox { block, held: [[false; 2]; 3] };
         if !domain.conductors.iter().any(|c| around.meets(c, cells)) {

@@ -1,6 +1,8 @@
-//! The discrete domain of one solve: a graded grid, the conductors as blocks of it, the permittivity and the walls.
+//! The discrete domain of one solve: a graded grid, the conductors as blocks of it, the permittivity and the
+//! walls.
 //!
-//! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies are in the same unit.
+//! Lengths are in a unit that makes the scene of order one ([`crate::boxes::layout::Layout::unit`]); energies
+//! are in the same unit.
 
 use crate::boxes::placed_map::PlacedMap;
 use elastocap_fem::embedding::embedding;
@@ -11,8 +13,8 @@ use elastocap_geometry::scene::Wall;
 use faer::Mat;
 use std::ops::Range;
 
-/// One axis of the grid. *Planes* are the coordinates at which a body or the scene begins or ends; the elements
-/// between two neighbouring planes form an *interval*.
+/// One axis of the grid. *Planes* are the coordinates at which a body or the scene begins or ends; the
+/// elements between two neighbouring planes form an *interval*.
 #[derive(Debug, Clone)]
 pub(crate) struct Axis {
     /// The elements.
@@ -25,8 +27,8 @@ pub(crate) struct Axis {
     pub rays: Option<Rays>,
 }
 
-/// Straight lines from a pole, along which flux that leaves the last finite nodes continues, decaying with the square of the
-/// distance. Either all axes have them, with the same radius, or none.
+/// Straight lines from a pole, along which flux that leaves the last finite nodes continues, decaying with
+/// the square of the distance. Either all axes have them, with the same radius, or none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rays {
     /// Coordinate of the pole on this axis.
@@ -35,7 +37,8 @@ pub(crate) struct Rays {
     pub radius: f64,
 }
 
-/// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane it lies in.
+/// A block of intervals, `lo[a] .. hi[a]` on each axis; on the normal axis of a sheet `lo == hi`, the plane
+/// it lies in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Block {
     /// First interval (= lower plane) on each axis.
@@ -66,8 +69,8 @@ pub(crate) struct Domain {
 pub(crate) struct OtherParts {
     /// The half above the middle of the last axis.
     pub(crate) half: Domain,
-    /// The quarter above both, with the conductors on either side of the middle of the last axis: for what is
-    /// odd across that middle, and for what is even.
+    /// The quarter above both middles, with the conductors of both sides of the middle of the last axis:
+    /// first with the walls for potentials that are odd across that middle, then with those for even ones.
     pub(crate) quarters: [Domain; 2],
     /// Whether the potential is odd under the turn.
     pub(crate) odd: bool,
@@ -105,10 +108,10 @@ impl Axis {
         Some(whole.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()).to_owned())
     }
 
-    /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`: those that
-    /// vanish on the planes bounding them, except on walls that hold nothing.
+    /// Functions (in the trimmed numbering of [`Axis::functions`]) strictly inside the intervals `lo..hi`:
+    /// those that vanish on the planes bounding them, except on walls that hold nothing.
     ///
-    /// `held` makes the functions vanish on an outer plane too.
+    /// Where `held[side]` is set, they vanish on the outer plane of that side, too.
     pub(crate) fn open(&self, lo: usize, hi: usize, held: [bool; 2]) -> Range<usize> {
         let numbering = Numbering::new(&self.line);
         let trim = usize::from(self.held(0));
@@ -149,8 +152,8 @@ impl Axis {
         numbering.vertex.iter().map(|v| range.contains(v).then(|| v - range.start)).collect()
     }
 
-    /// The function of highest degree of each element that has one of these degrees (in the trimmed numbering of
-    /// [`Axis::functions`]), for each of the degrees.
+    /// The function of highest degree of each element that has one of these degrees (in the trimmed numbering
+    /// of [`Axis::functions`]), for each of the degrees.
     pub(crate) fn last_functions(&self, degrees: [usize; 2]) -> [Vec<usize>; 2] {
         let numbering = Numbering::new(&self.line);
         let trim = self.functions().start;
@@ -174,24 +177,26 @@ impl Axis {
         offsets[self.cuts[lo]]..offsets[self.cuts[hi]]
     }
 
-    /// The condition on the flux at the two ends of the intervals `lo..hi` if both are bounded by obstacles.
+    /// The condition on the flux at the two ends of the intervals `lo..hi`. An end inside the axis is taken
+    /// to lie on a conductor.
     pub(crate) fn flux_ends(&self, lo: usize, hi: usize) -> [FluxEnd; 2] {
-        let at = |side: usize, outer: bool| match (outer, self.walls[side]) {
+        let end = |side: usize, outer: bool| match (outer, self.walls[side]) {
             (true, Wall::Insulated) => FluxEnd::Blocked,
             (true, Wall::Open) if self.rays.is_none() => FluxEnd::Blocked,
             (true, Wall::Grounded | Wall::Open) | (false, _) => FluxEnd::Free,
         };
-        [at(0, lo == 0), at(1, hi == self.intervals())]
+        [end(0, lo == 0), end(1, hi == self.intervals())]
     }
 
-    /// Energy of the flux's continuation beyond the ends of the intervals `lo..hi`, per squared flux through the last node and in
-    /// units of the resistance there: `factor` times that of a straight line to infinity, zero where no flux leaves.
+    /// Energy of the flux's continuation to infinity beyond the two ends of the intervals `lo..hi`, per
+    /// squared flux through the last node and for unit permittivity: `factor` times that of a straight line,
+    /// and zero where no flux leaves.
     pub(crate) fn continuation(&self, lo: usize, hi: usize, factor: [f64; 2]) -> [f64; 2] {
-        let at = |side: usize, outer: bool| match self.rays {
+        let end = |side: usize, outer: bool| match self.rays {
             Some(rays) if outer && self.walls[side] == Wall::Open => factor[side] * rays.radius,
             _ => 0.0,
         };
-        [at(0, lo == 0), at(1, hi == self.intervals())]
+        [end(0, lo == 0), end(1, hi == self.intervals())]
     }
 
     /// The axis without its infinite elements.
@@ -205,8 +210,8 @@ impl Axis {
         out
     }
 
-    /// The axis for the preconditioner of the primal problem: where rays go to infinity, the outermost function decays as 1 / x.
-    /// The number of functions and their order are unchanged.
+    /// The axis for the preconditioner of the primal problem: where rays go to infinity, the outermost
+    /// function decays as 1 / x. The number of functions and their order are unchanged.
     pub(crate) fn tailed(&self) -> Self {
         let Some(rays) = self.rays else { return self.clone() };
         let mut out = self.clone();
@@ -262,7 +267,8 @@ impl Domain {
         [0, 1, 2].map(|a| self.axes[a].modes(0, self.axes[a].intervals()).len())
     }
 
-    /// The permittivity as a product of one factor per axis and interval, if the whole domain has such a product.
+    /// The permittivity as a product of one factor per axis and interval, if the whole domain has such a
+    /// product.
     pub(crate) fn product(&self) -> Option<[Vec<f64>; 3]> {
         let n = self.cells();
         let corner = self.permittivity_of([0; 3]);
@@ -288,8 +294,8 @@ impl Domain {
         exact.then_some(f)
     }
 
-    /// The permittivity over `block` as a product of one factor per axis and interval: exactly where it is one over
-    /// the whole domain, else by geometric means.
+    /// The permittivity over `block` as a product of one factor per axis and interval: exactly where it is
+    /// one over the whole domain, else by geometric means.
     pub(crate) fn separable(&self, block: &Block) -> [Vec<f64>; 3] {
         if let Some(product) = self.product() {
             return product;
@@ -319,7 +325,7 @@ impl Domain {
             }
         }
         let mut factors: [Vec<f64>; 3] = logs.map(|f| f.into_iter().map(f64::exp).collect());
-        // As in a product, that axis carries the absolute value.
+        // As in [`Domain::product`], the second axis carries the absolute value.
         factors[1][block.lo[1]..block.hi[1]].iter_mut().for_each(|f| *f *= unit);
         factors
     }

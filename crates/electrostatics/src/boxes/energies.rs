@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-/// Energies V^T C V (per eps0, in the domain's scale) in the basis of the right-hand sides.
+/// The energies V^T C V for the potentials V of the right-hand sides, with C over eps0 and in the domain's
+/// unit of length.
 #[derive(Debug)]
 pub(crate) struct Energies {
     /// One row and column per right-hand side.

@@ -1,5 +1,5 @@
-//! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower ones by the dual
-//! problem (Thomson's principle).
+//! Energy matrices of one part on one grid: upper bounds by the primal problem (Dirichlet's principle), lower
+//! ones by the dual problem (Thomson's principle).
 
 use crate::boxes::domain::Domain;
 use crate::boxes::dual::Dual;
@@ -14,12 +14,12 @@ use faer::Mat;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// A source of potentials other than the conductors: the solution u minimises u A u less twice the product of
-/// u and `pull` without a map.
+/// A source of potentials other than the conductors: the solution u minimises u A u - 2 u B p, with A the
+/// operator of the domain, p the potential in `pull`, and B the operator without the domain's map.
 pub(crate) struct Drive<'a> {
     /// The potentials p, one for each right-hand side.
     pub(crate) pull: &'a [Vec<f64>],
-    /// The products of the operator with p, where they are those with another permittivity than the domain's.
+    /// The products B p, where B has another permittivity than the domain.
     pub(crate) products: Option<&'a [Vec<f64>]>,
     /// Energies to be added, one for each right-hand side: the linear solver's error is measured against the
     /// sum.
@@ -31,14 +31,14 @@ pub(crate) struct Drive<'a> {
 pub(crate) enum Start {
     /// Zero.
     Nothing,
-    /// Coefficients of a potential near the solution; prescribed ones do not matter.
+    /// Coefficients of a potential near the solution; those on conductors do not matter.
     Potential(Vec<f64>),
     /// The turned solution of an earlier right-hand side.
     Image(Image),
 }
 
-/// Upper energies by Dirichlet's principle, with a start for each right-hand side; the iteration stops when its error is about `share`
-/// of the energy.
+/// Upper energies by Dirichlet's principle, with a start for each right-hand side; the iteration stops when
+/// its error is about `share` of the energy.
 pub(crate) fn upper(
     domain: &Domain,
     potentials: &[Vec<f64>],
@@ -86,7 +86,8 @@ pub(crate) fn upper(
         iterations += c.iterations;
         let mut reached = c.reached;
         if !reached && c.iterations < iteration_limit {
-            // Rounding may have separated the recursion from the true residual: solve once more, from the true one.
+            // Rounding may have separated the recursion from the true residual: solve once more, from the
+            // true one.
             let mut image = vec![0.0; u.len()];
             primal.apply(&u, &mut image);
             let rest: Vec<f64> = source.iter().zip(&image).map(|(b, a)| b - a).collect();
@@ -102,8 +103,8 @@ pub(crate) fn upper(
         u.iter_mut().zip(&begin).for_each(|(u, b)| *u += b);
         coefficients.push(u);
     }
-    // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of the sums, so that
-    // the energies stay upper bounds.
+    // Summed from products of gradients, free of the cancellation in u A u. The factor covers the rounding of
+    // the sums, so that the energies stay upper bounds.
     let mut matrix = primal.energies(&coefficients)?;
     let n = coefficients.len();
     for i in 0..n {
@@ -169,8 +170,8 @@ pub(crate) fn lower(
         // The factor covers the rounding of the sums, so that the energy stays a lower bound.
         matrix[(i, i)] *= 1.0 - 64.0 * f64::EPSILON;
     }
-    // Where the repair of a flux failed, it is only proved that no energy is negative: for every combination
-    // with this right-hand side, and hence for the form.
+    // Where the repair of a flux failed, nothing but zero is proved to be a lower bound for the potentials
+    // that contain its right-hand side. The bound is one form for all potentials, and so becomes zero.
     let proved = fluxes.iter().all(|flux| flux.proved);
     if !proved {
         matrix = Mat::zeros(n, n);
@@ -208,7 +209,9 @@ struct Flux {
     energy_left: f64,
     /// Whether the repair cancelled the residual, so that the energy is a bound.
     proved: bool,
+    /// Iterations of the linear solver.
     iterations: usize,
+    /// Whether the linear solver reached its goal, or the repair is cheap enough all the same.
     converged: bool,
 }
 
@@ -235,7 +238,8 @@ fn flux_energies(dual: &Dual, potentials: &[Vec<f64>], fluxes: &[Flux]) -> Mat<f
     matrix
 }
 
-/// Iterates until the energy of the repair is small compared with `share` of the energy, or until further iterations gain little.
+/// Solves the dual problem for one set of conductor potentials: iterates until the energy of the repair is at
+/// most some twenty times `share` of the energy of the flux, or until further iterations gain little.
 fn dual_flux(
     dual: &mut Dual,
     potentials: &[f64],
@@ -250,7 +254,7 @@ fn dual_flux(
     let mut r = vec![0.0; b.len()];
     dual.true_residual(&b, &x, &mut r);
     let (mut step, mut rest) = (vec![0.0; b.len()], Vec::new());
-    let (mut goal, mut last, mut iterations) = (share, f64::INFINITY, 0);
+    let (mut goal, mut last_cost, mut iterations) = (share, f64::INFINITY, 0);
     let none = vec![0.0; dual.blocks()];
     let mut finer: Option<Vec<f64>> = None;
     let zeros = || vec![0.0; b.len()];
@@ -265,8 +269,9 @@ fn dual_flux(
         let c = conjugate_gradients::solve(dual, &r, &mut step, &mut rest, goal_now);
         stop_if_cancelled(cancel)?;
         iterations += c.iterations;
-        // Steps after the first may be less than the last digit of the potentials where the permittivity is high.
-        match last.is_infinite() {
+        // Steps after the first may be less than the last digit of the potentials where the permittivity is
+        // high.
+        match last_cost.is_infinite() {
             true => add(&mut x, &step),
             false => add(finer.get_or_insert_with(zeros), &step),
         }
@@ -292,17 +297,17 @@ fn dual_flux(
         let energy = flux_energies(dual, &[potentials.to_vec()], std::slice::from_ref(&flux))[(0, 0)];
         let repair = dot(&flux.repair, &flux.residual);
         let cost = excess * (repair.sqrt() + flux.energy_left.sqrt()).powi(2) / energy;
-        // The repair ignores how conductors shield the field, and near them its energy may be far larger than the error of the
-        // linear solver: then that error must become smaller.
+        // The repair ignores how conductors shield the field, and near them its energy may be far larger than
+        // the error of the linear solver: then that error must become smaller.
         let proved = repaired.left < 1e-3 && cost >= 0.0 && cost.is_finite();
         let cheap = cost <= 20.0 * share;
-        let gains_little = cost > 0.5 * last;
+        let gains_little = cost > 0.5 * last_cost;
         if !proved || cheap || gains_little || iterations > conjugate_gradients::ITERATION_LIMIT {
             let converged = proved && (c.reached || cheap);
             return Ok(Flux { proved, converged, ..flux });
         }
         (x, finer, r) = (flux.phi, flux.finer, flux.residual);
         start = energy;
-        (last, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
+        (last_cost, goal) = (cost, goal * (share / cost).clamp(1e-6, 0.1));
     }
 }

@@ -11,22 +11,25 @@ use elastocap_geometry::scene::{Box3, Filling, Scene, Wall};
 use elastocap_geometry::section::SectionPlane;
 use faer::Mat;
 
-/// Largest number of cells that the elements are divided into for a field in space.
+/// Largest number of cells that the elements are divided into for a field in space. More cells show more, and
+/// take longer to write: `cargo bench --bench curve`, every output.
 const MAX_CELLS: usize = 12_000;
-/// Largest number of cells that the elements are divided into for a section.
+/// Largest number of cells that the elements are divided into for a section. Not tuned: it trades the size of
+/// a picture for detail.
 const MAX_CELLS_OF_SECTION: usize = 1_500;
 /// Largest number of cells for a section under a map: they are oblique, and show less of the field between
-/// their corners.
+/// their corners. It is not tuned.
 const MAX_CELLS_OF_BENT_SECTION: usize = 8_000;
-/// Largest number of cells where a map turns large cells inside out, and finer ones are tried instead.
+/// Largest number of cells where a map turns large cells inside out, and finer ones are tried instead. Not
+/// tuned: a limit that ordinary cases do not reach.
 const MAX_CELLS_OF_FOLDED: usize = 100_000;
 /// Numbers of cells of an element along an axis, over its degree there: the first that does not lead to too
-/// many is taken.
+/// many is taken. Not tuned: they fall slowly enough that most of the allowed cells are used.
 const DIVISIONS: [f64; 14] = [2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25];
 /// Elements shorter than this share of what is shown are one cell: more detail would be invisible.
 const TINY: f64 = 4e-3;
 /// Pieces of an element that are no longer than this, in the reference coordinate from -1 to 1, are not
-/// shown.
+/// shown. Not tuned: only rounding makes pieces so short.
 const SLIVER: f64 = 1e-6;
 
 /// The share of one symmetric part in the state.
@@ -70,7 +73,8 @@ struct Samples {
     slopes: [SparseRows<f64>; 2],
 }
 
-/// Which images of the part that is solved are shown along an axis. Mirrored halves lie below the solved ones.
+/// Which images of the part that is solved are shown along an axis. The part itself lies above the mirror
+/// plane, its mirror image below.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Images {
     /// The part itself.
@@ -93,6 +97,7 @@ impl Images {
 
 /// The repetition of the cells of the part that is solved in the whole scene.
 struct Reflection {
+    /// The images that are shown along each axis.
     images: [Images; 3],
     /// Cells of the part along each axis.
     part: [usize; 3],
@@ -105,8 +110,9 @@ impl Reflection {
         Self { images, part, whole: [0, 1, 2].map(|a| part[a] * images[a].count()) }
     }
 
-    /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror plane that the image
-    /// lies on: -1 below it, else 1. The node on the plane belongs to both halves; it counts as above.
+    /// The node of the part whose image is node `i` of the whole on axis `a`, and the side of the mirror
+    /// plane that the image lies on: -1 below it, else 1. The node on the plane belongs to both halves; it
+    /// counts as above.
     fn node(&self, a: usize, i: usize) -> (usize, f64) {
         let n = self.part[a];
         match (self.images[a], i < n) {
@@ -133,7 +139,8 @@ impl Reflection {
         }
     }
 
-    /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the layout.
+    /// Node coordinates of the whole scene on axis `a`, m, from those of the part, which are in units of the
+    /// layout.
     fn coordinates(&self, a: usize, part_nodes: &[f64], layout: &Layout) -> Vec<f64> {
         let image = |from: usize| part_nodes.iter().skip(from).rev().map(|x| -x);
         let places: Vec<f64> = match self.images[a] {
@@ -145,7 +152,8 @@ impl Reflection {
     }
 }
 
-/// Samples one state of the scene: its potential and its electric field as the sum of the shares of all parts.
+/// Samples one state of the scene: its potential and its electric field as the sum of the shares of all
+/// parts.
 ///
 /// `potentials`, V, are those of the scene's conductors in this state; they are handed on in the result. The
 /// samples fill [`Scene::sensor`], and are denser in sections through it, one of which is where the scene is
@@ -177,7 +185,7 @@ pub(crate) fn sample(
         }
         let ends = [slab.min[a], slab.max[a]].map(|x| (x - of_mirror) / layout.unit);
         // Beyond the finite elements, nothing is known.
-        let is_within = |share: &Share<'_>| !cuts(share.axes[a], layout.reach, ends, 0.0).is_empty();
+        let is_within = |share: &Share<'_>| !cells_of_axis(share.axes[a], layout.reach, ends, 0.0).is_empty();
         let is_known = shares.first().is_some_and(is_within);
         is_known.then(|| FieldSection { plane, field: sampled(&slab, Some(a), images) })
     };
@@ -221,8 +229,8 @@ fn sample_in(
     let lookup = scene.lookup();
     let (mut relative_permittivity, mut body) = (Vec::new(), Vec::new());
     for index in 0..reflection.whole.iter().product() {
-        let at = split(index, reflection.whole);
-        let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][at[a]] + nodes[a][at[a] + 1]));
+        let cell = split(index, reflection.whole);
+        let point = [0, 1, 2].map(|a| 0.5 * (nodes[a][cell[a]] + nodes[a][cell[a] + 1]));
         relative_permittivity.push(lookup.permittivity_at(point));
         body.push(match lookup.body_at(point) {
             Filling::Background => CellBody::Background,
@@ -242,8 +250,9 @@ fn sample_in(
     }
 }
 
-/// The cells of each axis, as [`cuts`] gives them: as many per element as leads to no more than [`MAX_CELLS`], or in a
-/// section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or [`MAX_CELLS_OF_BENT_SECTION`].
+/// The cells of each axis, as [`cells_of_axis`] gives them: as many per element as leads to no more than
+/// [`MAX_CELLS`], or in a section, which is flat along an axis, [`MAX_CELLS_OF_SECTION`] or
+/// [`MAX_CELLS_OF_BENT_SECTION`].
 fn pieces(
     axes: [&Axis; 3],
     (shown, flat): (&Box3, Option<usize>),
@@ -253,7 +262,7 @@ fn pieces(
     let plan = |division: f64| -> [Vec<(usize, f64, f64)>; 3] {
         [0, 1, 2].map(|a| {
             let ends = [shown.min[a], shown.max[a]].map(|x| (x - layout.origin[a]) / layout.unit);
-            cuts(axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
+            cells_of_axis(axes[a], layout.reach, ends, if flat == Some(a) { 0.0 } else { division })
         })
     };
     let cells = |pieces: &[Vec<(usize, f64, f64)>; 3]| -> usize {
@@ -301,9 +310,9 @@ fn has_volume_everywhere(map: &SceneMap, nodes: &[Vec<f64>; 3]) -> bool {
     let [_, ny, nz] = nodes.each_ref().map(Vec::len);
     let cells = nodes.each_ref().map(|places| places.len().saturating_sub(1));
     (0..cells.iter().product()).all(|index| {
-        let at = split(index, cells);
+        let cell = split(index, cells);
         let corner = |n: usize| {
-            let [i, j, k] = [at[0] + (n >> 2), at[1] + (n >> 1 & 1), at[2] + (n & 1)];
+            let [i, j, k] = [cell[0] + (n >> 2), cell[1] + (n >> 1 & 1), cell[2] + (n & 1)];
             points[(i * ny + j) * nz + k]
         };
         let across = [4, 2, 1].map(|bit| {
@@ -327,8 +336,8 @@ fn add_potential(potential: &mut [f64], share: &Share<'_>, samples: &[Samples; 3
     let at_nodes = evaluate(&share.coefficients, [&s0.value, &s1.value, &s2.value], share.dims());
     let cells = reflection.part;
     for (index, value) in potential.iter_mut().enumerate() {
-        let at = split(index, reflection.whole.map(|n| n + 1));
-        let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+        let node = split(index, reflection.whole.map(|n| n + 1));
+        let [(i, si), (j, sj), (k, sk)] = [0, 1, 2].map(|a| reflection.node(a, node[a]));
         let sign = share.parity(0, si) * share.parity(1, sj) * share.parity(2, sk);
         *value += sign * at_nodes[(i * (cells[1] + 1) + j) * (cells[2] + 1) + k];
     }
@@ -351,10 +360,10 @@ fn add_field(
             evaluate(&share.coefficients, [pick(0), pick(1), pick(2)], share.dims())
         });
         for (index, e) in electric_field.iter_mut().enumerate() {
-            let at = split(index, reflection.whole.map(|n| n + 1));
-            let images = [0, 1, 2].map(|a| reflection.node(a, at[a]));
+            let node = split(index, reflection.whole.map(|n| n + 1));
+            let images = [0, 1, 2].map(|a| reflection.node(a, node[a]));
             for (above, limit) in e.iter_mut().enumerate() {
-                let (slope_node, slope_above, slope_side) = reflection.slope(d, at[d], above == 1);
+                let (slope_node, slope_above, slope_side) = reflection.slope(d, node[d], above == 1);
                 let place = |a: usize| if a == d { slope_node } else { images[a].0 };
                 let side = |a: usize| if a == d { slope_side } else { images[a].1 };
                 let sign: f64 = (0..3).map(|a| share.parity(a, side(a))).product();
@@ -373,7 +382,7 @@ fn split(index: usize, n: [usize; 3]) -> [usize; 3] {
 
 /// Cells of one axis between `ends`, as (element, lower, upper) in the reference coordinate of the element.
 /// An element has about `division` times as many cells as its degree.
-fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
+fn cells_of_axis(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f64, f64)> {
     let line = &axis.line;
     let mut out = Vec::new();
     for e in 0..line.elements() {
@@ -396,6 +405,7 @@ fn cuts(axis: &Axis, reach: f64, ends: [f64; 2], division: f64) -> Vec<(usize, f
     out
 }
 
+/// Samples an axis at the ends of cells, which are given as by [`cells_of_axis`].
 fn samples(axis: &Axis, pieces: &[(usize, f64, f64)]) -> Samples {
     let numbering = Numbering::new(&axis.line);
     let functions = axis.functions();

@@ -21,58 +21,81 @@ use crate::solution::{Forecast, Settings};
 use elastocap_geometry::scene::{Potential, Scene};
 use std::collections::BTreeMap;
 
-/// Largest number of unknowns of a grid that is solved for a forecast.
+/// Largest number of unknowns of a grid that is solved for a forecast. Measured: `benches/forecast.py`.
 const MAX_SMALL_UNKNOWNS: usize = 40_000;
 
-/// Largest memory of the cells of a layout that is made for a forecast, bytes.
+/// Largest memory of the cells of a layout that is made for a forecast, bytes. Not tuned: a limit that
+/// ordinary cases do not reach.
 const MAX_LAYOUT: u64 = 40 << 20;
 
 /// Largest work on the conductor-free boxes of all grids of a forecast together, as [`Work`] counts it: about
 /// a second.
 const MAX_ENUMERATION: u64 = 200_000_000;
 
-/// Processor seconds that one small grid may take, and that all of them together may take, both estimated by
-/// counting; and the bytes that a preconditioner may have.
+/// Processor seconds that one small grid may take, estimated by counting. Not tuned: what `check` may take.
 const MAX_SECONDS: f64 = 2.0;
+
+/// Processor seconds that all small grids together may take, estimated by counting. Not tuned: what `check`
+/// may take.
 const MAX_TOTAL_SECONDS: f64 = 5.0;
+
+/// Bytes that the preconditioner of a small grid may have. Not tuned: what `check` may take.
 const MAX_PRECONDITIONER: f64 = 60e6;
 
-/// Processor seconds per entry of a conductor-free box, iteration and function of an axis; per function of a
-/// term of the permittivity and iteration; and for the modes of an interval with n functions, over n^3.
+/// Processor seconds per entry of a conductor-free box, iteration and function of an axis. It only decides
+/// whether a forecast solves a grid.
 const BOX_PACE: f64 = 1.5e-10;
+
+/// Processor seconds per function of a term of the permittivity and iteration. It only decides whether a
+/// forecast solves a grid.
 const TERM_PACE: f64 = 3e-8;
+
+/// Processor seconds for the modes of an interval with n functions, over n^3. It only decides whether a
+/// forecast solves a grid.
 const MODES_PACE: f64 = 2e-8;
 
-/// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of several permittivities.
+/// Iterations on the first grid for each right-hand side: 15 for a few boxes, 30 to 48 for some bodies of
+/// several permittivities. It only decides whether a forecast solves a grid.
 const FIRST_ITERATIONS: f64 = 40.0;
 
-/// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it.
+/// Work per cell of a box to average a permittivity that is not a product, as [`Work`] counts it. It only
+/// decides whether a forecast solves a grid.
 const MEAN_WORK: usize = 16;
 
 /// Approximate number of grids that are solved for a forecast: each lists the conductor-free boxes of every
-/// part again.
+/// part again. It only divides [`MAX_ENUMERATION`].
 const GRIDS: u64 = 4;
 
 /// Entries of all conductor-free boxes over those of the array, where they are too many to be listed.
+/// Measured: `benches/forecast.py --drawn 200`.
 const ROUGH_OVERLAP: f64 = 30.0;
 
-/// Iterations on a grid that was not solved, and ratio of the functions per axis of the last grid to those of
-/// the first: upper estimates, as observed on scenes of some hundred bodies.
+/// Iterations for each right-hand side on a grid where none was counted: an upper estimate, as observed on
+/// scenes of some hundred bodies. Measured: `benches/forecast.py --drawn 200`.
 const USUAL_ITERATIONS: f64 = 25.0;
+
+/// Ratio of the functions per axis of the last grid to those of the first: an upper estimate, as observed on
+/// scenes of some hundred bodies. Measured: `benches/forecast.py --drawn 200`.
 const USUAL_GROWTH: usize = 4;
 
-/// Safety factor on the functions of each axis, for the forecast of memory.
+/// Safety factor on the functions of each axis, for the forecast of memory. Measured: `benches/forecast.py`.
 const MARGIN: f64 = 1.12;
 
-/// Missing share of the energy on the last small grid above which larger safety factors are used: one on the
-/// functions of each axis, for the forecast of memory, and one on the time. Such a grid does not show how far
-/// the search will refine, least of all for a small capacitance, which is a difference of large energies.
-/// docs/forecasts.md has the scenes by which these numbers were chosen, and others on which they were tested.
+/// Missing share of the energy on the last small grid above which larger safety factors are used. Such a grid
+/// does not show how far the search will refine, least of all for a small capacitance, which is a difference
+/// of large energies. Measured: `benches/forecast.py`, and `benches/forecast.py --drawn 200` on other scenes.
 const LARGE_MISSING: f64 = 0.1;
+
+/// [`MARGIN`] where more than [`LARGE_MISSING`] is missing. Measured: `benches/forecast.py`, and
+/// `benches/forecast.py --drawn 200` on other scenes.
 const LARGE_MISSING_MARGIN: f64 = 1.9;
+
+/// Safety factor on the time where more than [`LARGE_MISSING`] is missing. Measured: `benches/forecast.py`,
+/// and `benches/forecast.py --drawn 200` on other scenes.
 const LARGE_MISSING_TIMES: f64 = 3.0;
 
-/// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three conductors.
+/// Seconds per iteration, unknown and axis function on two cores, measured on scenes of one to three
+/// conductors. Measured: `benches/forecast.py`.
 const PACE: f64 = 1.5e-10;
 
 /// The axes across which the box solver will mirror a scene with such settings, and whether it will use a
@@ -142,6 +165,7 @@ pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Resu
     let solves = problem.parts.iter().map(|p| p.potentials.len()).sum::<usize>();
     let (dims, seconds, margin) = if let Some(level) = settings.resolution {
         let dims = problem.core.domain(&problem.core.grid(&graded(level), distance)).0.primal_dims();
+        // About 15 iterations for each right-hand side.
         (dims, PACE * 15.0 * solves as f64 * work(dims), MARGIN)
     } else {
         let mut grid = first(&problem.core, distance);
@@ -150,8 +174,8 @@ pub fn forecast(scene: &Scene, settings: &Settings, effort: &mut Effort) -> Resu
             let dims = problem.core.domain(&grid).0.primal_dims().map(|n| USUAL_GROWTH * n);
             let pace = PACE * (overlap / USUAL_OVERLAP).max(1.0);
             let seconds = pace * USUAL_ITERATIONS * solves as f64 * work(dims);
-            let found = problem.forecast_of(dims, seconds, solves, overlap, MARGIN);
-            return Ok(Forecast { is_rough: true, ..found });
+            let rough = problem.forecast_of(dims, seconds, solves, overlap, MARGIN);
+            return Ok(Forecast { is_rough: true, ..rough });
         }
         let mut dims;
         let mut iterations;
@@ -203,10 +227,16 @@ fn consecutive(a: Forecast, b: Forecast) -> Forecast {
 /// The forecast for a scene with too many cells to be laid out: the cost of a solve on the largest possible
 /// grid.
 fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
-    let sides =
+    let right_hand_sides =
         scene.conductors().filter(|conductor| conductor.potential != Potential::Grounded).count().max(1);
-    let axis = (MAX_UNKNOWNS as f64 / 2.0).cbrt();
-    let seconds = 2.0 * PACE * ROUGH_OVERLAP * USUAL_ITERATIONS * sides as f64 * 3.0 * axis.powi(4);
+    let functions_per_axis = (MAX_UNKNOWNS as f64 / 2.0).cbrt();
+    let seconds = 2.0
+        * PACE
+        * ROUGH_OVERLAP
+        * USUAL_ITERATIONS
+        * right_hand_sides as f64
+        * 3.0
+        * functions_per_axis.powi(4);
     Forecast {
         unknowns: MAX_UNKNOWNS,
         // No grid is solved that would not fit.
@@ -215,7 +245,7 @@ fn of_largest_grid(scene: &Scene, settings: &Settings) -> Forecast {
         unmirrored: (MAX_UNKNOWNS, seconds),
         mirrored: [false; 3],
         turned: false,
-        right_hand_sides: sides,
+        right_hand_sides,
         is_rough: true,
     }
 }
@@ -226,17 +256,18 @@ struct Cost {
     overlap: f64,
     /// Unknowns of the grid.
     unknowns: f64,
-    /// Processor seconds before the iterations, and per iteration; and the number of iterations for all
-    /// right-hand sides.
+    /// Processor seconds before the iterations.
     setup: f64,
+    /// Processor seconds per iteration.
     iteration: f64,
+    /// Number of iterations for all right-hand sides.
     iterations: f64,
     /// Bytes of the preconditioner.
     bytes: f64,
 }
 
 impl Cost {
-    /// `None` if there are too many boxes to be listed.
+    /// Counts the cost on a grid; `None` if there are too many boxes to be listed.
     fn of(problem: &GridProblem<'_>, grid: &Grid) -> Option<Self> {
         let parts = || problem.parts.iter().filter(|part| !part.potentials.is_empty());
         let mut work = Work { left: MAX_ENUMERATION / (GRIDS * parts().count() as u64 + 1) };
@@ -265,13 +296,13 @@ impl Cost {
         let terms: f64 = separable_terms(&domain).iter().map(|(block, _)| functions(block)).sum();
         let cubed = modes.values().map(|n| (*n as f64).powi(3)).sum::<f64>();
         let squared = modes.values().map(|n| (*n as f64).powi(2)).sum::<f64>();
-        let sides = parts().map(|part| part.potentials.len()).sum::<usize>() as f64;
+        let right_hand_sides = parts().map(|part| part.potentials.len()).sum::<usize>() as f64;
         Some(Self {
             overlap: entries / array,
             unknowns: problem.unknowns(grid) as f64,
             setup: parts().count() as f64 * MODES_PACE * cubed,
             iteration: BOX_PACE * products + TERM_PACE * terms,
-            iterations: sides * FIRST_ITERATIONS,
+            iterations: right_hand_sides * FIRST_ITERATIONS,
             bytes: 8.0 * (entries + squared),
         })
     }
@@ -322,7 +353,8 @@ impl GridProblem<'_> {
         let dims = dims.map(|n| (n as f64 * shrink.cbrt()) as usize);
         let seconds = seconds * shrink.powf(4.0 / 3.0);
         let n: usize = halves * dims.iter().product::<usize>();
-        // The earlier grids take about half as long as the last one; the primal and the dual problem share two cores.
+        // The earlier grids take about half as long as the last one; the primal and the dual problem share
+        // two cores.
         let seconds = seconds * f64::from(bounds) * 1.5 + 2e-3;
         let mirrored = self.layout.mirror.map(|m| m.is_some());
         let copies = halves << mirrored.iter().filter(|m| **m).count();

@@ -19,12 +19,15 @@ use std::sync::atomic::Ordering;
 
 /// A scene laid out for the box solver, with its symmetric parts and the settings.
 pub(crate) struct GridProblem<'a> {
+    /// The layout of the whole scene.
     pub(crate) layout: Layout,
+    /// The symmetric parts of its potentials.
     pub(crate) parts: Vec<Part>,
     /// Whether only the state is solved in which two conductors have opposite potentials, so that the matrix
     /// is not that of the scene.
     pub(crate) opposite_alone: bool,
-    /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves half of it.
+    /// The half, quarter or eighth of the scene that grids are made for; a quarter where a half turn leaves
+    /// half of it.
     pub(crate) core: Layout,
     /// Axes across which a grid is reflected before it is solved on: none where only mirrors are used, the
     /// last where a half turn is.
@@ -36,11 +39,13 @@ pub(crate) struct GridProblem<'a> {
     pub(crate) settings: &'a Settings,
     /// Whether fluxes are kept, for products with those on another grid.
     pub(crate) keeps_fluxes: bool,
-    /// The base that the solution is added to.
+    /// The base that the solution is added to, if there is one.
     pub(crate) base: Option<&'a Base>,
-    /// Set where the error of that base is to cancel in differences: what the added body sees of the error.
+    /// Set where the error of that base is to cancel in differences between scenes: the body that is added,
+    /// and how much it sees of the error.
     pub(crate) sight: Option<Sight>,
-    /// Set where the problem is such a base: what added bodies see of its error.
+    /// Set where the problem is a base whose error is to cancel in differences: a body that will be added,
+    /// and how much it sees of the error.
     pub(crate) seen_by: Option<Sight>,
     /// Whether the problem is the base of a single symmetric part.
     pub(crate) is_part: bool,
@@ -50,6 +55,7 @@ pub(crate) struct GridProblem<'a> {
 
 /// The frame of another scene in which a scene is laid out.
 pub(crate) struct InFrame {
+    /// The frame.
     pub(crate) frame: Frame,
     /// Mirror planes that may be used.
     pub(crate) mirrored: [bool; 3],
@@ -62,6 +68,10 @@ pub(crate) struct InFrame {
 }
 
 impl<'a> GridProblem<'a> {
+    /// Lays out a scene, which a `map` may bend, in its own frame or in that of another scene.
+    ///
+    /// # Errors
+    /// As for [`Layout::new`].
     pub(crate) fn new(
         scene: &Scene,
         map: Option<&Arc<SceneMap>>,
@@ -112,20 +122,21 @@ impl<'a> GridProblem<'a> {
         })
     }
 
-    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the farthest conductor, or where the
-    /// grid of a base has them.
+    /// The first grid of a search, on which rays to infinity begin `far` times as far from the pole as the
+    /// farthest conductor, or where the grid of a base has them.
     ///
     /// # Errors
-    /// [`SolveError::Superposition`] where a plane of the scene is more than half as far out as the rays of the base begin.
+    /// [`SolveError::Superposition`] where a plane of the scene is more than half as far out as the rays of
+    /// the base begin.
     pub(crate) fn first_grid(&self, far: f64) -> Result<Grid, SolveError> {
-        let Some((radius, must_be)) = self.reach else { return Ok(first(&self.core, far)) };
+        let Some((radius, is_exact)) = self.reach else { return Ok(first(&self.core, far)) };
         // Graded all the way out: one long element would converge slowly.
-        let far = if must_be { 0.0 } else { far };
+        let far = if is_exact { 0.0 } else { far };
         let mut grid = first(&self.core, far.max(radius / self.core.size()));
-        if must_be && self.core.grid_radius(0.0) > radius {
+        if is_exact && self.core.grid_radius(0.0) > radius {
             return Err(SolveError::Superposition);
         }
-        let radius = if must_be { radius } else { grid.radius.max(radius) };
+        let radius = if is_exact { radius } else { grid.radius.max(radius) };
         self.core.reach_to(&mut grid, radius);
         Ok(grid)
     }
@@ -149,21 +160,24 @@ impl<'a> GridProblem<'a> {
         self.memory_of(domain.primal_dims())
     }
 
-    /// Memory, bytes, that the solve of the largest part takes on a grid with `dims` functions on the axes of the core.
+    /// Memory, bytes, that the solve of the largest part takes on a grid with `dims` functions on the axes of
+    /// the core.
     pub(crate) fn memory_of(&self, dims: Dims) -> u64 {
         let dims = self.reflected_dims(dims);
         let right_hand_sides = self.parts.iter().map(|p| p.potentials.len()).max().unwrap_or(0);
-        // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every function. A solve that is added
-        // to a base holds fluxes at these points as well.
+        // Under a map, tensors and gradients are held at Gauss points: at most two along each axis for every
+        // function. A solve that is added to a base holds fluxes at these points as well.
         let points = dims.iter().map(|n| 2 * *n as u64).product::<u64>();
         let under_map = self.layout.map.as_ref().map_or(0, |_| points.saturating_mul(100));
-        // Where a half turn is used, the unknowns on the other half, their parts on quarters, and copies of both.
+        // Where a half turn is used, 64 bytes more for each unknown: the unknowns on the other half, their
+        // parts on quarters, and copies of both.
         let halves = if self.layout.turn.is_some() && self.settings.symmetry { 64 } else { 0 };
         let halves = halves * dims.iter().map(|n| *n as u64).product::<u64>();
         let boxes = memory(dims, self.layout.conductors.len().max(right_hand_sides), self.settings.bounds);
         boxes.saturating_add(under_map).saturating_add(halves)
     }
 
+    /// Numbers of functions on the axes of the grid that is solved on, from those on the axes of the core.
     fn reflected_dims(&self, dims: Dims) -> Dims {
         [0, 1, 2].map(|a| if self.reflected[a] { 2 * dims[a] } else { dims[a] })
     }
@@ -175,7 +189,7 @@ impl<'a> GridProblem<'a> {
         if self.settings.bounds { 2 * n } else { n }
     }
 
-    /// Whether other solutions are to be added to that of this problem.
+    /// Whether the problem is a base, to whose solution others are to be added.
     pub(crate) fn is_base(&self) -> bool {
         matches!(self.reach, Some((_, false)))
     }

@@ -20,59 +20,73 @@ use crate::solution::{Foresight, ResolutionLevel};
 use faer::Mat;
 use std::time::Instant;
 
-/// Missing energy that a refinement aims for, over the missing energy before the refinement.
+/// Missing energy that a refinement aims for, over the missing energy before the refinement. Tuned:
+/// `cargo bench --bench targets`.
 pub(crate) const STEP: f64 = 0.12;
 
-/// Relative energy that the primal problem may miss on the last grid, over the tolerance: where both bounds
-/// are to meet it, or the error estimate.
+/// Relative energy that the primal problem may miss on the last grid, over the tolerance: where the spread of
+/// both bounds is to meet the tolerance (`bounds`), or the error estimate.
 pub(crate) fn goal(bounds: bool) -> f64 {
     if bounds { 0.36 } else { 0.3 }
 }
 
 /// Error to aim for, over the tolerance, where the error on the previous grid is known from bounds. It is
 /// less than one, since the error falls more slowly than the missing energy that the indicator predicts.
+/// Tuned: `cargo bench --bench targets`.
 const PROVED_GOAL: f64 = 0.55;
 
 /// [`STEP`] where the refinements so far reduced the error as expected. A longer step takes fewer grids, but
 /// a coarse grid says little of where a much finer one should be fine: 0.02 to 0.03 takes the least work, a
-/// tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4).
+/// tenth less than 0.01 (measured on eight scenes at 1e-2 to 1e-4). Tuned: `cargo bench --bench targets`.
 const LONG_STEP: f64 = 0.02;
 
-/// Error that is expected on a grid with bounds, over the tolerance. A base may miss its tolerance by more:
-/// the scenes that are added to it make up for that.
+/// Largest error that may be expected on a grid, over the tolerance, for both problems to be solved on it.
+/// Tuned: `cargo bench --bench targets`.
 const EXPECTED: f64 = 0.8;
+
+/// [`EXPECTED`] for a base, which may miss its tolerance: the scenes that are added to it make up for that.
+/// Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const EXPECTED_OF_BASE: f64 = 2.0;
 
 /// Error of the linear solver for a base over the usual one: its iterations are most of the work for all
-/// scenes that are added to it.
+/// scenes that are added to it. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const BASE_SHARE_FACTOR: f64 = 3.0;
 
 /// Half the error over the energy that the indicator says to be missing, as observed on scenes of a pair at
 /// tight tolerances; it is half as much at loose ones, 0.6 on arrays of pads, and 0.2 on combs and on thin
-/// plates with feed bars.
+/// plates with feed bars. Tuned: `cargo bench --bench targets`, `benches/outlines.py comb pads`.
 const USUAL_AMPLIFICATION: f64 = 1.0;
 
-/// The same ratio where the energy of a single state is sought: the indicator of one state is more accurate
-/// than that of several, on combs too.
+/// [`USUAL_AMPLIFICATION`] where the energy of a single state is sought: the indicator of one state is more
+/// accurate than that of several, on combs too. Tuned: `time elastocap run cases/guarded-plate.toml` at
+/// tolerances of 1e-2, 1e-3 and 3e-4.
 const ONE_STATE_AMPLIFICATION: f64 = 0.85;
 
 /// [`Foresight::amplification`] grows towards smaller errors as the ratio of the errors to this power: 0.08
-/// on pairs, 0.16 on combs under a punch.
+/// on pairs, 0.16 on combs under a punch. Tuned: time the runs of docs/change.md, section "Reach".
 const AMPLIFICATION_GROWTH: f64 = 0.17;
 
 /// The factor by which the goal may be relaxed where the amplification is known from an earlier solve and
-/// [`ACCEPTED_MARGIN`] times the tolerance is accepted.
+/// [`ACCEPTED_MARGIN`] times the tolerance is accepted. Tuned: time the runs of docs/change.md, section
+/// "Reach".
 const FORESIGHT_GOAL_FACTOR: f64 = 1.25;
+
+/// Least accepted error, over the tolerance, with which that factor is used. Tuned: time the runs of
+/// docs/change.md, section "Reach".
 const ACCEPTED_MARGIN: f64 = 1.05;
 
-/// Largest number of grids.
+/// Largest number of grids. Not tuned: a limit that ordinary cases do not reach.
 const MAX_GRIDS: usize = 60;
 
 /// The result of a search.
 pub(crate) struct SearchResult {
+    /// The solution on the grid with the smallest error.
     pub(crate) outcome: Outcome,
+    /// That grid.
     pub(crate) grid: Grid,
+    /// Why the tolerance was not met, if it was not.
     pub(crate) shortfall: Option<Shortfall>,
+    /// Number of grids that were solved.
     pub(crate) grids: usize,
     /// Seconds spent on grids other than the one reported.
     pub(crate) choosing: f64,
@@ -146,12 +160,15 @@ pub(crate) struct OneState {
 /// The state of a search.
 pub(crate) struct Search<'p, 's> {
     problem: &'p GridProblem<'s>,
+    /// The time at which the search began.
     begin: Instant,
     /// Set where the energy of one state of several is sought.
     one_state: Option<OneState>,
     /// The error to reach: the tolerance, or the smallest that double precision allows.
     tolerance: f64,
+    /// The grid that is solved next, or was solved last.
     grid: Grid,
+    /// Number of grids that were solved.
     grids: usize,
     /// Relative energy that is expected to be missing on the grid; infinite before the first.
     expected_missing: f64,
@@ -163,7 +180,7 @@ pub(crate) struct Search<'p, 's> {
     overstated: Option<f64>,
     /// By how much the indicator overstated the missing energy on the last grid.
     last_overstated: Option<f64>,
-    /// Whether `last_overstated` hardly changed from the grid before.
+    /// Whether `last_overstated` differs from its value on the grid before by less than a factor of two.
     settled: bool,
     /// The results on the grid before.
     before: Option<Coarser>,
@@ -180,15 +197,17 @@ pub(crate) struct Search<'p, 's> {
     base_error: f64,
     /// The part of that error that is seen by the body that is added to the base.
     seen_error: f64,
-    /// Errors of the grids that gave a result so far, as [`Search::grid_error`] has them.
+    /// Errors of the grids that gave a result so far, as [`Search::grid_error`] computes them.
     grid_errors: Vec<f64>,
     /// Number of times that the grid was extended into open space because refinement did not help.
     widened: usize,
-    /// Set by [`Search::obstacle`].
+    /// Whether the next grid is the present one, extended into open space: [`Search::obstacle`] decides.
     wider: bool,
+    /// Why the search ends without meeting the tolerance, once it does.
     shortfall: Option<Shortfall>,
     /// Whether the linear solver ended far from its goal on the last grid.
     diverged: bool,
+    /// The best result so far, with the relative error of its target.
     best: Option<(f64, SearchResult)>,
 }
 
@@ -246,31 +265,32 @@ impl<'p, 's> Search<'p, 's> {
         Ok(search)
     }
 
-    /// Refines towards a tolerance until an error of `accepted`, no less than it, is proved or estimated.
-    /// Returns whether it is, `false` where it cannot be reached. May be called again for a smaller
-    /// tolerance.
+    /// Refines towards a tolerance until an error of at most `accepted`, which is no less than the tolerance,
+    /// is proved or estimated. Returns `false` where such an error cannot be reached. May be called again for
+    /// a smaller tolerance.
     ///
     /// # Errors
-    /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before anything is known.
+    /// A first grid that is too large, one whose matrices cannot be factorised, a request to stop before
+    /// anything is known.
     pub(crate) fn pursue(&mut self, tolerance: f64, accepted: f64) -> Result<bool, SolveError> {
         let problem = self.problem;
         self.tolerance = tolerance.max(MIN_TOLERANCE);
         match self.best.take() {
             None => problem.check_memory(&self.grid)?,
-            Some((error, found)) => {
+            Some((error, best)) => {
                 // Refinement continues from the grid with the best result so far.
-                self.grid = found.grid.clone();
-                let indicator = found.outcome.indicator(problem);
+                self.grid = best.grid.clone();
+                let indicator = best.outcome.indicator(problem);
                 let missing = missing(&self.grid, &indicator);
                 let met = error <= accepted;
-                let obstacle = if met { None } else { self.obstacle(&found.outcome, Some(error), missing) };
+                let obstacle = if met { None } else { self.obstacle(&best.outcome, Some(error), missing) };
                 let next = if met {
                     None
                 } else {
                     self.next(&indicator, Some(error), missing, obstacle, Purpose::Prove)
                 };
-                self.potentials = next.is_some().then(|| found.outcome.potentials());
-                self.best = Some((error, found));
+                self.potentials = next.is_some().then(|| best.outcome.potentials());
+                self.best = Some((error, best));
                 match next {
                     Some((grid, left)) => (self.grid, self.expected_missing) = (grid, left),
                     None => return Ok(met),
@@ -280,7 +300,7 @@ impl<'p, 's> Search<'p, 's> {
         loop {
             let purpose = self.purpose();
             let start = Instant::now();
-            let found = match problem.cancelled() {
+            let solved = match problem.cancelled() {
                 true => Err(SolveError::Cancelled),
                 false => {
                     let known = self.lower.as_ref().filter(|_| problem.sight.is_none());
@@ -292,12 +312,12 @@ impl<'p, 's> Search<'p, 's> {
                     on_grid(problem, &self.grid, self.share(purpose), lower, potentials.as_ref())
                 }
             };
-            let mut outcome = match found {
+            let mut outcome = match solved {
                 Err(SolveError::Cancelled) => {
                     self.stop()?;
                     return Ok(false);
                 }
-                found => found?,
+                solved => solved?,
             };
             self.grids += 1;
             if let Some(sight) = &problem.sight {
@@ -310,7 +330,7 @@ impl<'p, 's> Search<'p, 's> {
             // Bounds that meet the tolerance need no indicator.
             let proved = (purpose == Purpose::Prove).then(|| outcome.error(problem.settings));
             if proved.is_some() {
-                self.lower = Some(outcome.all.lower.clone());
+                self.lower = Some(outcome.all_conductors.lower.clone());
                 // If the lower bounds are from another grid, the larger number of unknowns is reported.
                 self.unknowns = self.unknowns.max(outcome.unknowns);
                 outcome.unknowns = self.unknowns;
@@ -342,7 +362,7 @@ impl<'p, 's> Search<'p, 's> {
 
     /// The best result so far, with the relative error of its target.
     pub(crate) fn best(&self) -> Option<(f64, &SearchResult)> {
-        self.best.as_ref().map(|(error, found)| (*error, found))
+        self.best.as_ref().map(|(error, result)| (*error, result))
     }
 
     /// The part of an error of the target that is due to the grid, and not to a base. The square roots of the
@@ -376,6 +396,7 @@ impl<'p, 's> Search<'p, 's> {
         if has_foresight && has_margin { FORESIGHT_GOAL_FACTOR } else { 1.0 }
     }
 
+    /// What the next grid is solved for.
     fn purpose(&self) -> Purpose {
         let bounds = self.problem.settings.bounds;
         let tolerance = self.grid_error(self.tolerance);
@@ -458,6 +479,7 @@ impl<'p, 's> Search<'p, 's> {
 
     /// The obstacle to further refinement, if there is one.
     fn obstacle(&mut self, outcome: &Outcome, error: Option<f64>, missing: f64) -> Option<Shortfall> {
+        // How often a grid may be widened. Not tuned: a limit that ordinary cases do not reach.
         const WIDEST: usize = 3;
         self.wider = false;
         self.diverged = !self.is_usable(outcome, error.unwrap_or(f64::INFINITY));
@@ -509,6 +531,7 @@ impl<'p, 's> Search<'p, 's> {
         obstacle: Option<Shortfall>,
         purpose: Purpose,
     ) -> Option<(Grid, f64)> {
+        // How much farther from the pole rays begin on a grid that is extended into open space.
         const WIDER: f64 = 7.0;
         let (problem, settings) = (self.problem, self.problem.settings);
         let tolerance = self.grid_error(self.tolerance);
@@ -564,7 +587,8 @@ impl<'p, 's> Search<'p, 's> {
         is_usable(outcome.converged, if self.problem.settings.bounds { error } else { f64::INFINITY })
     }
 
-    /// Keeps the outcome if it is usable and the best so far: rounding can make a finer grid worse than a coarser one.
+    /// Keeps the outcome of the present grid if it is usable and the best so far: rounding can make a finer
+    /// grid worse than a coarser one.
     fn keep(&mut self, outcome: Outcome, error: f64, seconds: f64) {
         if !self.is_usable(&outcome, error) {
             return;
@@ -578,7 +602,10 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    /// Stops on request, with the best so far.
+    /// Stops on request, with the best result so far as the one of the search.
+    ///
+    /// # Errors
+    /// No result has a finite error yet.
     fn stop(&mut self) -> Result<(), SolveError> {
         if !self.best.as_ref().is_some_and(|(error, _)| error.is_finite()) {
             return Err(SolveError::Cancelled);
@@ -603,13 +630,13 @@ impl<'p, 's> Search<'p, 's> {
     /// A request to stop before anything was known, a linear solver that did not converge.
     pub(crate) fn finish(self, met: bool) -> Result<SearchResult, SolveError> {
         let foresight = self.foresight().filter(|_| met);
-        let Some((_, mut found)) = self.best else {
+        let Some((_, mut result)) = self.best else {
             return Err(if self.diverged { SolveError::NotConverged } else { SolveError::Cancelled });
         };
-        found.shortfall = self.shortfall.filter(|_| !met);
-        found.grids = self.grids;
-        found.foresight = foresight;
-        found.choosing += self.begin.elapsed().as_secs_f64();
-        Ok(found)
+        result.shortfall = self.shortfall.filter(|_| !met);
+        result.grids = self.grids;
+        result.foresight = foresight;
+        result.choosing += self.begin.elapsed().as_secs_f64();
+        Ok(result)
     }
 }

@@ -1,14 +1,18 @@
-//! The permutation of conductors or blocks under a half turn, however they are cut into blocks.
+//! How a half turn permutes the conductors of a scene, or the blocks of a domain: found from the cells,
+//! faces, edges and corners that each of them holds, since a conductor and its image may be cut into
+//! different blocks.
 
 use crate::boxes::domain::Block;
 use std::collections::BTreeSet;
 
-/// The axes that the half turn is across.
+/// The axes that the half turn about the second axis reverses.
 pub(crate) const ACROSS: [usize; 2] = [0, 2];
 
-/// Mirrors of some axes, together.
+/// Mirrors across several axes at once: across two a half turn about the third, across all three a point
+/// reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct HalfTurn {
+    /// Whether there is a mirror across each axis.
     across: [bool; 3],
 }
 
@@ -22,16 +26,18 @@ impl HalfTurn {
         self.across[axis]
     }
 
-    /// The image of a place, of which there are `n` on each axis.
+    /// The image of a place of a grid that has `n` places on each axis, in ascending order.
     pub(crate) fn of(self, place: [usize; 3], n: [usize; 3]) -> [usize; 3] {
         [0, 1, 2].map(|a| if self.across[a] { n[a] - 1 - place[a] } else { place[a] })
     }
 }
 
-/// The holder of every plane and interval of each axis in turn, and so of every corner, edge, face and cell.
+/// The conductor or block that holds each *place* of a grid. On each axis planes and intervals are places in
+/// turn, so that a place in space is a corner, an edge, a face or a cell.
 pub(crate) struct Holders {
+    /// Number of places on each axis.
     n: [usize; 3],
-    /// 1 + number of the holder of one of the blocks, 0 outside of all.
+    /// For each place, 1 + the number of its holder, or 0 where no block holds it.
     holder: Vec<u32>,
 }
 
@@ -52,16 +58,17 @@ impl Holders {
         Self { n, holder }
     }
 
-    fn at(&self, [i, j, k]: [usize; 3]) -> u32 {
+    /// The entry of [`Holders::holder`] for a place.
+    fn holder_at(&self, [i, j, k]: [usize; 3]) -> u32 {
         self.holder[(i * self.n[1] + j) * self.n[2] + k]
     }
 
-    /// The pairs of holders for which a turn brings a part of the first to the second; `None` where it brings
-    /// a part to no holder.
+    /// The pairs of holders for which a turn takes a part of the first to the second; `None` where it takes a
+    /// part to a place without a holder.
     pub(crate) fn pairs(&self, turn: HalfTurn) -> Option<BTreeSet<(usize, usize)>> {
         let mut pairs = BTreeSet::new();
         for place in places(self.n) {
-            match (self.at(place), self.at(turn.of(place, self.n))) {
+            match (self.holder_at(place), self.holder_at(turn.of(place, self.n))) {
                 (0, 0) => {}
                 (0, _) | (_, 0) => return None,
                 (from, to) => drop(pairs.insert((from as usize - 1, to as usize - 1))),

@@ -1,7 +1,7 @@
 //! A scene reduced to planes, blocks and cells, from which grids of any resolution are made.
 //!
-//! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The layout also finds the
-//! mirror planes of the scene and cuts itself in half there.
+//! Planes are the coordinates at which a body or the scene begins or ends; nearly equal ones are merged. The
+//! layout also finds the mirror planes of the scene and cuts itself in half there.
 
 use crate::boxes::domain::{Axis, Block, Domain, Rays};
 use crate::boxes::holders::{ACROSS, HalfTurn, Holders};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// Two planes closer than this share of their distance from the origin, or of the unit of length, are merged:
 /// they are the same but for the rounding of coordinates. The distance of other planes hardly matters; a wall
-/// may be a million times as far as two conductors are apart.
+/// may be a million times as far as two conductors are apart. It is not tuned.
 const SAME: f64 = 1e-13;
 
 /// Rounding error that far planes cause in all coordinates, over the distance of the farthest plane; and its
@@ -23,39 +23,44 @@ const SAME: f64 = 1e-13;
 const FROM_AFAR: [f64; 2] = [4.0 * f64::EPSILON, 1e-9];
 
 /// The error that the coordinate `at` of a plane may have where the farthest plane is at `farthest`.
-fn same(at: f64, farthest: f64) -> f64 {
+fn coordinate_error(at: f64, farthest: f64) -> f64 {
     let [share, most] = FROM_AFAR;
     (SAME * at.abs().max(1.0)).max((share * farthest).min(most))
 }
 
+/// Distance of the farthest plane from the origin.
 fn farthest(planes: impl Iterator<Item = f64>) -> f64 {
     planes.map(f64::abs).fold(0.0, f64::max)
 }
 
 /// Two planes closer than this share of the unit of length are merged, too, if nothing lies between them,
 /// neither a body nor the gap between two bodies. The shift is within the rounding error of the field there.
+/// It is not tuned.
 const ALIKE: f64 = 1e-11;
 
-/// Distance of the centre of the walls from that of the conductors, over the size of these, up to which the
-/// former is the origin of the coordinates. With a farther origin, coordinates of conductors would lose
-/// digits.
+/// Distance of the centre of the walls from the centre of the conductors, over the size of the conductors, up
+/// to which the centre of the walls is the origin of the coordinates. With a farther origin, coordinates of
+/// conductors would lose digits. This one loses two digits at most.
 const NEAR: f64 = 100.0;
 
 /// A break of a map closer than this to a plane of a body, over the unit of length, is taken to lie on it.
+/// Not tuned: it only has to lie above rounding errors and below distances that matter.
 const SAME_BREAK: f64 = 1e-9;
 
-/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from `origin`.
+/// Planes, conductors as blocks of intervals, permittivity per cell; lengths in units of `unit`, from
+/// `origin`.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
-    /// m.
+    /// The unit of length, m.
     pub unit: f64,
-    /// m.
+    /// The origin of the scaled coordinates, m.
     pub origin: [f64; 3],
     /// Planes of each axis, ascending, scaled.
     pub planes: [Vec<Plane>; 3],
-    /// `walls[axis][side]`.
+    /// The wall at each end of each axis, `[axis][side]`.
     pub walls: [[Wall; 2]; 3],
-    /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the conductor.
+    /// The blocks of each conductor, in the scene's order; empty where a reduced layout does not contain the
+    /// conductor.
     pub conductors: Vec<Vec<Block>>,
     /// Relative permittivity of each cell `[i][j][k]`.
     pub permittivity: Vec<f64>,
@@ -78,16 +83,16 @@ pub(crate) struct Layout {
 pub(crate) struct Turned {
     /// The planes in the middle of the first and of the last axis.
     pub(crate) planes: [usize; 2],
-    /// For each conductor, the one whose place it takes.
+    /// For each conductor, the index of the one that the turn takes it to.
     pub(crate) images: Vec<usize>,
 }
 
 /// The origin of a layout's coordinates, and their unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
-    /// m.
+    /// The origin, m.
     pub origin: [f64; 3],
-    /// m.
+    /// The unit of length, m.
     pub unit: f64,
 }
 
@@ -113,6 +118,7 @@ impl Frame {
     }
 }
 
+/// The boxes and sheets that a body consists of.
 fn boxes(body: &Body) -> Result<Vec<Box3>, SolveError> {
     body.boxes().ok_or_else(|| SolveError::NotBoxes { body: body.name.clone() })
 }
@@ -153,7 +159,8 @@ impl Layout {
                 sided.push((Plane { at: scaled(region.max[a], a), edge }, Side::Upper));
             }
             for region in dielectrics.iter().flatten() {
-                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if less so.
+                // A slab has no edges; where faces meet, the field is singular as at a conductor's edge, if
+                // less so.
                 let inside = |a: usize, x: f64| x > scene.domain.min[a] && x < scene.domain.max[a];
                 let bounded = |a: usize| inside(a, region.min[a]) || inside(a, region.max[a]);
                 let edge = (0..3).filter(|&a| bounded(a)).count() > 1 && is_sharp(region);
@@ -219,7 +226,7 @@ impl Layout {
     /// Computes the blocks of conductors, given as their boxes, the permittivity and the reach for the
     /// current planes.
     fn fill(&mut self, scene: &Scene, conductors: &[Vec<Box3>]) {
-        let find = |a: usize, x: f64| {
+        let nearest_plane = |a: usize, x: f64| {
             let s = (x - self.origin[a]) / self.unit;
             let (mut best, mut distance) = (0, f64::INFINITY);
             for (i, p) in self.planes[a].iter().enumerate() {
@@ -230,8 +237,8 @@ impl Layout {
             best + usize::from(self.walls[a][0] == Wall::Open)
         };
         let block = |region: &Box3| Block {
-            lo: [0, 1, 2].map(|a| find(a, region.min[a])),
-            hi: [0, 1, 2].map(|a| find(a, region.max[a])),
+            lo: [0, 1, 2].map(|a| nearest_plane(a, region.min[a])),
+            hi: [0, 1, 2].map(|a| nearest_plane(a, region.max[a])),
         };
         let conductors = conductors
             .iter()
@@ -250,8 +257,9 @@ impl Layout {
         let mut material = vec![0; cells];
         // Painted one over the other: later dielectrics take precedence. To look up the body of every cell
         // would take the number of cells times that of bodies.
-        let places = [0, 1, 2]
-            .map(|a| centres[a].iter().map(|at| self.origin[a] + self.unit * at).collect::<Vec<f64>>());
+        let places = [0, 1, 2].map(|a| {
+            centres[a].iter().map(|centre| self.origin[a] + self.unit * centre).collect::<Vec<f64>>()
+        });
         for dielectric in scene.dielectrics() {
             let boxes = dielectric.body.boxes().unwrap_or_default();
             for b in boxes.iter().filter(|b| b.sheet_normal().is_none()) {
@@ -276,23 +284,31 @@ impl Layout {
             .fold(1.0, f64::max);
     }
 
-    /// Centre of open space on axis `a`. It lies on a closed side if there is one: rays from it then never leave the scene.
+    /// Centre of open space on axis `a`. It lies on a closed side if there is one: rays from it then never
+    /// leave the scene.
     fn pole(&self, a: usize) -> f64 {
         let open = self.walls[a].map(|w| w == Wall::Open);
         match open {
             [true, false] => self.planes[a].last().map_or(0.0, |p| p.at),
             [false, true] => self.planes[a].first().map_or(0.0, |p| p.at),
-            // The field of a charge on the face between two half-spaces is radial: the best place for the pole is there.
+            // The field of a charge on the face between two half-spaces is radial: the best place for the
+            // pole is there.
             [true, true] => {
                 let last = self.cells()[a] - 1;
-                let at = |m: usize| {
+                let permittivity_in = |m: usize| {
                     let mut cell = [0; 3];
                     cell[a] = m;
                     self.permittivity.get(self.cell(cell)).copied()
                 };
                 let nearest = |x: f64, y: f64| if y.abs() < x.abs() { y } else { x };
-                let faces = (0..last).filter(|&m| at(m) != at(m + 1)).map(|m| self.planes[a][m].at);
-                if at(0) == at(last) { 0.0 } else { faces.reduce(nearest).unwrap_or(0.0) }
+                let faces = (0..last)
+                    .filter(|&m| permittivity_in(m) != permittivity_in(m + 1))
+                    .map(|m| self.planes[a][m].at);
+                if permittivity_in(0) == permittivity_in(last) {
+                    0.0
+                } else {
+                    faces.reduce(nearest).unwrap_or(0.0)
+                }
             }
             _ => 0.0,
         }
@@ -325,6 +341,7 @@ impl Layout {
             .map(|a| self.planes[a].len() - 1 + self.walls[a].iter().filter(|w| **w == Wall::Open).count())
     }
 
+    /// The index of a cell in [`Layout::permittivity`].
     fn cell(&self, c: [usize; 3]) -> usize {
         let n = self.cells();
         (c[0] * n[1] + c[1]) * n[2] + c[2]
@@ -345,7 +362,7 @@ impl Layout {
         }
         let size = farthest(p.iter().map(|p| p.at));
         let apart = |i: usize| (p[i].at + p[n - 1 - i].at).abs();
-        if (0..n).any(|i| apart(i) > same(p[i].at, size) || p[i].edge != p[n - 1 - i].edge) {
+        if (0..n).any(|i| apart(i) > coordinate_error(p[i].at, size) || p[i].edge != p[n - 1 - i].edge) {
             return false;
         }
         let cells = self.cells();
@@ -361,7 +378,8 @@ impl Layout {
         })
     }
 
-    /// Makes the planes of axis `a` exactly symmetric, with one at the centre, and returns the index of that plane.
+    /// Makes the planes of axis `a` exactly symmetric, with one at the centre, and returns the index of that
+    /// plane.
     fn insert_centre(&mut self, a: usize) -> usize {
         let p = &mut self.planes[a];
         let n = p.len();
@@ -378,9 +396,9 @@ impl Layout {
         n / 2
     }
 
-    /// For each conductor, the one whose place it takes under a half turn about the second axis; `None`
+    /// For each conductor, the index of the one that a half turn about the second axis takes it to; `None`
     /// unless the turn takes the layout to itself and no mirror across the two other axes does. Permittivity
-    /// and map must be mirror-symmetric across either of these.
+    /// and map must be mirror-symmetric across either of these two axes.
     fn turned(&self) -> Option<Vec<usize>> {
         let is_mirrored = |a: usize| self.map.as_ref().is_none_or(|map| map.is_mirrored(a));
         if !ACROSS.iter().all(|&a| self.mirror[a].is_none() && self.is_even(a) && is_mirrored(a)) {
@@ -452,8 +470,8 @@ impl Layout {
         out
     }
 
-    /// Largest over smallest permittivity among the cells that have no end, through which rays go to infinity; `None`
-    /// if the scene is closed.
+    /// Largest over smallest permittivity among the cells that have no end, through which rays go to
+    /// infinity; `None` if the scene is closed.
     pub(crate) fn endless_contrast(&self) -> Option<f64> {
         let cells = self.cells();
         let endless = |c: [usize; 3]| {
@@ -471,12 +489,14 @@ impl Layout {
         (greatest > 0.0).then(|| greatest / least)
     }
 
-    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is continued to infinity.
+    /// Whether both sides of some axis are closed: flux cannot spread in three dimensions, so none is
+    /// continued to infinity.
     fn confined(&self) -> bool {
         self.walls.iter().any(|w| w.iter().all(|w| *w != Wall::Open))
     }
 
-    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest conductor.
+    /// A graded grid of the layout; rays to infinity begin `far` times as far from the pole as the farthest
+    /// conductor.
     pub(crate) fn grid(&self, resolution: &Resolution, far: f64) -> Grid {
         let radius = self.grid_radius(far);
         let axes = [0, 1, 2].map(|a| {
@@ -514,7 +534,8 @@ impl Layout {
         self.conductors.iter().enumerate().flat_map(|(c, blocks)| blocks.iter().map(move |_| c)).collect()
     }
 
-    /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it belongs to.
+    /// The layout on a grid, and for each block of the domain the index of the scene's conductor that it
+    /// belongs to.
     pub(crate) fn domain(&self, grid: &Grid) -> (Domain, Vec<usize>) {
         let axes = [0, 1, 2].map(|a| {
             let GradedAxis { line, cuts, .. } = grid.axes[a].clone();
@@ -552,7 +573,8 @@ impl Grid {
         Self { axes, radius: self.radius }
     }
 
-    /// Largest degree, and largest number of layers: the elements between a plane and the middle of an interval, minus one.
+    /// Largest degree, and largest number of layers at an edge: the elements of an interval, or half of them
+    /// where both of its ends are edges, minus one.
     pub(crate) fn level(&self) -> ResolutionLevel {
         let lines = || self.axes.iter();
         let order = lines().flat_map(|a| a.line.degrees.iter().copied()).max().unwrap_or(1);
@@ -588,15 +610,16 @@ enum Side {
     Upper,
 }
 
+/// The planes in ascending order, with those merged that differ by rounding alone.
 fn merged(mut planes: Vec<(Plane, Side)>) -> Vec<Plane> {
     planes.sort_by(|(p, _), (q, _)| p.at.total_cmp(&q.at));
     // Between two faces with the same outward normal there is neither a body nor a gap.
     let size = farthest(planes.iter().map(|(p, _)| p.at));
-    let same = |at: f64, alike: bool| same(at, size).max(if alike { ALIKE } else { 0.0 });
+    let largest_gap = |at: f64, alike: bool| coordinate_error(at, size).max(if alike { ALIKE } else { 0.0 });
     let mut out: Vec<(Plane, Side)> = Vec::new();
     for (p, side) in planes {
         match out.last_mut() {
-            Some((last, before)) if p.at - last.at <= same(p.at, side == *before) => {
+            Some((last, before)) if p.at - last.at <= largest_gap(p.at, side == *before) => {
                 last.edge |= p.edge;
                 *before = side;
             }

@@ -1,4 +1,5 @@
-//! Laplace's equation among axis-aligned boxes and sheets, on graded tensor-product grids, with proved bounds.
+//! Laplace's equation among axis-aligned boxes and sheets, on graded tensor-product grids, with proved
+//! bounds. [`solve`] is the entry.
 
 mod common_line;
 pub(crate) mod conductor_free;

@@ -1,8 +1,9 @@
 //! The solution of a scene on one grid: energies of its symmetric parts, both bounds, and the indicator of
 //! where energy is missing.
 //!
-//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]). On each grid every
-//! part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they are the bounds on the Maxwell matrix.
+//! The scene is split into parts that are even or odd across its mirror planes ([`crate::boxes::symmetry`]).
+//! On each grid every part gives an upper and a lower energy matrix ([`crate::boxes::energy`]); together they
+//! are the bounds on the Maxwell matrix.
 
 use crate::bounded::Bounded;
 use crate::boxes::energies::Energies;
@@ -22,14 +23,17 @@ use elastocap_geometry::scene::Scene;
 use elastocap_linalg::dense::{self, Lu};
 use faer::{Mat, Scale};
 
-/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to 1.6 times the true error
-/// on cubes, plates and pairs.
+/// Without bounds, the estimated error over the missing energy that the surplus indicates, which is 0.6 to
+/// 1.6 times the true error on cubes, plates and pairs. Measured: the rows "true error" of
+/// `cargo bench --bench targets`.
 const SURPLUS_FACTOR: f64 = 1.75;
 
-/// Largest [`Outcome::amplification`] of a coupling that is the target itself, however weak it is.
+/// Largest [`Outcome::amplification`] of a coupling that is the target itself, however weak it is. Not tuned:
+/// a limit that ordinary cases do not reach.
 const LARGEST_AMPLIFICATION: f64 = 1e4;
 
-/// The least and the largest value that [`Outcome::overstated`] may have.
+/// The least and the largest value that [`Outcome::overstated`] may have. Not tuned: they keep a single grid
+/// from misleading the search.
 const MOST_UNDERSTATED: f64 = 0.5;
 const MOST_OVERSTATED: f64 = 100.0;
 
@@ -41,33 +45,39 @@ pub(crate) struct Coarser {
     pub(crate) upper: Mat<f64>,
 }
 
-/// Least share of the error of the added solution that each part is assumed to have.
+/// Least share of the error of the added solution that each part is assumed to have. Tuned: time the runs of
+/// the balls in docs/change.md, section "Reach".
 const LEAST_OF_PART: f64 = 0.1;
 
 /// What a body sees of the error of a base in total, over what it sees of the part of that error that has no
-/// sources around the body.
+/// sources around the body. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const SEEN_BESIDE: f64 = 1.3;
 
-/// Energies of all parts on one grid.
+/// The solution on one grid: bounds on the capacitances, and the symmetric parts that they come from.
 pub(crate) struct Outcome {
     /// Bounds on the matrix of the driven conductors, which is reported.
     pub(crate) bounds: MatrixBounds,
     /// Bounds on the matrix of all conductors.
-    pub(crate) all: MatrixBounds,
+    pub(crate) all_conductors: MatrixBounds,
     /// Bounds on the matrix that include the energies of the error of a base, where they are requested.
     pub(crate) with_error_of_base: Option<MatrixBounds>,
     /// Whether only one part was solved, so that the matrix is not a Maxwell matrix.
     is_part: bool,
-    /// The form that the rounding error of `all` is proportional to, F.
+    /// The form that the rounding error of `all_conductors` is proportional to, F.
     pub(super) rounding: Mat<f64>,
     /// Potentials of the right-hand sides, in columns.
     pub(super) basis: Mat<f64>,
     /// Parts that have a field, each after the index of its first column in `basis`.
     pub(super) solved: Vec<(usize, SolvedPart)>,
+    /// Unknowns of the largest part, primal plus dual.
     pub(crate) unknowns: usize,
+    /// Iterations of the linear solvers, of all parts together.
     pub(crate) iterations: usize,
+    /// Whether the linear solvers reached their goals for all right-hand sides.
     pub(crate) converged: bool,
+    /// The largest [`Energies::repair_share`] of any part.
     pub(crate) repair_share: f64,
+    /// Times of all parts.
     pub(super) seconds: PhaseSeconds,
 }
 
@@ -106,24 +116,24 @@ pub(crate) fn on_grid(
     let mut out = Outcome { is_part: problem.is_part, ..Outcome::empty() };
     let (core, grid) = (grid, &grid.reflected(problem.reflected));
     let has_lower = !matches!(lower, Lower::None);
-    let add = |to: &mut Mat<f64>, at: usize, part: &SolvedPart, energies: &Mat<f64>| {
+    let place = |to: &mut Mat<f64>, first: usize, part: &SolvedPart, energies: &Mat<f64>| {
         for (i, j) in (0..energies.nrows()).flat_map(|i| (0..energies.ncols()).map(move |j| (i, j))) {
-            to[(at + i, at + j)] = part.copies * energies[(i, j)];
+            to[(first + i, first + j)] = part.copies * energies[(i, j)];
         }
     };
-    let mut at = 0;
+    let mut first = 0;
     for (index, part) in problem.parts.iter().enumerate() {
         if !part.potentials.is_empty() {
-            let coarser = coarser.map(|coarser| (coarser, at));
+            let coarser = coarser.map(|coarser| (coarser, first));
             let (solved, dual) = solve_part(problem, index, [core, grid], share, has_lower, coarser)?;
-            add(&mut up, at, &solved, &solved.energies.matrix);
+            place(&mut up, first, &solved, &solved.energies.matrix);
             if let Some(dual) = &dual {
-                add(&mut low, at, &solved, &dual.matrix);
+                place(&mut low, first, &solved, &dual.matrix);
             }
             out.add_cost(&solved.energies, dual.as_ref());
-            out.solved.push((at, solved));
+            out.solved.push((first, solved));
         }
-        at += part.basis().count();
+        first += part.basis().count();
     }
     let unit = VACUUM_PERMITTIVITY * problem.layout.unit;
     let scaled = |m: Mat<f64>| {
@@ -143,12 +153,12 @@ pub(crate) fn on_grid(
     if has_lower && problem.layout.map.is_some() {
         let mut with_error = problem.sight.map(|_| [Mat::zeros(n, n), Mat::zeros(n, n)]);
         for k in 0..out.solved.len() {
-            let Some((at, part)) = out.solved.get(k) else { continue };
+            let Some((first, part)) = out.solved.get(k) else { continue };
             let dual = part.bent_lower(problem, share)?;
-            add(&mut low, *at, part, &dual.matrix);
+            place(&mut low, *first, part, &dual.matrix);
             match (&mut with_error, &dual.with_error_of_base) {
                 (Some(sums), Some(forms)) => {
-                    sums.iter_mut().zip(forms).for_each(|(sum, form)| add(sum, *at, part, form));
+                    sums.iter_mut().zip(forms).for_each(|(sum, form)| place(sum, *first, part, form));
                 }
                 _ => with_error = None,
             }
@@ -174,7 +184,7 @@ impl Outcome {
         let none = || MatrixBounds { lower: Mat::zeros(0, 0), upper: Mat::zeros(0, 0) };
         Self {
             bounds: none(),
-            all: none(),
+            all_conductors: none(),
             with_error_of_base: None,
             is_part: false,
             rounding: Mat::zeros(0, 0),
@@ -208,14 +218,15 @@ impl Outcome {
         upper: Mat<f64>,
         lower: Mat<f64>,
     ) -> Result<(), SolveError> {
-        self.all = MatrixBounds { lower, upper };
-        self.all.count_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
-        if let Some(contradiction) = self.all.crossing() {
+        self.all_conductors = MatrixBounds { lower, upper };
+        self.all_conductors
+            .count_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
+        if let Some(contradiction) = self.all_conductors.crossing() {
             return Err(SolveError::Contradiction(contradiction));
         }
-        self.all.widen(&self.rounding, problem.left_out);
-        self.all.uncross();
-        self.bounds = problem.floating.reduced(&self.all);
+        self.all_conductors.widen(&self.rounding, problem.left_out);
+        self.all_conductors.uncross();
+        self.bounds = problem.floating.reduced(&self.all_conductors);
         Ok(())
     }
 
@@ -231,6 +242,7 @@ impl Outcome {
         }
     }
 
+    /// Adds the iterations and times of the dual problem of one part.
     fn add_dual_cost(&mut self, dual: &Energies) {
         self.iterations += dual.iterations;
         self.converged &= dual.converged;
@@ -245,15 +257,17 @@ impl Outcome {
         let GridProblem { layout, parts, settings, floating, .. } = problem;
         let n = layout.conductors.len();
         let driven = settings.target.shown(floating.driven.len());
-        let potentials = floating.potentials(&self.all.upper, &driven, &floating.charges);
+        let potentials = floating.potentials(&self.all_conductors.upper, &driven, &floating.charges);
         let target = Mat::from_fn(n, 1, |i, _| potentials[i]);
         let weights = Lu::new(self.basis.as_ref()).solve(target.as_ref());
         let mut shares = Vec::new();
-        let (mut at, mut common) = (0, 0.0);
+        let (mut first, mut common) = (0, 0.0);
         for part in parts {
-            let from = at + part.potentials.len();
-            common += (from..from + part.fieldless.len()).map(|i| weights[(i, 0)]).sum::<f64>();
-            at += part.basis().count();
+            let first_fieldless = first + part.potentials.len();
+            common += (first_fieldless..first_fieldless + part.fieldless.len())
+                .map(|i| weights[(i, 0)])
+                .sum::<f64>();
+            first += part.basis().count();
         }
         for (first, part) in &self.solved {
             let weights: Vec<f64> =
@@ -268,21 +282,22 @@ impl Outcome {
         field
     }
 
-    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that
-    /// the target depends on.
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed
+    /// over the states that the target depends on.
     pub(crate) fn indicator(&self, problem: &GridProblem<'_>) -> Indicator {
         self.indicator_of(problem, problem.settings.target)
     }
 
-    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed over the states that `target`
-    /// depends on.
+    /// The refinement indicator: relative missing energies of the primal solution along each axis, summed
+    /// over the states that `target` depends on.
     pub(super) fn indicator_of(&self, problem: &GridProblem<'_>, target: Target) -> Indicator {
         let n = self.basis.nrows();
         let GridProblem { floating, .. } = problem;
         let driven = floating.driven.len();
         let factor = Lu::new(self.basis.as_ref());
         let of_driven = |v: &[f64]| {
-            let potentials = floating.potentials(&self.all.upper, v, &vec![0.0; floating.floating.len()]);
+            let potentials =
+                floating.potentials(&self.all_conductors.upper, v, &vec![0.0; floating.floating.len()]);
             let weights = factor.solve(Mat::from_fn(n, 1, |i, _| potentials[i]).as_ref());
             (0..n).map(|i| weights[(i, 0)]).collect::<Vec<f64>>()
         };
@@ -292,7 +307,7 @@ impl Outcome {
             // The only right-hand side, with the potentials that it has.
             for (k, _) in &self.solved {
                 let v = self.basis.col(*k).as_mat();
-                let charges = dense::product(v.transpose(), self.all.upper.as_ref());
+                let charges = dense::product(v.transpose(), self.all_conductors.upper.as_ref());
                 let unit = (0..n).map(|i| f64::from(u8::from(i == *k))).collect();
                 states.push((unit, dense::product(charges.as_ref(), v)[(0, 0)]));
             }
@@ -327,22 +342,23 @@ impl Outcome {
         for (weights, energy) in states {
             for (first, part) in &self.solved {
                 let weights = &weights[*first..*first + part.energies.coefficients.len()];
-                let mut note = |u: Option<Vec<f64>>| {
+                let mut add_missing = |u: Option<Vec<f64>>| {
                     let Some(u) = u else { return };
                     let missing = indicator(&part.domain, &part.primal.slice_energies(&u));
                     let missing = folded(missing, problem.reflected);
                     add(&mut total, &missing, part.copies * unit / energy);
                 };
-                note(combined(weights, &part.energies.coefficients));
+                add_missing(combined(weights, &part.energies.coefficients));
                 // The error of the interpolation of a base counts as well.
-                note(part.added.as_ref().and_then(|added| combined(weights, &added.cut)));
+                add_missing(part.added.as_ref().and_then(|added| combined(weights, &added.interpolated)));
             }
         }
         total
     }
 
-    /// The error of the target over the spread of the energies it follows from, where that error is about the tolerance: entries
-    /// follow by polarisation, within the limits that the signs of a Maxwell matrix set.
+    /// The relative error of the target over the relative spread of the energies it follows from, where that
+    /// error is about the tolerance. Entries of the matrix follow from energies by polarisation, within the
+    /// limits that the signs of a Maxwell matrix set.
     pub(crate) fn amplification(&self, tolerance: f64, settings: &Settings) -> f64 {
         let upper = &self.bounds.upper;
         let most = match settings.target {
@@ -371,8 +387,8 @@ impl Outcome {
         (most > 0.0 && expected > 0.0).then(|| (expected / most).clamp(MOST_UNDERSTATED, MOST_OVERSTATED))
     }
 
-    /// Without a dual problem: sets the lower energies to the upper ones minus the estimated error, which is
-    /// what the surplus indicates (`missing`) and what open space adds (`beyond`).
+    /// Sets the lower energies to the upper ones minus an estimated error, where no dual problem is solved.
+    /// The error is what the surplus indicates (`missing`) and what open space adds (`beyond`).
     ///
     /// The surplus is calibrated on a coarser grid, if there is one: by the observed decrease of the energies
     /// over the decrease that the surplus predicted.
@@ -411,7 +427,8 @@ impl Outcome {
         }
     }
 
-    /// The error that is compared with the tolerance: the largest relative spread of the target, or error estimate without bounds.
+    /// The error that is compared with the tolerance: the largest relative spread of the target, or error
+    /// estimate without bounds.
     pub(crate) fn error(&self, settings: &Settings) -> f64 {
         match &self.with_error_of_base {
             Some(bounds) => linear_error(bounds, settings),
@@ -452,10 +469,10 @@ impl Outcome {
         let (n, unit) = (self.basis.nrows(), VACUUM_PERMITTIVITY * problem.layout.unit);
         let target = problem.settings.target;
         let value = target.within(&self.bounds).map_or(f64::NAN, |bounded| bounded.value.abs());
-        let of_part = |(at, part): &(usize, SolvedPart)| {
+        let of_part = |(first, part): &(usize, SolvedPart)| {
             let (gap, mut spread) = (gap(part), Mat::zeros(n, n));
             for (i, j) in (0..gap.nrows()).flat_map(|i| (0..gap.ncols()).map(move |j| (i, j))) {
-                spread[(at + i, at + j)] = unit * part.copies * gap[(i, j)];
+                spread[(first + i, first + j)] = unit * part.copies * gap[(i, j)];
             }
             let bounds = MatrixBounds { lower: Mat::zeros(n, n), upper: from_energies(&self.basis, &spread) };
             target.within(&bounds).map_or(f64::NAN, |bounded| (bounded.upper - bounded.lower) / value)
@@ -467,7 +484,7 @@ impl Outcome {
     /// more.
     pub(crate) fn rounding_error(&self, problem: &GridProblem<'_>) -> f64 {
         let bounds = self
-            .all
+            .all_conductors
             .upper_with_rounding(&self.rounding, of_squares(contrast_of(&problem.layout.permittivity)));
         error_of(&problem.floating.reduced(&bounds), problem.settings)
     }
@@ -484,11 +501,11 @@ impl Outcome {
         let mut two_terminal = self.bounds.two_terminal();
         let mut measured = settings.target.of(&self.bounds);
         let floating = if settings.bounds {
-            problem.floating.proved(&self.all)
+            problem.floating.proved(&self.all_conductors)
         } else {
             // The matrix of all conductors is taken to be as uncertain as the target.
-            let lower = &self.all.upper * Scale(1.0 - self.error(settings).min(0.5));
-            problem.floating.estimated(&MatrixBounds { lower, upper: self.all.upper.clone() })
+            let lower = &self.all_conductors.upper * Scale(1.0 - self.error(settings).min(0.5));
+            problem.floating.estimated(&MatrixBounds { lower, upper: self.all_conductors.upper.clone() })
         };
         if !settings.bounds {
             // The reported value is the computed energy, with the error estimate on either side.

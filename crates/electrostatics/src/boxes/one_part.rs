@@ -1,4 +1,5 @@
-//! One symmetric part on one grid: its problems, and its potentials on the next grid.
+//! One symmetric part of a scene on one grid: the solution of its primal and dual problems, and its
+//! potentials on the next grid.
 
 use crate::boxes::domain::{Axis, Domain};
 use crate::boxes::dual::across_grids::Fluxes;
@@ -21,6 +22,7 @@ pub(crate) struct Potentials(pub(super) Vec<PartPotentials>);
 pub(super) struct PartPotentials {
     /// The number of the part's first right-hand side.
     pub(super) first: usize,
+    /// The domain of the part on the grid.
     pub(super) domain: Domain,
     /// Coefficients for each right-hand side.
     pub(super) coefficients: Vec<Vec<f64>>,
@@ -28,6 +30,7 @@ pub(super) struct PartPotentials {
 
 /// The potentials of one part as functions of a finer grid.
 pub(super) struct Embedded<'a> {
+    /// The potentials on the coarser grid.
     coarse: &'a PartPotentials,
     /// Coefficients on the finer grid of the coarse functions of each axis.
     axes: Vec<SparseRows<f64>>,
@@ -60,7 +63,9 @@ impl Embedded<'_> {
 
 /// One symmetric part after its primal problem was solved.
 pub(in crate::boxes) struct SolvedPart {
+    /// Upper energies.
     pub(super) energies: Energies,
+    /// The primal problem.
     pub(super) primal: Primal,
     /// The potentials of the conductors' blocks, one list for each right-hand side.
     potentials: Vec<Vec<f64>>,
@@ -72,8 +77,11 @@ pub(in crate::boxes) struct SolvedPart {
     pub(super) lower: Option<Mat<f64>>,
     /// Set where the solution is added to a base.
     pub(super) added: Option<OnBase>,
+    /// The domain of the part on the grid.
     pub(super) domain: Domain,
+    /// Whether the potentials are odd across the mirror plane of each axis.
     pub(super) odd: [bool; 3],
+    /// Number of copies of the part that make up the whole scene.
     pub(super) copies: f64,
 }
 
@@ -81,21 +89,21 @@ pub(in crate::boxes) struct SolvedPart {
 pub(super) struct OnBase {
     /// The index of the part.
     pub(super) index: usize,
-    /// The energies of y under the map, see [`crate::boxes::superposed`].
+    /// The energies of y under the map. The symbols are those of [`crate::boxes::superposed`].
     under_map: Mat<f64>,
     /// The squares of z, where they were needed.
     missed: Mat<f64>,
-    /// The interpolated base, for each right-hand side.
-    pub(super) cut: Vec<Vec<f64>>,
+    /// The interpolated base p, for each right-hand side.
+    pub(super) interpolated: Vec<Vec<f64>>,
     /// The gap between the upper and lower energies of the base, and the upper energies.
     pub(super) base: [Mat<f64>; 2],
     /// Whether the base is odd across a mirror plane.
     pub(super) is_odd: bool,
 }
 
-/// Solves one part on one grid, given as that of the core and as its reflected copy: the primal problem, and,
-/// except under a map, the dual one if `lower_too`. The potentials of a `coarser` grid come with the number
-/// of the part's first right-hand side.
+/// Solves the primal problem of one part on one grid and, except under a map, its dual problem if
+/// `lower_too`. The grid is given as that of the core and as reflected across some axes. The potentials of a
+/// `coarser` grid come with the number of the part's first right-hand side.
 pub(super) fn solve_part(
     problem: &GridProblem<'_>,
     index: usize,
@@ -144,7 +152,10 @@ pub(super) fn solve_part(
             let [upper, missed] = if lower_too {
                 added.upper(&domain, &under_map, &energies.coefficients, &primal)?
             } else {
-                [added.about(&under_map, &energies.coefficients, &mut primal), Mat::zeros(0, 0)]
+                [
+                    added.approximate_energies(&under_map, &energies.coefficients, &mut primal),
+                    Mat::zeros(0, 0),
+                ]
             };
             energies.matrix = upper;
             on_base = Some((under_map, missed));
@@ -170,7 +181,7 @@ pub(super) fn solve_part(
         missed,
         base: added.base_forms(),
         is_odd: added.is_odd(),
-        cut: added.cut,
+        interpolated: added.interpolated,
     });
     let lower = dual.as_ref().map(|dual| dual.matrix.clone());
     Ok((SolvedPart { energies, primal, potentials, images, fluxes, lower, added, domain, odd, copies }, dual))
@@ -208,7 +219,7 @@ impl SolvedPart {
     }
 }
 
-/// The potential of right-hand sides with these weights; `None` if all are zero.
+/// The sum of the potentials of right-hand sides times these weights; `None` if all weights are zero.
 pub(super) fn combined(weights: &[f64], potentials: &[Vec<f64>]) -> Option<Vec<f64>> {
     let mut out = vec![0.0; potentials.first()?.len()];
     for (w, u) in weights.iter().zip(potentials).filter(|(w, _)| **w != 0.0) {

@@ -14,16 +14,21 @@ pub(crate) struct OpenSpace {
     share: f64,
 }
 
-/// The factor for the capacitance of one conductor, and for the entries of a matrix, whose relative errors
-/// may be several times as large: measured on FastCap's bus crossings.
+/// The factor in [`OpenSpace::falls`] for the capacitance of one conductor. Measured:
+/// `cargo bench --bench targets` (the isolated cube).
 const ALONE: f64 = 0.27;
+
+/// The factor in [`OpenSpace::falls`] for the entries of a matrix, whose relative errors may be several times
+/// as large as that of one conductor. Measured on FastCap's bus crossings: `benches/outlines.py bus`.
 const COUPLED: f64 = 2.0;
 
 impl OpenSpace {
+    /// The open space around a layout, for the target of the settings.
+    ///
     /// For two terminals, whose field has no net charge, the factor was measured on two plates, and on an
-    /// electrode pair in an infinite layer of relative permittivity 1 to 80. That for a net charge was
-    /// measured on a cube next to a small one; that for rays through different permittivities on a cube on a
-    /// slab.
+    /// electrode pair in an infinite layer of relative permittivity 1 to 80. The factor for a net charge was
+    /// measured on a cube next to a small one, the factor for rays through different permittivities on a cube
+    /// on a slab.
     pub(crate) fn new(layout: &Layout, floating: &Floating, settings: &Settings) -> Self {
         let falls = match (layout.endless_contrast(), floating.is_neutral(settings.target)) {
             (None, _) => Vec::new(),

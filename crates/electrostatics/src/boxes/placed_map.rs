@@ -6,8 +6,11 @@ use std::sync::Arc;
 /// A [`SceneMap`] where lengths are in units of `unit` from `origin`. Gradients are the same in any unit.
 #[derive(Debug, Clone)]
 pub(crate) struct PlacedMap {
+    /// The map, in metres.
     pub(crate) map: Arc<SceneMap>,
+    /// The origin of the layout's coordinates, m.
     pub(crate) origin: [f64; 3],
+    /// The layout's unit of length, m.
     pub(crate) unit: f64,
 }
 

@@ -7,11 +7,14 @@ use crate::boxes::domain::Domain;
 /// Rays point away from the pole: on every axis a ray runs towards the side on which it starts.
 #[derive(Debug)]
 pub(crate) struct RayPermittivity {
-    /// By direction (bit a set: towards lower coordinates on axis a), then by cell; empty where all are the same.
+    /// The least permittivity, by direction and then by cell. Bit a of a direction is set where it points
+    /// towards lower coordinates on axis a. The table is empty where all permittivities are the same.
     least: Vec<Vec<f64>>,
+    /// The greatest permittivity, as `least` has the least.
     greatest: Vec<Vec<f64>>,
-    /// Whether rays in an interval can run upwards and downwards.
+    /// For each interval of each axis, whether rays that start there can run upwards, and whether downwards.
     runs: [Vec<[bool; 2]>; 3],
+    /// Numbers of intervals.
     cells: [usize; 3],
 }
 
@@ -56,6 +59,7 @@ impl RayPermittivity {
         self.met(&self.greatest, cell).fold(domain.permittivity_of(cell), f64::max)
     }
 
+    /// The entries of a table of extremes for a cell, in all directions in which rays from it can run.
     fn met<'a>(&'a self, extreme: &'a [Vec<f64>], cell: [usize; 3]) -> impl Iterator<Item = f64> + 'a {
         let index = (cell[0] * self.cells[1] + cell[1]) * self.cells[2] + cell[2];
         let possible = move |direction: usize| (0..3).all(|a| self.runs[a][cell[a]][direction >> a & 1]);
@@ -63,7 +67,8 @@ impl RayPermittivity {
     }
 }
 
-/// The extreme of the permittivities of each cell and of all cells that a ray from it in one direction can reach.
+/// The extreme of the permittivities of each cell and of all cells that a ray from it in one direction can
+/// reach.
 fn extremes(domain: &Domain, direction: usize, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
     let cells = domain.cells();
     let index = |c: [usize; 3]| (c[0] * cells[1] + c[1]) * cells[2] + c[2];
@@ -74,12 +79,12 @@ fn extremes(domain: &Domain, direction: usize, extreme: fn(f64, f64) -> f64) -> 
     for i in 0..cells[0] {
         for j in 0..cells[1] {
             for k in 0..cells[2] {
-                let at = [along(0, i), along(1, j), along(2, k)];
+                let cell = [along(0, i), along(1, j), along(2, k)];
                 for (a, n) in [i, j, k].into_iter().enumerate() {
                     if n > 0 {
-                        let mut next = at;
-                        next[a] = if down(a) { at[a] - 1 } else { at[a] + 1 };
-                        out[index(at)] = extreme(out[index(at)], out[index(next)]);
+                        let mut next = cell;
+                        next[a] = if down(a) { cell[a] - 1 } else { cell[a] + 1 };
+                        out[index(cell)] = extreme(out[index(cell)], out[index(next)]);
                     }
                 }
             }

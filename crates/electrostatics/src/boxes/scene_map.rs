@@ -1,7 +1,7 @@
 //! A map of space that carries a scene of boxes to one of bent bodies.
 //!
-//! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its values at Chebyshev
-//! points, and zero beyond the grid.
+//! The displacement is a continuous polynomial of some degree on each cell of a coarse grid, given by its
+//! values at Chebyshev points, and zero beyond the grid.
 
 use super::tensor::adjugate;
 use crate::solution::{Field, FieldSection};
@@ -10,10 +10,11 @@ use elastocap_geometry::scene::{Box3, Scene, Wall};
 use faer::Mat;
 use std::ops::Range;
 
-/// Lengths that differ by less than this share of the grid's size are the same.
+/// Lengths that differ by less than this share of the grid's size are the same. Not tuned: it only has to lie
+/// above rounding errors and below distances that matter.
 const SAME: f64 = 1e-9;
 
-/// Displacements that differ by less than this share of the largest one differ by rounding.
+/// Displacements that differ by less than this share of the largest one differ by rounding. It is not tuned.
 const ROUNDING: f64 = 1e-12;
 
 /// One axis of the grid of a [`SceneMap`].
@@ -64,8 +65,8 @@ impl MapAxis {
         (self.breaks.partition_point(|b| *b <= x).saturating_sub(1).min(last), reflected)
     }
 
-    /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid, of a function that is
-    /// odd across 0, or else even, where the axis is mirrored.
+    /// The matrices from values at the nodes to values and to slopes (1/m) at `places` (m) within the grid,
+    /// of a function that is odd across 0, or else even, where the axis is mirrored.
     fn matrices(&self, places: &[f64], odd: bool) -> [SparseRows<f64>; 2] {
         let count = self.degrees.iter().sum::<usize>() + 1;
         let mut matrices = [Mat::zeros(places.len(), count), Mat::zeros(places.len(), count)];
@@ -98,6 +99,7 @@ pub struct SceneMap {
     displacement: [Vec<f64>; 3],
     /// For each interval of the third axis, whether the displacement is the same all along it.
     steady: Vec<bool>,
+    /// The box whose image has no edges, if there is one.
     rounded: Option<Rounded>,
 }
 
@@ -129,7 +131,8 @@ impl SceneMap {
         map
     }
 
-    /// Makes the displacement the same all along an interval of the third axis where it changes by rounding alone.
+    /// Makes the displacement the same all along an interval of the third axis where it changes by rounding
+    /// alone.
     fn make_steady(&mut self) {
         let largest = self.displacement.iter().flatten().fold(0.0_f64, |m, u| m.max(u.abs()));
         let [_, _, n2] = self.counts();
@@ -232,8 +235,8 @@ impl SceneMap {
         })
     }
 
-    /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the tensor product of places (m)
-    /// within the grid, slab by slab along the first axis.
+    /// Gradients F of the map, `F[row][column]` = change of component `row` along axis `column`, at the
+    /// tensor product of places (m) within the grid, slab by slab along the first axis.
     pub(crate) fn gradients(&self, places: &[Vec<f64>; 3]) -> MapGradients<'_> {
         let matrices = |a: usize| [false, true].map(|odd| self.axes[a].matrices(&places[a], odd));
         let strips = |a: usize| matrices(a).map(|parity| parity.map(|matrix| Strips::new(&matrix)));
@@ -314,13 +317,15 @@ impl SceneMap {
 /// slabs: from values at the nodes to values and slopes, of even and of odd functions.
 pub(crate) struct MapGradients<'m> {
     map: &'m SceneMap,
+    /// The matrices of the first axis, `[even or odd][value or slope]`.
     first: [[SparseRows<f64>; 2]; 2],
-    /// The matrices of the second and the third axis.
+    /// The matrices of the second and the third axis, `[axis][even or odd][value or slope]`.
     across: [[[Strips; 2]; 2]; 2],
 }
 
 impl MapGradients<'_> {
-    /// The gradients at the places of the second and the third axis, `[j][k]`, for one place of the first axis.
+    /// The gradients at the places of the second and the third axis, `[j][k]`, for one place of the first
+    /// axis.
     pub(crate) fn slab(&self, i: usize) -> Vec<[[f64; 3]; 3]> {
         let [_, n1, n2] = self.map.counts();
         let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { 1.0 } else { 0.0 }));
@@ -337,6 +342,8 @@ impl MapGradients<'_> {
                 plane
             });
             let (second, third) = (&self.across[0][parity(1)], &self.across[1][parity(2)]);
+            // For each column of the gradient, the part of the first axis, and for each of the other two axes
+            // 1 where the slope is taken along it.
             for (column, (plane, by)) in
                 [(&slope, [0, 0]), (&value, [1, 0]), (&value, [0, 1])].into_iter().enumerate()
             {
@@ -354,7 +361,8 @@ fn chebyshev(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| -(std::f64::consts::PI * k as f64 / degree as f64).cos()).collect()
 }
 
-/// Values and slopes at `s` of the polynomials that are 1 at one of the extrema and 0 at the others.
+/// Values and slopes at `s` of the polynomials that are 1 at one of the points of [`chebyshev`] and 0 at the
+/// others.
 fn lagrange(degree: usize, s: f64) -> Vec<(f64, f64)> {
     let nodes = chebyshev(degree);
     let polynomial = |k: usize| {

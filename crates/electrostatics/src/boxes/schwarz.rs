@@ -1,4 +1,5 @@
-//! Separable boxes inverted by fast diagonalisation, and their sum as a preconditioner.
+//! Boxes on which an operator is separable, inverted by fast diagonalisation, and the sum of their inverses
+//! as a preconditioner.
 //!
 //! On a box the operator is A0 x B1 x B2 + B0 x A1 x B2 + B0 x B1 x A2 with small matrices per axis. With
 //! A u = lambda B u on each axis, its inverse is six small matrix products and a division by
@@ -14,6 +15,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Modes<T> {
     vectors: Dense<T>,
+    /// The transpose of `vectors`.
     transposed: Dense<T>,
     values: Vec<T>,
 }
@@ -32,10 +34,12 @@ impl<T: Real> Modes<T> {
 /// One box: where it lies in the array, and the modes of its axes.
 #[derive(Debug)]
 pub(crate) struct SeparableBox<T> {
+    /// The entries of the array that belong to the box.
     window: Window,
     /// Whether the constant has no energy: its mode, the first of each axis, is then omitted.
     singular: bool,
     modes: [Arc<Modes<T>>; 3],
+    /// Factors of the entries of the box, by which the inverse is multiplied from both sides.
     scaling: Option<Vec<T>>,
 }
 
@@ -45,7 +49,8 @@ impl<T: Real> SeparableBox<T> {
         Self { window, modes, singular: false, scaling: None }
     }
 
-    /// This box without the constant, for a box without any held or free end, on which the constant has no energy.
+    /// This box without the constant, for a box without any held or free end, on which the constant has no
+    /// energy.
     pub(crate) fn without_constant(self) -> Self {
         Self { singular: true, ..self }
     }
@@ -104,7 +109,7 @@ impl<T: Real> SeparableBox<T> {
             },
         );
         self.solve_lines(work);
-        // Back along the last two.
+        // Back along the last two axes.
         out.par_chunks_mut(plane).zip(work.par_chunks(plane)).enumerate().with_min_len(batch).for_each_init(
             || vec![T::default(); plane],
             |tmp, (i, (slab, from))| {
@@ -124,25 +129,30 @@ impl<T: Real> SeparableBox<T> {
         let [n0, n1, n2] = self.shape();
         let plane = n1 * n2;
         let [first, second, third] = &self.modes;
-        let bundle = |(b, mut rows): (usize, Vec<&mut [T]>), [lines, turned, sums]: &mut [Vec<T>; 3]| {
+        let bundle = |(b, mut rows): (usize, Vec<&mut [T]>), [lines, in_modes, sums]: &mut [Vec<T>; 3]| {
             let width = rows.first().map_or(0, |row| row.len());
             for (line, row) in lines.chunks_exact_mut(LINES).zip(&rows) {
                 line[..width].copy_from_slice(row);
             }
             for (c, sum) in sums.iter_mut().take(width).enumerate() {
-                let at = b * LINES + c;
-                *sum = second.values[at / n2] + third.values[at % n2];
+                let line = b * LINES + c;
+                *sum = second.values[line / n2] + third.values[line % n2];
             }
-            multiply(first.transposed.left(), right(lines, 0, width, LINES), target(turned, 0, LINES), false);
-            for (line, l) in turned.chunks_exact_mut(LINES).zip(&first.values) {
+            multiply(
+                first.transposed.left(),
+                right(lines, 0, width, LINES),
+                target(in_modes, 0, LINES),
+                false,
+            );
+            for (line, l) in in_modes.chunks_exact_mut(LINES).zip(&first.values) {
                 for (x, sum) in line.iter_mut().zip(&*sums).take(width) {
                     *x = *x / (*l + *sum);
                 }
             }
             if self.singular && b == 0 {
-                turned[0] = T::default();
+                in_modes[0] = T::default();
             }
-            multiply(first.vectors.left(), right(turned, 0, width, LINES), target(lines, 0, LINES), false);
+            multiply(first.vectors.left(), right(in_modes, 0, width, LINES), target(lines, 0, LINES), false);
             for (row, line) in rows.iter_mut().zip(lines.chunks_exact(LINES)) {
                 row.copy_from_slice(&line[..width]);
             }
@@ -162,7 +172,7 @@ impl<T: Real> SeparableBox<T> {
     }
 }
 
-/// Lines of the first axis that are solved together.
+/// Lines of the first axis that are solved together. Tuned: `cargo bench --bench solver`.
 const LINES: usize = 128;
 
 /// Rows of axis 0 handled by one task: few enough tasks that the right factor is not read too often.
@@ -180,7 +190,9 @@ fn slab_batch(plane: usize) -> usize {
 #[derive(Debug)]
 pub(crate) struct Schwarz<T> {
     boxes: Vec<SeparableBox<T>>,
+    /// Dimensions of the array.
     dims: Dims,
+    /// More boxes, on quarters of a scene whose half the array belongs to.
     folded: Option<Box<Folded<T>>>,
 }
 
@@ -188,20 +200,23 @@ pub(crate) struct Schwarz<T> {
 /// for even functions.
 #[derive(Debug)]
 struct Folded<T> {
+    /// The split of an array into its odd and its even part.
     fold: Fold,
+    /// The boxes for each of the two parts.
     quarters: [Schwarz<T>; 2],
 }
 
 /// Buffers of [`Schwarz::apply`], kept between calls.
 #[derive(Debug, Default)]
 pub(crate) struct SchwarzWork<T> {
+    /// Scratch and result for each box.
     per_box: Vec<(Vec<T>, Vec<T>)>,
     /// The buffers of the two quarters.
     quarters: [Option<Box<SchwarzWork<T>>>; 2],
     /// The parts of the residual on the two quarters.
     parts: [Vec<T>; 2],
     /// The results of the preconditioners of the two quarters for these parts.
-    found: [Vec<T>; 2],
+    results: [Vec<T>; 2],
 }
 
 impl<T: Real> Schwarz<T> {
@@ -219,15 +234,16 @@ impl<T: Real> Schwarz<T> {
     pub(crate) fn apply(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
         self.apply_boxes(r, z, work);
         let Some(folded) = &self.folded else { return };
-        let SchwarzWork { quarters, parts, found, .. } = work;
+        let SchwarzWork { quarters, parts, results, .. } = work;
         folded.fold.write_parts(r, parts);
         for (k, (schwarz, r)) in folded.quarters.iter().zip(parts).enumerate() {
-            sized(&mut found[k], r.len());
-            schwarz.apply(r, &mut found[k], quarters[k].get_or_insert_default());
+            sized(&mut results[k], r.len());
+            schwarz.apply(r, &mut results[k], quarters[k].get_or_insert_default());
         }
-        folded.fold.add(found.each_ref().map(Vec::as_slice), z);
+        folded.fold.add(results.each_ref().map(Vec::as_slice), z);
     }
 
+    /// Applies the boxes of the array itself, without those on quarters.
     fn apply_boxes(&self, r: &[T], z: &mut [T], work: &mut SchwarzWork<T>) {
         work.per_box.resize_with(self.boxes.len(), Default::default);
         self.boxes
@@ -245,8 +261,8 @@ impl<T: Real> Schwarz<T> {
                 let (n1, n2) = (wj.len(), wk.len());
                 let source = &out[(i - wi.start) * n1 * n2..][..n1 * n2];
                 for (j, row) in source.chunks_exact(n2.max(1)).enumerate() {
-                    let at = (wj.start + j) * self.dims[2] + wk.start;
-                    for (d, s) in slab[at..at + n2].iter_mut().zip(row) {
+                    let start = (wj.start + j) * self.dims[2] + wk.start;
+                    for (d, s) in slab[start..start + n2].iter_mut().zip(row) {
                         *d += *s;
                     }
                 }

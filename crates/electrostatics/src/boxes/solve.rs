@@ -12,8 +12,8 @@ use elastocap_geometry::scene::Scene;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance cannot be reached,
-/// [`Solution::shortfall`] says why.
+/// Solves for the Maxwell capacitance matrix of a scene of boxes and sheets, with bounds. Where the tolerance
+/// cannot be reached, [`Solution::shortfall`] says why.
 ///
 /// A conductor may consist of several boxes, which may touch, overlap or be disjoint.
 ///
@@ -53,6 +53,7 @@ pub fn solve_superposed(
     solve_in(scene, Some(map), Some(base), settings)
 }
 
+/// Solves a scene that a `map` may bend.
 fn solve_under(
     scene: &Scene,
     map: Option<&Arc<SceneMap>>,
@@ -61,6 +62,7 @@ fn solve_under(
     solve_in(scene, map, None, settings)
 }
 
+/// Solves a scene that a `map` may bend, as a change of the solution of a `base` if there is one.
 fn solve_in(
     scene: &Scene,
     map: Option<&Arc<SceneMap>>,
@@ -87,30 +89,30 @@ fn solve_in(
         }
     }
     let setup = begin.elapsed().as_secs_f64();
-    let found = match settings.resolution {
+    let result = match settings.resolution {
         Some(level) => grid_search::fixed(&problem, level)?,
         None => match two_states::search(scene, &problem)? {
-            Some(found) => found,
+            Some(result) => result,
             None => grid_search::adaptive(&problem)?,
         },
     };
     // The field of an interrupted solve is not computed. A solve that was complete when the request came
     // keeps its field: its step counts as solved.
     let wanted =
-        settings.field && !problem.opposite_alone && (found.shortfall.is_none() || !problem.cancelled());
+        settings.field && !problem.opposite_alone && (result.shortfall.is_none() || !problem.cancelled());
     let field = wanted.then(|| {
-        let straight = found.outcome.field(scene, &problem);
+        let straight = result.outcome.field(scene, &problem);
         match map {
             Some(map) => map.bend(straight),
             None => straight,
         }
     });
-    let bounds = found.outcome.all.clone();
-    let mut solution = found.outcome.finish(&problem, &found.grid, found.shortfall);
-    solution.grids = found.grids;
+    let bounds = result.outcome.all_conductors.clone();
+    let mut solution = result.outcome.finish(&problem, &result.grid, result.shortfall);
+    solution.grids = result.grids;
     solution.seconds.setup += setup;
-    solution.seconds.choosing = found.choosing;
-    solution.foresight = found.foresight;
+    solution.seconds.choosing = result.choosing;
+    solution.foresight = result.foresight;
     solution.field = field;
     match contradiction(&solution, &bounds, &problem.floating) {
         Some(contradiction) => Err(SolveError::Contradiction(contradiction)),

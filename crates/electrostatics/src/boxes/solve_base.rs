@@ -16,9 +16,12 @@ use elastocap_geometry::scene::Scene;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Largest accepted spread of a base, over the tolerance of the scenes, and over the spread aimed for where
-/// that is smaller.
+/// Largest accepted spread of a base, over the tolerance of the scenes. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MAX_SPREAD: f64 = 0.8;
+
+/// Largest accepted spread of a base, over the spread aimed for. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MAX_SPREAD_OF_GOAL: f64 = 2.0;
 
 /// What is to be added to a base: the reach of the scenes, their effect on the target, and the accuracy that
@@ -38,26 +41,33 @@ pub struct Additions {
     pub nearer: Option<f64>,
 }
 
-/// Largest share of the error of a base that a body may see where the error is to cancel.
+/// Largest share of the error of a base that a body may see where the error is to cancel. Tuned: time the
+/// runs of the balls in docs/change.md, section "Reach".
 const MAX_SEEN: f64 = 0.35;
 
-/// The error of each part of a base that a body may see, over the tolerance; and the largest error of a part,
-/// over the tolerance: it enters in a product with the error of the added solution.
+/// The error of each part of a base that a body may see, over the tolerance. Tuned: time the runs of the
+/// balls in docs/change.md, section "Reach".
 const SEEN: f64 = 0.2;
+
+/// Largest error of a part, over the tolerance: it enters in a product with the error of the added solution.
+/// Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const MAX_PART_ERROR: f64 = 1.2;
 
-/// Largest error that the base may cause by itself, over the tolerance.
+/// Largest error that the base may cause by itself, over the tolerance. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MAX_BASE_ERROR: f64 = 0.6;
 
-/// Largest relative error of a part.
-const ROUGH: f64 = 0.1;
+/// Largest relative error of a part. Tuned: time the runs of the balls in docs/change.md, section
+/// "Reach".
+const MAX_RELATIVE_PART_ERROR: f64 = 0.1;
 
 /// Least distance at which rays begin, over the distance of the farthest face: twice as far as any plane, and
 /// a little more because the two distances are measured from different points.
 const NEAREST: f64 = 2.5;
 
-/// Energy of the added solution over the change of the target, for the choice of where the grids end.
-const ENERGY: f64 = 2.0;
+/// Energy of the added solution over the change of the target, for the choice of where the grids end. Tuned:
+/// time the runs of the balls in docs/change.md, section "Reach".
+const ENERGY_OVER_CHANGE: f64 = 2.0;
 
 /// Solves a scene as the base of others, for the tolerance of those. `like` is one of them; all have its
 /// symmetry. `None` where the scene cannot serve as a base.
@@ -71,16 +81,16 @@ pub fn solve_base(
     settings: &Settings,
 ) -> Result<Option<Base>, SolveError> {
     let frame = Frame::of(scene)?;
-    let other = Layout::in_frame(like.0, Some(like.1), Some(frame), settings.memory_limit)?;
-    let mirrored = other.mirror.map(|plane| plane.is_some());
+    let like_layout = Layout::in_frame(like.0, Some(like.1), Some(frame), settings.memory_limit)?;
+    let mirrored = like_layout.mirror.map(|plane| plane.is_some());
     let settings = Settings { field: false, ..settings.clone() };
     let tolerance = settings.relative_tolerance;
-    let of_energy = tolerance / (ENERGY * additions.change).min(1.0);
-    let far = OpenSpace::new(&other, &Floating::new(like.0), &settings).distance(of_energy);
+    let of_energy = tolerance / (ENERGY_OVER_CHANGE * additions.change).min(1.0);
+    let far = OpenSpace::new(&like_layout, &Floating::new(like.0), &settings).distance(of_energy);
     let in_frame =
         InFrame { frame, mirrored, reach: additions.reach / frame.unit, far: far.max(NEAREST), radius: None };
     let sight = additions.nearer.and_then(|nearer| sight(scene, like, &frame, nearer, &settings));
-    let mut out = Base {
+    let mut base = Base {
         conductors: scene.conductors().count(),
         frame,
         radius: 0.0,
@@ -93,21 +103,23 @@ pub fn solve_base(
     let problem = GridProblem::new(scene, None, Some(&in_frame), &settings)?;
     let farthest = problem.core.size();
     if let Some(sight) = sight.filter(|sight| sight.is_far(farthest)) {
-        out.cancels = true;
-        if out.solve_in_parts((scene, like), &problem, &in_frame, &sight)? {
-            return Ok(Some(out));
+        base.cancels = true;
+        if base.solve_in_parts((scene, like), &problem, &in_frame, &sight)? {
+            return Ok(Some(base));
         }
-        out.cancels = false;
-        (out.parts, out.spread, out.value, out.unknowns) = (Vec::new(), 0.0, None, 0);
+        base.cancels = false;
+        (base.parts, base.spread, base.value, base.unknowns) = (Vec::new(), 0.0, None, 0);
     }
     let goal = additions.share * tolerance;
     let accepted = (MAX_SPREAD_OF_GOAL * additions.share).min(MAX_SPREAD) * tolerance;
-    Ok(if out.solve(problem, goal, accepted)? { Some(out) } else { None })
+    Ok(if base.solve(problem, goal, accepted)? { Some(base) } else { None })
 }
 
-/// Missing energy and error of the linear solver of a rough solution, over the energy: the shares of the
+/// Missing energy of the rough solution from which [`weights`] are found, over its energy: the shares of the
 /// parts are then known to a twentieth.
 const ROUGH_ENERGY: f64 = 0.2;
+
+/// Error of the linear solver of that rough solution, over its energy.
 const ROUGH_SHARE: f64 = 1e-3;
 
 /// For each part, the spread of the target that a gap as large as the energies of the part would cause, over
@@ -169,7 +181,7 @@ impl Base {
             part_problem.leave_part(k);
             part_problem.seen_by = Some(*sight);
             let goal = (SEEN / sight.share(is_odd)).min(MAX_PART_ERROR) * tolerance / weight;
-            let goal = if goal.is_finite() { goal.min(ROUGH) } else { return Ok(false) };
+            let goal = if goal.is_finite() { goal.min(MAX_RELATIVE_PART_ERROR) } else { return Ok(false) };
             if !self.solve(part_problem, goal, MAX_SPREAD_OF_GOAL * goal)? {
                 return Ok(false);
             }
@@ -209,27 +221,28 @@ impl Base {
         solved.into_par_iter().map(of_part).collect()
     }
 
-    /// Solves the parts of a problem and stores them. Returns whether the accepted error was reached.
+    /// Solves the parts of a problem and stores them. Returns whether the accepted error was reached, on a
+    /// grid that ends where those of the parts solved before do.
     fn solve(&mut self, mut problem: GridProblem<'_>, goal: f64, accepted: f64) -> Result<bool, SolveError> {
         problem.keeps_fluxes = true;
         let mut search = Search::new(&problem)?;
         let met = search.pursue(goal, accepted)?;
-        let found = search.finish(met)?;
-        let is_other = !self.parts.is_empty() && self.radius != found.grid.radius;
-        if !met || is_other {
+        let result = search.finish(met)?;
+        let ends_elsewhere = !self.parts.is_empty() && self.radius != result.grid.radius;
+        if !met || ends_elsewhere {
             return Ok(false);
         }
         let settings = problem.settings;
-        self.radius = found.grid.radius;
-        self.spread += found.outcome.error(settings);
+        self.radius = result.grid.radius;
+        self.spread += result.outcome.error(settings);
         let value = match self.cancels {
-            true => settings.target.within(&found.outcome.bounds).map(|target| target.value),
-            false => settings.target.value(&found.outcome.bounds.upper),
+            true => settings.target.within(&result.outcome.bounds).map(|target| target.value),
+            false => settings.target.value(&result.outcome.bounds.upper),
         };
         self.value = value.map(|value| self.value.unwrap_or(0.0) + value);
-        self.unknowns = self.unknowns.max(found.outcome.unknowns);
+        self.unknowns = self.unknowns.max(result.outcome.unknowns);
         let solved = problem.parts.iter().filter(|part| !part.potentials.is_empty());
-        for (part, (_, solved)) in solved.zip(found.outcome.solved) {
+        for (part, (_, solved)) in solved.zip(result.outcome.solved) {
             let (Some(mut fluxes), Some(lower)) = (solved.fluxes, solved.lower) else { return Ok(false) };
             fluxes.prepare()?;
             self.parts.push(BasePart {

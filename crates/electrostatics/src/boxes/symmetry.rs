@@ -1,5 +1,5 @@
-//! Symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, or under a half turn, each
-//! solved on a half, a quarter or an eighth of the scene.
+//! Symmetry: the scene's potentials split into parts that are even or odd across each mirror plane, or under
+//! a half turn, each solved on a half, a quarter or an eighth of the scene.
 
 use crate::boxes::half_turn::halves::Halves;
 use crate::boxes::layout::Layout;
@@ -10,14 +10,14 @@ use crate::projection::projected;
 pub(crate) struct Part {
     /// The reduced layout.
     pub layout: Layout,
-    /// Odd across the mirror plane of each axis.
+    /// Whether the potentials are odd across the mirror plane of each axis.
     pub odd: [bool; 3],
     /// Number of copies that make up the whole scene, and the factor from the part's energies to the scene's.
     pub copies: f64,
     /// Potentials of all the scene's conductors, one vector per right-hand side.
     pub potentials: Vec<Vec<f64>>,
-    /// The potential that is the same on every conductor of a scene with insulated walls only: it has no field, and
-    /// its energy is known to be zero.
+    /// The potential that is the same on every conductor of a scene with insulated walls only: it has no
+    /// field, and its energy is known to be zero.
     pub fieldless: Vec<Vec<f64>>,
     /// Potentials of grounded conductors alone, or others that are not needed. Nothing is solved for them;
     /// they complete the basis.
@@ -34,11 +34,12 @@ impl Part {
     }
 }
 
-/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all potentials. `grounded` says
-/// which conductors are at potential zero.
+/// Splits a layout into its symmetric parts. The potentials of all parts together are a basis of all
+/// potentials. `grounded` says which conductors are at potential zero.
 ///
-/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same: an iteration that
-/// starts symmetric stays symmetric, and the results are those of the reduced parts up to rounding.
+/// Without `use_mirrors` every part is solved on the whole scene, but the potentials are split all the same:
+/// an iteration that starts symmetric stays symmetric, and the results are those of the reduced parts up to
+/// rounding.
 pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Vec<Part> {
     let n = layout.conductors.len();
     let axes: Vec<usize> = (0..3).filter(|&a| layout.mirror[a].is_some()).collect();
@@ -55,7 +56,8 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
         let (mut potentials, mut unsolved): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for c in 0..n {
             let mut v = projected(c, n, symmetries, signs, image);
-            // The first entry of an orbit is its lowest conductor: any other member gives the same vector again.
+            // The first entry of an orbit is its lowest conductor: any other member gives the same vector
+            // again.
             let Some(first) = v.iter().position(|x| *x != 0.0) else { continue };
             if first == c {
                 let scale = v[first];
@@ -93,9 +95,9 @@ pub(crate) fn parts(layout: &Layout, grounded: &[bool], use_mirrors: bool) -> Ve
     out
 }
 
-/// Leaves of the parts only the state with opposite potentials of two conductors, and all others at potential
-/// zero, to be solved. This needs a part on half of the scene that has the state: a half turn, or a mirror
-/// besides, exchanges the two conductors. Returns whether there is one.
+/// Leaves only one state of the parts to be solved: that with opposite potentials of two conductors, and all
+/// others at potential zero. This needs a part that is solved on half of the scene, by a half turn, and has
+/// the state. Returns whether there is such a part; if not, nothing is changed.
 pub(crate) fn leave_opposite(parts: &mut [Part], [one, other]: [usize; 2]) -> bool {
     let is_opposite = |v: &Vec<f64>| {
         v.iter().enumerate().all(|(c, x)| (*x != 0.0) == (c == one || c == other)) && v[one] == -v[other]

@@ -2,10 +2,10 @@
 
 use elastocap_linalg::vector::{cross, dot};
 
-/// A symmetric tensor: 00, 11, 22, 01, 02, 12.
+/// A symmetric tensor, by its entries 00, 11, 22, 01, 02 and 12.
 pub(crate) type Symmetric = [f64; 6];
 
-/// J F^-1 and J, of a gradient F given by rows.
+/// The adjugate J F^-1 and the determinant J of a gradient F, which is given by rows.
 #[inline]
 pub(super) fn adjugate(f: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
     let [x, y, z] = *f;

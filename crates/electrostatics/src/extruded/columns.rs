@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-/// The filling of the space over one triangle of the plan. Along the axis, *cuts* are the planes at which something begins or ends, and
-/// the ends of the scene; *intervals* lie between them.
+/// The filling of the space over one triangle of the plan. Along the axis, *cuts* are the planes at which
+/// something begins or ends, and the ends of the scene; *intervals* lie between them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     /// The conductor that fills each interval.
@@ -14,12 +14,13 @@ pub(super) struct Column {
     pub permittivity: Vec<f64>,
 }
 
-/// The conductors that hold the sides of triangles in which sheets that contain the axis stand: see [`Column`].
+/// The conductors that hold sides of triangles, where sheets parallel to the axis stand over them. Intervals
+/// and cuts are those of a [`Column`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chain {
-    /// The conductor that holds them over each interval.
+    /// The conductor that holds the sides over each interval.
     pub conductor: Vec<Option<u32>>,
-    /// The conductor that holds them at each cut.
+    /// The conductor that holds the sides at each cut.
     pub held: Vec<Option<u32>>,
 }
 

@@ -1,8 +1,9 @@
 //! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
 //!
-//! The linear solver leaves a small divergence, and small differences of the normal flux on the two sides of edges. A second flux
-//! cancels both exactly: that of the whole scene as if there were no conductors, which the modes of the axis invert. The bound counts
-//! its energy; see `boxes/dual/mod.rs` for the proof, which holds word for word with the traces among the potentials.
+//! The linear solver leaves a small divergence, and small differences of the normal flux on the two sides of
+//! edges. A second flux cancels both exactly: that of the whole scene as if there were no conductors, which
+//! the modes of the axis invert. The bound counts its energy; see `boxes/dual/mod.rs` for the proof, which
+//! holds word for word with the traces among the potentials.
 
 use super::columns::Column;
 use super::fluxes::{self, Cells, Fluxes, ones_along};
@@ -20,13 +21,16 @@ use elastocap_geometry::scene::Wall;
 use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 
-/// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor is between 1 and 3.
+/// Energy of the flux beyond the frame in the preconditioner over that of the straight one; the true factor
+/// is between 1 and 3. Tuned: the iterations that `benches/outlines.py discs` prints.
 const MEAN: f64 = 1.5;
 
 /// Share of a residual that the repair may leave. A pass in single precision usually leaves 1e-5 to 1e-3 of
 /// the residual before it; where [`PASSES`] of them leave more than this share, the inverses are recomputed
-/// in double precision.
+/// in double precision. Tuned: `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const RESIDUAL_GOAL: f64 = 1e-6;
+/// The largest number of passes of the repair in one precision; see [`RESIDUAL_GOAL`]. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const PASSES: usize = 6;
 
 /// The lower problem on one mesh.
@@ -34,22 +38,28 @@ const PASSES: usize = 6;
 pub(super) struct Dual {
     cells: Cells,
     fluxes: Fluxes,
+    /// The inverses on the regions without conductors, of which the preconditioner is the sum.
     regions: Vec<Inverse>,
     workspace: Workspace,
     repair: Repair,
-    /// The trace on each edge in each interval.
+    /// For each interval the trace on each edge.
     traces: Vec<Vec<Trace>>,
     /// For each interval and triangle the root of the permittivity, zero in conductors.
     roots: Vec<Vec<f64>>,
+    /// The functions of the line on each interval.
     ranges: Vec<std::ops::Range<usize>>,
+    /// The length of each edge.
     lengths: Vec<f64>,
+    /// The constant 1 on the line, times the root of the permittivity of each interval: see [`ones_along`].
     ones: Vec<f64>,
+    /// The constant 1 on the line.
     ones_of_line: Vec<f64>,
 }
 
 /// The trace of the potential on an edge, in an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trace {
+    /// An unknown of the problem.
     Unknown,
     /// The potential of the conductor with this index.
     Held(u32),
@@ -60,6 +70,7 @@ enum Trace {
 /// The inverse for the whole scene without conductors, whose permittivity is a product.
 #[derive(Debug)]
 struct Repair {
+    /// The operator of this scene.
     fluxes: Fluxes,
     /// One inverse for all modes, or one for the lowest mode and one for the others; each with its modes.
     inverses: Vec<(Inverse, LineModes)>,
@@ -75,6 +86,8 @@ struct Repair {
 }
 
 impl Dual {
+    /// Assembles the problem for fluxes of a degree; `radius` is the distance at which rays begin, if there
+    /// are any.
     pub(super) fn new(
         mesh: &PlanMesh,
         axis: &Axis,
@@ -143,6 +156,7 @@ impl Dual {
         b
     }
 
+    /// Sets the unknowns that conductors and walls hold, and those inside conductors, to zero.
     fn clear_held<T: Copy + Default>(&self, y: &mut [T]) {
         let width = self.fluxes.width;
         for (m, range) in self.ranges.iter().enumerate() {
@@ -179,8 +193,8 @@ impl Dual {
         r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Where no flux can leave the scene, moves `x` along the constant so that the residual `r` holds no net charge, which the repair
-    /// could not cancel.
+    /// Where no flux can leave the scene, moves `x` along the constant so that the residual `r` holds no net
+    /// charge, which the repair could not cancel.
     pub(super) fn balance(&mut self, x: &mut [f64], r: &mut [f64]) {
         if !self.repair.singular {
             return;
@@ -221,7 +235,8 @@ impl Dual {
         x
     }
 
-    /// The potential whose flux cancels the residual `r`, and the share of the residual that it does not cancel.
+    /// The potential whose flux cancels the residual `r`, and the share of the residual that it does not
+    /// cancel.
     pub(super) fn repair(&mut self, r: &[f64]) -> (Vec<f64>, f64) {
         let mut target = r.to_vec();
         self.rescale(&mut target);
@@ -296,6 +311,7 @@ fn traces(mesh: &PlanMesh, walls: &[[Wall; 2]; 2], m: usize) -> Vec<Trace> {
     out
 }
 
+/// The inverse on a region without conductors.
 fn region(
     mesh: &PlanMesh,
     axis: &Axis,
@@ -333,8 +349,8 @@ fn region(
 }
 
 /// The factors between the unknowns of the scene and those of a region's inverse. Values inside triangles are
-/// scaled by the root of the permittivity, which is that of the scene for the former and a product for the
-/// latter.
+/// scaled by the root of the permittivity, which is that of the scene for the unknowns of the scene and a
+/// product for those of the inverse.
 fn scaling(
     mesh: &PlanMesh,
     axis: &Axis,
@@ -401,6 +417,8 @@ fn beyond_frame(
 }
 
 impl Repair {
+    /// Computes the inverses; `rays` has the distance at which rays begin and the permittivities that they
+    /// meet.
     fn new(
         mesh: &PlanMesh,
         axis: &Axis,
@@ -461,21 +479,22 @@ impl Repair {
         let frame = beyond_frame(mesh, walls, cells, conductance);
         let window = axis.modes(0, n);
         let grounded = (0..is_free.len()).filter(|e| !is_free[*e]).collect();
-        let make = |beyond: &[Beyond], modes: LineModes| {
+        let inverse_for = |beyond: &[Beyond], modes: LineModes| {
             let system = PlaneSystem::new(&cells.numbering, &weights, |e| is_free[e as usize], beyond);
             let inverse = Inverse::new(system, &cells.numbering, &cells.locals, window.clone(), &modes);
             Ok::<_, SolveError>((inverse.ok_or(SolveError::Eigenvalues)?, modes))
         };
         let inverses = match singular {
-            false => vec![make(&frame, modes)?],
-            // The mode that is constant along the axis leaves the potential undetermined up to a constant. A resistor between one edge
-            // and ground fixes that constant; no flux passes through it, since there is no net charge.
+            false => vec![inverse_for(&frame, modes)?],
+            // The mode that is constant along the axis leaves the potential undetermined up to a constant. A
+            // resistor between one edge and ground fixes that constant; no flux passes through it, since
+            // there is no net charge.
             true => {
                 let (first, rest) = modes.parted();
                 let n = cells.numbering.size(0);
                 let a = (0..n * n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
                 let ground = Beyond { entities: vec![0], a, m: Vec::new() };
-                vec![make(&[ground], first)?, make(&frame, rest)?]
+                vec![inverse_for(&[ground], first)?, inverse_for(&frame, rest)?]
             }
         };
         Ok(Self { fluxes, inverses, singular, excess, grounded, ratios })
@@ -507,7 +526,8 @@ impl Repair {
         (psi, left)
     }
 
-    /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of `target`.
+    /// Adds the solution for the right-hand side `rest` to `psi`, and replaces `rest` by what is then left of
+    /// `target`.
     fn pass(
         &self,
         cells: &Cells,
@@ -525,6 +545,7 @@ impl Repair {
         self.clear_grounded(cells, rest);
     }
 
+    /// Sets the traces on grounded edges to zero.
     fn clear_grounded(&self, cells: &Cells, values: &mut [f64]) {
         let width = self.fluxes.width;
         for e in &self.grounded {
@@ -536,6 +557,7 @@ impl Repair {
 
 /// A split of modes into the lowest one and the others.
 trait Parted: Sized {
+    /// The lowest mode, and the others.
     fn parted(self) -> (Self, Self);
 }
 

@@ -1,24 +1,26 @@
-//! The meshes that a scene may be solved on, and the error expected on each. It follows from how far the
-//! upper bound falls on the first meshes, and from the energy in the last functions along the axis there.
+//! The meshes that a scene may be solved on, and the error expected on each. The expectation follows from how
+//! far the upper bound falls on the first meshes, and from the energy in the last functions along the axis
+//! there.
 
 /// How fine a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
     /// The degree of the polynomials on triangles.
     pub degree: usize,
-    /// Layers toward corners of the plan.
+    /// Number of layers toward corners of the plan.
     pub layers: usize,
-    /// Strips toward edges.
+    /// Number of strips of triangles toward edges.
     pub strips: usize,
     /// The degree of the polynomials along the axis.
     pub axis_degree: usize,
-    /// Layers toward the places of the axis where something begins or ends.
+    /// Number of layers toward the places of the axis where something begins or ends.
     pub axis_layers: usize,
 }
 
 impl Level {
-    /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than the first, in the plan and
-    /// along the axis, the third a strip more than the second, the fourth layers more than the third.
+    /// The meshes that are solved for the upper bound first. The second has a layer and a degree more than
+    /// the first, in the plan and along the axis, the third a strip more than the second, the fourth layers
+    /// more than the third.
     pub(super) const EXPLORED: [Self; 4] =
         [Self::alike(2, 1, 0), Self::alike(3, 2, 0), Self::alike(3, 2, 1), Self::alike(3, 3, 1)];
 
@@ -33,59 +35,69 @@ impl Level {
 pub(super) struct Gained {
     /// The relative fall of the upper bound from the first mesh to the second.
     pub refined: f64,
-    /// The shares of the energy that the last functions of the axis carry, at edges and elsewhere, on the third mesh; on the second
-    /// where there are no edges.
+    /// The shares of the energy that the last functions of the axis carry, at edges and elsewhere, on the
+    /// third mesh; on the second where there are no edges.
     pub last_along_axis: [f64; 2],
     /// The relative fall of the upper bound from the second mesh to the third; zero where there are no edges.
     pub striped: f64,
-    /// The relative fall of the upper bound from the third mesh to the fourth; infinite where the fourth was not solved, which is needed
-    /// with sheets only.
+    /// The relative fall of the upper bound from the third mesh to the fourth; infinite where the fourth was
+    /// not solved, which is needed with sheets only.
     pub layered: f64,
 }
 
-/// The error on the second mesh as a share of the fall of the upper bound from the first mesh to the second: the share that the lower
-/// bound and finer meshes add to the fall.
+/// The error on the second mesh as a share of the fall of the upper bound from the first mesh to the second:
+/// the share that the lower bound and finer meshes add to the fall. Tuned: `benches/outlines.py`.
 const SHARE_OF_FALL: f64 = 0.2;
 
-/// The share of that error that comes from the layers toward corners and along the axis, and the factor by which each further layer
-/// multiplies it; without and with sheets, whose edges are more singular than those of bodies. The rest comes from the degrees.
+/// The share of that error that comes from the layers toward corners and along the axis, and the factor by
+/// which each further layer multiplies it; without and with sheets, whose edges are more singular than those
+/// of bodies. The rest comes from the degrees. Tuned: `benches/outlines.py`.
 const BY_LAYERS: [(f64, f64); 2] = [(0.75, 0.095), (0.9, 0.3)];
 
 /// Errors with two layers and the third degree along the axis over the shares of the energy in the last
-/// functions of the axis, at edges and elsewhere.
+/// functions of the axis, at edges and elsewhere. Tuned: `benches/outlines.py`.
 const OF_LAST: [f64; 2] = [1.0, 0.45];
 
 /// Smallest shares of the errors by layers and by degrees that count for the plan, even where the axis seems
-/// to cause more.
+/// to cause more. Tuned: `benches/outlines.py`.
 const MIN_SHARES_OF_PLAN: [f64; 2] = [0.25, 0.35];
 
-/// The factor by which each degree beyond the third multiplies the error; and the error with the second degree over that with the third.
+/// The factor by which each degree beyond the third multiplies the error. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const BY_DEGREE: f64 = 0.18;
+
+/// The error with the second degree over that with the third. Measured:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const SECOND_DEGREE: f64 = 10.0;
 
-/// The factor by which each strip multiplies the error without strips; without and with sheets.
+/// The factor by which each strip multiplies the error without strips; without and with sheets. Tuned:
+/// `benches/outlines.py`.
 const BY_STRIPS: [f64; 2] = [0.1, 0.17];
 
-/// The factor by which a forecast of the error is multiplied before it is compared with the tolerance. Where the forecast is too low
-/// nonetheless, another mesh is solved.
+/// The factor by which a forecast of the error is multiplied before it is compared with the tolerance. Where
+/// the forecast is too low nonetheless, another mesh is solved. Tuned: `benches/outlines.py`.
 const SAFETY: f64 = 1.15;
 
-/// Smallest expected error, where the upper bound did not fall; [`Expectation::learn`] can correct it.
+/// Smallest expected error, where the upper bound did not fall; [`Expectation::learn`] can correct it. It is
+/// not tuned.
 const LEAST: f64 = 1e-12;
 
-/// The highest degree.
+/// The highest degree. Not tuned: the five degrees beyond the third divide the error by 5,000.
 pub(super) const HIGHEST: usize = 8;
 
-/// The errors expected on the meshes of a scene. The numbers were measured on bars, bent electrodes, discs, rings and boards: see
-/// docs/extruded.md.
+/// The errors expected on the meshes of a scene. The numbers were measured on bars, bent electrodes, discs,
+/// rings and boards: see docs/performance.md, "How constants were chosen".
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
-    /// The relative errors that come from the layers on meshes with two of them: toward corners of the plan, and along the axis.
+    /// The relative errors that come from the layers on meshes with two of them: toward corners of the plan,
+    /// and along the axis.
     two_layers: [f64; 2],
-    /// The relative errors that come from the degrees on meshes of the third degree: in the plan, and along the axis.
+    /// The relative errors that come from the degrees on meshes of the third degree: in the plan, and along
+    /// the axis.
     third_degree: [f64; 2],
     /// The relative error that comes from the edges on meshes without strips, at the third degree.
     without_strips: f64,
+    /// Whether conductors are sheets, as [`Layout::has_sheets`](super::layout::Layout::has_sheets) says.
     sheets: bool,
     /// Numbers of triangles of the first three meshes.
     triangles: [f64; 3],
@@ -137,10 +149,10 @@ impl Expectation {
         self.without_strips *= factor;
     }
 
-    /// The mesh with the fewest unknowns that is expected to meet a tolerance, or, where none is, the one
-    /// with the least error; of those that are in no way coarser than `least` and have fewer than
-    /// `max_unknowns`. `functions` gives the number of functions of the line for a degree and a number of
-    /// layers of the axis.
+    /// The mesh with the fewest unknowns that is expected to meet a tolerance or, where none is, the one with
+    /// the least expected error; and its number of unknowns. Only meshes count that are in no way coarser
+    /// than `least` and have fewer unknowns than `max_unknowns`. `functions` gives the number of functions of
+    /// the line for a degree and a number of layers of the axis.
     pub(super) fn cheapest(
         &self,
         tolerance: f64,

@@ -25,10 +25,12 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The data of a triangle that the fluxes need besides its local matrices: the flux for unit rows, and the constant 1.
+/// The data of a triangle that the fluxes need besides its local matrices: the flux for unit rows, and the
+/// constant 1.
 #[derive(Debug)]
 pub(super) struct Cell {
-    /// Inverse root of the mass times the constraints transposed: flux for each inner row, then for each row of its sides.
+    /// L^-1 times the constraints transposed, where the mass is L L^T: the flux for a unit value in each
+    /// inner row, then in each row of its sides.
     pub flux: Dense<f64>,
     /// Inner coefficients of the constant 1.
     pub one: Vec<f64>,
@@ -37,12 +39,16 @@ pub(super) struct Cell {
 /// All triangles of a mesh for fluxes of one degree.
 #[derive(Debug)]
 pub(super) struct Cells {
+    /// The numbering of the traces on sides and the values inside triangles.
     pub numbering: Numbering,
+    /// The local matrices of each triangle.
     pub locals: Vec<Local>,
+    /// The other data of each triangle.
     pub cells: Vec<Cell>,
 }
 
 impl Cells {
+    /// Computes the data of all triangles for fluxes of this degree.
     pub(super) fn new(mesh: &PlanMesh, degree: usize) -> Result<Self, SolveError> {
         let integrals = FluxIntegrals::new(degree);
         let triangles: Vec<(Local, Cell)> = (0..mesh.triangles.len())
@@ -61,6 +67,7 @@ impl Cells {
     }
 }
 
+/// The matrices and the other data of one triangle.
 fn cell(
     integrals: &FluxIntegrals,
     mesh: &PlanMesh,
@@ -102,8 +109,9 @@ fn cell(
 struct Run {
     /// Functions of the line on this part.
     range: Range<usize>,
+    /// The number of its segment in [`Fluxes`].
     segment: usize,
-    /// The conductors at its ends.
+    /// The conductors at the ends of the run.
     ends: [Option<u32>; 2],
 }
 
@@ -114,8 +122,9 @@ struct Segment {
     root: Dense<f64>,
     /// `root` transposed times `root`.
     operator: Condensed,
-    /// Flux, and its divergence, for unit potential at either end.
+    /// The flux for a unit potential at either end.
     face: [Vec<f64>; 2],
+    /// The divergence of these fluxes.
     source: [Vec<f64>; 2],
 }
 
@@ -123,23 +132,28 @@ struct Segment {
 #[derive(Debug)]
 struct Bundle {
     triangles: Range<usize>,
+    /// The runs over each of the triangles.
     runs: Vec<Run>,
 }
 
 /// The operator of the plan, by rows, in one or several intervals that are filled alike.
 #[derive(Debug)]
-struct Sheet {
+struct PlanOperator {
+    /// For each row the index at which its entries begin, then the number of entries.
     starts: Vec<usize>,
+    /// The columns of the entries.
     columns: Vec<u32>,
+    /// The values of the entries.
     values: Vec<f64>,
-    /// For each column of the mesh the permittivity over that of the interval; `None` in conductors.
+    /// For each column of space over the mesh the permittivity over that of the interval; `None` in
+    /// conductors.
     ratios: Vec<Option<f64>>,
 }
 
 /// The flux that leaves an edge of the frame along rays.
 #[derive(Debug)]
 struct Leaving {
-    /// Rows of the edge.
+    /// The rows of the traces on the edge.
     rows: Range<usize>,
     /// For each function of the line the inverse resistance.
     conductance: Vec<f64>,
@@ -148,12 +162,16 @@ struct Leaving {
 /// The operator of the fluxes on a mesh.
 #[derive(Debug)]
 pub(super) struct Fluxes {
+    /// The number of discontinuous functions of the line.
     pub width: usize,
-    sheets: Vec<Sheet>,
-    /// Functions of each interval, and its sheet.
+    plan_operators: Vec<PlanOperator>,
+    /// Functions of each interval, and the number of its operator in `plan_operators`.
     intervals: Vec<(Range<usize>, usize)>,
+    /// By ascending triangles, all of which they cover.
     bundles: Vec<Bundle>,
+    /// The different segments of all runs.
     segments: Vec<Segment>,
+    /// One for each open edge of the frame.
     leaving: Vec<Leaving>,
 }
 
@@ -162,16 +180,17 @@ pub(super) struct Fluxes {
 pub(super) enum Beyond<'a> {
     /// No flux leaves along rays.
     Closed,
-    /// The resistance of rays as they are, at the least favourable point of each triangle or edge; `met` has for each interval the least
-    /// and the greatest permittivity that rays from it meet.
+    /// The resistance of rays as they are, at the least favourable point of each triangle or edge; `met` has
+    /// for each interval the least and the greatest permittivity that rays from it meet.
     Rays { radius: f64, met: &'a [[f64; 2]] },
-    /// One resistance everywhere, that of the most oblique ray through a permittivity that is lower than the one it starts from by the
-    /// factor `contrast`.
+    /// One resistance everywhere, that of the most oblique ray through a permittivity that is lower than the
+    /// one it starts from by the factor `contrast`.
     Worst { radius: f64, contrast: f64 },
 }
 
 impl Beyond<'_> {
-    /// The resistance beyond an end of the axis, in units of that of the interval `m` with this permittivity.
+    /// The resistance beyond an end of the axis, in units of that of the interval `m` with this permittivity,
+    /// for triangles at this [`PlanMesh::distance`].
     fn of_end(self, m: usize, permittivity: f64, distance: u8) -> f64 {
         match self {
             Self::Closed => 0.0,
@@ -183,7 +202,8 @@ impl Beyond<'_> {
     }
 }
 
-/// Rows that one parallel task computes.
+/// Rows that one parallel task computes. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const ROWS: usize = 64;
 
 impl Fluxes {
@@ -199,19 +219,19 @@ impl Fluxes {
     ) -> Result<Self, SolveError> {
         let n = axis.intervals();
         let width = axis.modes(0, n).len();
-        let mut sheets: Vec<Sheet> = Vec::new();
+        let mut plan_operators: Vec<PlanOperator> = Vec::new();
         let mut intervals = Vec::new();
         for m in 0..n {
             let ratios: Vec<Option<f64>> = columns
                 .iter()
                 .map(|c| c.conductor[m].is_none().then(|| c.permittivity[m] / product.along[m]))
                 .collect();
-            let known = sheets.iter().position(|s| s.ratios == ratios);
-            let sheet = known.unwrap_or_else(|| {
-                sheets.push(sheet(mesh, cells, ratios));
-                sheets.len() - 1
+            let known = plan_operators.iter().position(|s| s.ratios == ratios);
+            let plan_operator = known.unwrap_or_else(|| {
+                plan_operators.push(plan_operator(mesh, cells, ratios));
+                plan_operators.len() - 1
             });
-            intervals.push((axis.modes(m, m + 1), sheet));
+            intervals.push((axis.modes(m, m + 1), plan_operator));
         }
         // Runs of each column, for each distance where rays leave through the ends of the axis.
         let mut keys: Vec<(usize, [usize; 2], [bool; 2], u8)> = Vec::new();
@@ -231,13 +251,13 @@ impl Fluxes {
                 let open = [0, 1].map(|side| leaves[side] && axis.walls[side] == Wall::Open);
                 let distance = if open.contains(&true) { mesh.distance[first] } else { 0 };
                 let column_index = mesh.column[first] as usize;
-                let same = |k: &(usize, [usize; 2], [bool; 2], u8)| {
+                let has_key = |k: &(usize, [usize; 2], [bool; 2], u8)| {
                     k.1 == [lo, hi]
                         && k.2 == free
                         && k.3 == distance
                         && columns[k.0].permittivity[lo..hi] == column.permittivity[lo..hi]
                 };
-                let segment = match keys.iter().position(same) {
+                let segment = match keys.iter().position(has_key) {
                     Some(k) => k,
                     None => {
                         let mut flux_ends = axis.flux_ends(lo, hi);
@@ -263,7 +283,7 @@ impl Fluxes {
             first = end;
         }
         let leaving = leaving(mesh, axis, walls, cells, product, beyond);
-        Ok(Self { width, sheets, intervals, bundles, segments, leaving })
+        Ok(Self { width, plan_operators, intervals, bundles, segments, leaving })
     }
 
     /// `y = A x`, all rows.
@@ -274,12 +294,12 @@ impl Fluxes {
             vectorized(|| {
                 for (i, out) in out.chunks_exact_mut(width).enumerate() {
                     let row = task * ROWS + i;
-                    for (range, sheet) in &self.intervals {
-                        let sheet = &self.sheets[*sheet];
+                    for (range, plan_operator) in &self.intervals {
+                        let plan_operator = &self.plan_operators[*plan_operator];
                         let out = &mut out[range.clone()];
-                        for at in sheet.starts[row]..sheet.starts[row + 1] {
-                            let x = &x[sheet.columns[at] as usize * width..][range.clone()];
-                            let value = sheet.values[at];
+                        for entry in plan_operator.starts[row]..plan_operator.starts[row + 1] {
+                            let x = &x[plan_operator.columns[entry] as usize * width..][range.clone()];
+                            let value = plan_operator.values[entry];
                             for (y, x) in out.iter_mut().zip(x) {
                                 *y += value * x;
                             }
@@ -329,6 +349,9 @@ impl Fluxes {
         });
     }
 
+    /// Calls `each` for every inner row of the triangles below or above a conductor with a potential, with
+    /// the segment, its end, the row, the functions of the line, and the potential times the coefficient of
+    /// the constant 1.
     fn at_ends(
         &self,
         cells: &Cells,
@@ -376,7 +399,7 @@ impl Fluxes {
                 }
             }
         };
-        // Along the plan.
+        // The energies of the fluxes along the plan.
         let of_triangle = |t: usize| {
             let mut out = Mat::zeros(n, n);
             let cell = &cells.cells[t];
@@ -387,8 +410,10 @@ impl Fluxes {
                     }))
                     .map(|r| r as usize)
                     .collect();
-            for (range, sheet) in &self.intervals {
-                let Some(ratio) = self.sheets[*sheet].ratios[mesh.column[t] as usize] else { continue };
+            for (range, plan_operator) in &self.intervals {
+                let Some(ratio) = self.plan_operators[*plan_operator].ratios[mesh.column[t] as usize] else {
+                    continue;
+                };
                 let root = ratio.sqrt();
                 let count = range.len();
                 let fluxes: Vec<Vec<f64>> = x
@@ -414,7 +439,7 @@ impl Fluxes {
             out
         };
         let plan: Vec<Mat<f64>> = (0..mesh.triangles.len()).into_par_iter().map(of_triangle).collect();
-        // Along the axis.
+        // The energies of the fluxes along the axis.
         let along: Vec<Mat<f64>> = self
             .bundles
             .par_iter()
@@ -493,6 +518,7 @@ fn pieces(column: &Column) -> Vec<(usize, usize, [Option<u32>; 2])> {
     out
 }
 
+/// The segment of the line between the cuts `lo` and `hi`.
 fn line_segment(
     axis: &Axis,
     [lo, hi]: [usize; 2],
@@ -510,7 +536,8 @@ fn line_segment(
     })
 }
 
-fn sheet(mesh: &PlanMesh, cells: &Cells, ratios: Vec<Option<f64>>) -> Sheet {
+/// Assembles the operator of the plan for these `ratios` of the permittivity.
+fn plan_operator(mesh: &PlanMesh, cells: &Cells, ratios: Vec<Option<f64>>) -> PlanOperator {
     let numbering = &cells.numbering;
     let mut entries: Vec<Vec<(u32, f64)>> = vec![Vec::new(); numbering.len()];
     for (t, local) in cells.locals.iter().enumerate() {
@@ -535,7 +562,7 @@ fn sheet(mesh: &PlanMesh, cells: &Cells, ratios: Vec<Option<f64>>) -> Sheet {
             row_entries.push((row, local.inner[j]));
         }
     }
-    let mut out = Sheet { starts: vec![0], columns: Vec::new(), values: Vec::new(), ratios };
+    let mut out = PlanOperator { starts: vec![0], columns: Vec::new(), values: Vec::new(), ratios };
     for mut row in entries {
         row.sort_by_key(|(c, _)| *c);
         for (c, value) in row {

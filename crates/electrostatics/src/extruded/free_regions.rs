@@ -9,7 +9,8 @@ use elastocap_geometry::scene::Wall;
 pub(super) struct FreeRegion {
     /// The numbers of the cuts of the axis at which it begins and ends.
     pub cuts: [usize; 2],
-    /// Whether the potential is held at either end: by a conductor there, or because the region ends inside the scene.
+    /// Whether the potential is held at either end: by a conductor there, or because the region ends inside
+    /// the scene.
     pub held: [bool; 2],
     /// For each column of the mesh whether it belongs to the region.
     pub columns: Vec<bool>,
@@ -48,7 +49,7 @@ pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2
         }
     }
     // Whether all functions of region `a` are functions of region `b`.
-    let within = |a: &FreeRegion, b: &FreeRegion| {
+    let is_contained = |a: &FreeRegion, b: &FreeRegion| {
         let reaches = |side: usize| {
             let (cut, other) = (a.cuts[side], b.cuts[side]);
             let farther = if side == 0 { other < cut } else { other > cut };
@@ -57,7 +58,7 @@ pub(super) fn free_regions(columns: &[Column], chains: &[Chain], walls: [Wall; 2
         let holds = |a: &[bool], b: &[bool]| a.iter().zip(b).all(|(a, b)| !a || *b);
         a != b && reaches(0) && reaches(1) && holds(&a.columns, &b.columns) && holds(&a.chains, &b.chains)
     };
-    let maximal = |a: &&FreeRegion| !regions.iter().any(|b| within(a, b));
+    let maximal = |a: &&FreeRegion| !regions.iter().any(|b| is_contained(a, b));
     regions.iter().filter(maximal).cloned().collect()
 }
 

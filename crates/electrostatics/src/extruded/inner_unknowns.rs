@@ -4,18 +4,21 @@ use super::local::{Local, Place};
 use elastocap_fem::tensor::Real;
 use elastocap_linalg::lanes::{LANES, Lane, vectorized};
 
-/// Largest number of unknowns on the corners and sides of a triangle, and of inner ones.
+/// Largest number of unknowns on the corners and sides of a triangle, and largest number of its inner
+/// unknowns.
 const MAX_UNKNOWNS: usize = 64;
 
-/// Rows or columns that are summed side by side, since each sum is a chain of dependent additions.
+/// Rows or columns that are summed side by side, since each sum is a chain of dependent additions. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const AT_ONCE: usize = 4;
 
-/// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the precision of an inverse.
+/// The couplings of the inner unknowns of some triangles to those on their corners and sides, in the
+/// precision of an inverse.
 #[derive(Debug)]
 pub(super) struct InnerUnknowns<T> {
     /// Number of inner unknowns of each triangle.
     counts: Vec<usize>,
-    /// The diagonal of A in them, triangle after triangle.
+    /// The diagonal of A in the inner unknowns, triangle after triangle.
     diagonal: Vec<T>,
     /// Couplings in A times the root of the weight: triangle after triangle, a row for each place.
     a: Vec<T>,
@@ -24,8 +27,8 @@ pub(super) struct InnerUnknowns<T> {
 }
 
 impl<T: Real> InnerUnknowns<T> {
-    /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has the places of the unknowns
-    /// on its corners and sides that are free.
+    /// Gathers the couplings of `triangles`, each of which is given with the root of its weight; `places` has
+    /// the places of the unknowns on its corners and sides that are free.
     pub(super) fn new(locals: &[Local], triangles: &[(u32, f64)], places: &[Vec<Place>]) -> Self {
         let elements = || triangles.iter().map(|(t, root)| (&locals[*t as usize], *root)).zip(places);
         let coupled = elements().any(|((local, _), _)| !local.m_inner.is_empty());
@@ -65,7 +68,8 @@ impl<T: Real> InnerUnknowns<T> {
         });
     }
 
-    /// Subtracts the contributions of the skeleton from the inner unknowns.
+    /// Subtracts the contributions of the skeleton from the inner unknowns, after
+    /// [`InnerUnknowns::eliminate`] and the solution for the skeleton.
     pub(super) fn substitute<const R: usize>(
         &self,
         places: &[Vec<Place>],
@@ -87,6 +91,7 @@ impl<T: Real> InnerUnknowns<T> {
         (a, if WITH_M { &self.m[offset..][..entries] } else { a })
     }
 
+    /// [`InnerUnknowns::eliminate`], with or without couplings in M.
     #[inline(always)]
     fn eliminate_with<const R: usize, const WITH_M: bool>(
         &self,
@@ -113,8 +118,8 @@ impl<T: Real> InnerUnknowns<T> {
                 let mut sum = [[Lane::default(); R]; AT_ONCE];
                 for (k, y) in y.iter().enumerate() {
                     for i in 0..AT_ONCE {
-                        let at = (row + i) * count + k;
-                        let c = coupling::<T, WITH_M>(a[at], m[at], lambda);
+                        let index = (row + i) * count + k;
+                        let c = coupling::<T, WITH_M>(a[index], m[index], lambda);
                         for s in 0..R {
                             sum[i][s] = sum[i][s].plus(c.times(y[s]));
                         }
@@ -122,8 +127,8 @@ impl<T: Real> InnerUnknowns<T> {
                 }
                 for i in 0..AT_ONCE {
                     for s in 0..R {
-                        let at = &mut vectors[s][places[row + i].1 as usize];
-                        *at = at.minus(sum[i][s]);
+                        let unknown = &mut vectors[s][places[row + i].1 as usize];
+                        *unknown = unknown.minus(sum[i][s]);
                     }
                 }
             }
@@ -136,8 +141,8 @@ impl<T: Real> InnerUnknowns<T> {
                     }
                 }
                 for s in 0..R {
-                    let at = &mut vectors[s][places[row].1 as usize];
-                    *at = at.minus(sum[s]);
+                    let unknown = &mut vectors[s][places[row].1 as usize];
+                    *unknown = unknown.minus(sum[s]);
                 }
             }
             first += count;
@@ -145,6 +150,7 @@ impl<T: Real> InnerUnknowns<T> {
         }
     }
 
+    /// [`InnerUnknowns::substitute`], with or without couplings in M.
     #[inline(always)]
     fn substitute_with<const R: usize, const WITH_M: bool>(
         &self,
@@ -168,8 +174,8 @@ impl<T: Real> InnerUnknowns<T> {
                 let mut sum = [[Lane::default(); R]; AT_ONCE];
                 for (row, x) in x.iter().enumerate() {
                     for i in 0..AT_ONCE {
-                        let at = row * count + k + i;
-                        let c = coupling::<T, WITH_M>(a[at], m[at], lambda);
+                        let index = row * count + k + i;
+                        let c = coupling::<T, WITH_M>(a[index], m[index], lambda);
                         for s in 0..R {
                             sum[i][s] = sum[i][s].plus(c.times(x[s]));
                         }

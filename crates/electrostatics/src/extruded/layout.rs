@@ -11,19 +11,23 @@ use elastocap_geometry::shapes::Shape;
 use std::collections::{HashMap, HashSet};
 
 /// Largest number of cells in the grid of a surface's coordinates when the surface is tested for consisting
-/// of boxes.
+/// of boxes. The limit is that of `validate/recognised.rs` in elastocap-case, which says how it was measured.
 const MAX_CELLS: usize = 12_000;
 
-/// Coordinates along the axis that differ by less than this share of the scene's size count as equal.
+/// Coordinates along the axis that differ by less than this share of the scene's size count as equal. Not
+/// tuned: it only has to lie above rounding errors and below distances that matter.
 const SAME: f64 = 1e-12;
 
-/// Coordinates of outlines that differ by less than this share of the scene's size count as equal.
+/// Coordinates of outlines that differ by less than this share of the scene's size count as equal. Not tuned:
+/// it only has to lie above rounding errors and below distances that matter.
 const ALIKE: f64 = 1e-11;
 
 /// Thickness along the axis below which a conductor counts as a sheet, over the size of all conductors.
+/// Tuned: `benches/outlines.py discs`.
 const SHEET: f64 = 1e-2;
 
-/// Points that are closer to a sheet than this share of the scene's size lie on it.
+/// Points that are closer to a sheet than this share of the scene's size lie on it. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 const ON_SHEET: f64 = 1e-10;
 
 /// An outline pulled along the axis.
@@ -39,6 +43,7 @@ struct Solid {
 /// A scene of outlines pulled along one axis, in units of `unit`, from `origin`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
+    /// The axis along which the outlines are pulled, 0 to 2.
     pub axis: usize,
     /// Unit of length, in m.
     pub unit: f64,
@@ -46,7 +51,9 @@ pub(super) struct Layout {
     pub origin: [f64; 3],
     /// Planes along the axis at which something begins or ends, ascending.
     pub planes: Vec<Plane>,
+    /// The walls at the lower and at the upper end of the axis.
     pub axis_walls: [Wall; 2],
+    /// For each coordinate of the plan the walls on the lower and on the upper side.
     pub plan_walls: [[Wall; 2]; 2],
     /// Lower and upper corner of the plan, infinite where it is open.
     frame: [[f64; 2]; 2],
@@ -54,12 +61,13 @@ pub(super) struct Layout {
     conductors: Vec<(u32, Solid)>,
     /// Dielectric bodies, each with its permittivity; later ones override earlier ones.
     dielectrics: Vec<(f64, Solid)>,
+    /// Relative permittivity where there is no body.
     background: f64,
     /// Distance from the origin beyond which nothing begins or ends.
     pub reach: f64,
 }
 
-/// Where infinite bodies are taken to end, in units of the scene: far beyond any frame.
+/// Where infinite bodies are taken to end, in units of the scene: far beyond any frame. It is not tuned.
 const FAR: f64 = 1e9;
 
 impl Layout {
@@ -113,13 +121,13 @@ impl Layout {
         let conductors: Vec<(u32, Solid)> = conductors.into_iter().filter(|(_, s)| is_inside(s)).collect();
         let dielectrics: Vec<(f64, Solid)> = dielectrics.into_iter().filter(|(_, s)| is_inside(s)).collect();
         let planes = planes(&conductors, &dielectrics, ends);
-        let within = |x: f64, k: usize| x > frame[0][k] && x < frame[1][k] && x.abs() < FAR;
+        let is_in_frame = |x: f64, k: usize| x > frame[0][k] && x < frame[1][k] && x.abs() < FAR;
         let solids = || conductors.iter().map(|(_, s)| s).chain(dielectrics.iter().map(|(_, s)| s));
         let plan = solids()
             .flat_map(|s| &s.outlines)
             .flat_map(Outline::extremes)
             .flat_map(|c| [0, 1].map(|k| (c[k], k)));
-        let farthest = plan.filter(|(x, k)| within(*x, *k)).map(|(x, _)| x.abs());
+        let farthest = plan.filter(|(x, k)| is_in_frame(*x, *k)).map(|(x, _)| x.abs());
         let closed = (0..2).flat_map(|k| frame.map(|corner| corner[k].abs())).filter(|x| x.is_finite());
         let reach = farthest.chain(planes.iter().map(|p| p.at.abs())).chain(closed).fold(0.5, f64::max);
         Some(Self {
@@ -168,7 +176,7 @@ impl Layout {
         self.conductors.iter().any(|(_, solid)| solid.segment().is_some())
     }
 
-    /// Intervals along the axis.
+    /// The number of intervals along the axis.
     pub(super) fn intervals(&self) -> usize {
         self.planes.len() - 1 + self.axis_walls.iter().filter(|w| **w == Wall::Open).count()
     }
@@ -209,7 +217,7 @@ impl Layout {
     /// The column of space over a point of the plan.
     ///
     /// # Errors
-    /// Two conductors that touch or overlap there.
+    /// The numbers of two conductors that touch or overlap there.
     fn column(&self, point: [f64; 2]) -> Result<Column, [u32; 2]> {
         let intervals = self.intervals();
         let mut column = Column {
@@ -244,7 +252,7 @@ impl Layout {
     /// wholly in that of a sheet or outside it.
     ///
     /// # Errors
-    /// Two conductors that touch or overlap there.
+    /// The numbers of two conductors that touch or overlap there.
     fn chain(&self, ends: [[f64; 2]; 2]) -> Result<Option<Chain>, [u32; 2]> {
         let sheets = || self.conductors.iter().filter(|(_, solid)| solid.stands_over(ends));
         if sheets().next().is_none() {
@@ -265,7 +273,7 @@ impl Layout {
     /// The chains of a mesh, and the sides of triangles that belong to each.
     ///
     /// # Errors
-    /// Two conductors that touch or overlap.
+    /// The numbers of two conductors that touch or overlap.
     fn chains(&self, mesh: &Triangles) -> Result<(Vec<Chain>, ChainOfSide), [u32; 2]> {
         let mut chains: Vec<Chain> = Vec::new();
         let mut of_side = ChainOfSide::new();
@@ -289,7 +297,7 @@ impl Layout {
     /// of dielectrics.
     ///
     /// # Errors
-    /// [`PlanError`].
+    /// See [`PlanError`].
     pub(super) fn plan(&self, radius: f64, at_dielectrics: bool) -> Result<Plan, PlanError> {
         let frame = self.frame(radius);
         let solids = self.conductors.iter().map(|(_, s)| s).chain(self.dielectrics.iter().map(|(_, s)| s));
@@ -348,16 +356,16 @@ impl Layout {
 pub(super) enum PlanError {
     /// There is no mesh of a reasonable size.
     NoMesh,
-    /// Two conductors touch or overlap.
+    /// Two conductors, given by their numbers, touch or overlap.
     Touching([u32; 2]),
-    /// A conductor touches a grounded wall.
+    /// The conductor with this number touches a grounded wall.
     OnGround(u32),
 }
 
 /// For each point of a mesh the conductor that each cut belongs to there.
 ///
 /// # Errors
-/// Two conductors that share a cut at a point.
+/// The numbers of two conductors that share a cut at a point.
 fn held_over_points(
     mesh: &Triangles,
     of_triangle: &[u32],
@@ -378,7 +386,7 @@ fn held_over_points(
 /// Adds to `held` the conductors that the cuts belong to in another place.
 ///
 /// # Errors
-/// Two conductors that share a cut.
+/// The numbers of two conductors that share a cut.
 fn join_held(held: &mut [Option<u32>], other: &[Option<u32>]) -> Result<(), [u32; 2]> {
     for (held, other) in held.iter_mut().zip(other) {
         match (*held, *other) {
@@ -394,12 +402,15 @@ fn join_held(held: &mut [Option<u32>], other: &[Option<u32>]) -> Result<(), [u32
 #[derive(Debug)]
 pub(super) struct Plan {
     pub coarse: Coarse,
+    /// The different columns over the triangles.
     pub columns: Vec<Column>,
     /// The column of each triangle.
     pub of_triangle: Vec<u32>,
     /// The chains, as numbered in `marks`.
     pub chains: Vec<Chain>,
+    /// The places where the mesh has to be graded.
     pub marks: Marks,
+    /// Lower and upper corner of the plan.
     pub frame: [[f64; 2]; 2],
 }
 
@@ -453,7 +464,7 @@ fn solids(shape: &Shape, axis: usize) -> Option<Vec<Solid>> {
                 let corners = match flat {
                     [false, false, _] => vec![low, [high[0], low[1]], high, [low[0], high[1]]],
                     [true, false, false] | [false, true, false] => vec![low, high],
-                    // No area.
+                    // A box that is flat along two axes or more.
                     _ => return None,
                 };
                 Some(Solid { outlines: vec![Outline::polygon(&corners)], ends: [b.min[axis], b.max[axis]] })
@@ -474,7 +485,7 @@ impl Solid {
     fn segment(&self) -> Option<[[f64; 2]; 2]> {
         let [Outline::Path(sides)] = &self.outlines[..] else { return None };
         let &[a, b] = &sides[..] else { return None };
-        (a.arc.is_none() && b.arc.is_none()).then_some([a.from, b.from])
+        (a.curve.is_none() && b.curve.is_none()).then_some([a.from, b.from])
     }
 
     /// Whether the body is a sheet that stands over this segment of the plan; the segment lies either wholly

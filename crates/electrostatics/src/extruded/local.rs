@@ -1,4 +1,5 @@
-//! The matrices of one triangle of the plan, and the elimination of the unknowns that it shares with no other.
+//! The matrices of one triangle of the plan, and the elimination of the unknowns that it shares with no
+//! other.
 
 use elastocap_linalg::lanes::{LANES, Lane};
 
@@ -8,22 +9,23 @@ pub(super) type Place = (u32, u32);
 /// The matrices A and M of a triangle. In its inner unknowns A is diagonal and M the identity.
 #[derive(Debug, Default)]
 pub(super) struct Local {
-    /// Unknowns on corners and sides.
+    /// The number of outer unknowns, which are those on corners and sides.
     pub outer: usize,
-    /// A between them, row by row.
+    /// A between the outer unknowns, row by row.
     pub a: Vec<f64>,
-    /// M between them; empty where it is zero.
+    /// M between the outer unknowns; empty where it is zero.
     pub m: Vec<f64>,
-    /// A between outer (rows) and inner ones.
+    /// A between the outer (rows) and the inner unknowns.
     pub a_inner: Vec<f64>,
-    /// M between outer and inner ones; empty where it is zero.
+    /// M between the outer and the inner unknowns; empty where it is zero.
     pub m_inner: Vec<f64>,
-    /// A of the inner unknowns.
+    /// The diagonal of A in the inner unknowns.
     pub inner: Vec<f64>,
 }
 
 impl Local {
-    /// A + lambda M between the outer unknowns at `places`, times a weight, after the inner unknowns are eliminated.
+    /// A + lambda M between the outer unknowns at `places`, times a weight, after the inner unknowns are
+    /// eliminated: row by row in `out`. `coupling` is working memory.
     #[inline(always)]
     pub(super) fn without_inner(
         &self,
@@ -52,7 +54,7 @@ impl Local {
         for (row, (i, _)) in places.iter().enumerate() {
             for (column, (j, _)) in places[..=row].iter().enumerate() {
                 let k = *i as usize * n + *j as usize;
-                let mut value = combined(self.a[k], at(&self.m, k), lambda);
+                let mut value = combined(self.a[k], entry_or_zero(&self.m, k), lambda);
                 let (a, b) = (&coupling[row * inner..][..inner], &coupling[column * inner..][..inner]);
                 for (a, b) in a.iter().zip(b) {
                     value = value.minus(a.times(*b));
@@ -64,10 +66,11 @@ impl Local {
         }
     }
 
+    /// A + lambda M between an outer and an inner unknown.
     #[inline(always)]
     fn coupling(&self, outer: usize, inner: usize, lambda: &Lane<f64>) -> Lane<f64> {
         let k = outer * self.inner.len() + inner;
-        combined(self.a_inner[k], at(&self.m_inner, k), lambda)
+        combined(self.a_inner[k], entry_or_zero(&self.m_inner, k), lambda)
     }
 }
 
@@ -83,6 +86,6 @@ pub(super) fn combined(a: f64, m: f64, lambda: &Lane<f64>) -> Lane<f64> {
 
 /// An entry of a matrix, which is stored empty if it is zero.
 #[inline(always)]
-pub(super) fn at(matrix: &[f64], k: usize) -> f64 {
+pub(super) fn entry_or_zero(matrix: &[f64], k: usize) -> f64 {
     matrix.get(k).copied().unwrap_or(0.0)
 }

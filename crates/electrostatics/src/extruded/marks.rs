@@ -4,14 +4,17 @@ use super::columns::{Chain, ChainOfSide, Column};
 use elastocap_geometry::meshing::plane::graded::{Coarse, Marks, bands};
 use std::collections::{HashMap, HashSet};
 
-/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without having a corner, in degrees:
-/// those of polygons that stand for curves. The field is hardly singular there.
+/// Angles by which an outline of a conductor, or the boundary between two dielectrics, may turn without
+/// having a corner, in degrees: those of polygons that stand for curves. The field is hardly singular there.
+/// Tuned: `benches/outlines.py pattern`.
 const SMOOTH: [f64; 2] = [12.0, 30.0];
 
-/// Directions are at right angles if their cosine is less than this.
+/// Directions are at right angles if their cosine is less than this. Not tuned: it only has to lie above
+/// rounding errors and below angles that matter.
 const UPRIGHT: f64 = 1e-9;
 
-/// Corners and edges near which the field is singular.
+/// The corners and edges of a plan near which the field is singular; `at_dielectrics` says whether edges of
+/// dielectrics count.
 pub(super) fn marks(
     coarse: &Coarse,
     of_triangle: &[u32],
@@ -33,7 +36,7 @@ pub(super) fn marks(
     for (side, adjacent) in &beside {
         let (one, other) = match adjacent[..] {
             [one, other] => (one, other),
-            // On the frame.
+            // A side on the frame.
             [one] => (one, one),
             _ => continue,
         };
@@ -72,8 +75,8 @@ pub(super) fn marks(
             }
             // A boundary that meets the frame at a right angle continues straight in its mirror image.
             [(a, _)] => {
-                let on = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
-                !on.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
+                let on_frame = (0..2).filter(|&k| point[k] == frame[0][k] || point[k] == frame[1][k]);
+                !on_frame.into_iter().any(|k| a[1 - k].abs() < UPRIGHT)
             }
             _ => true,
         })
@@ -83,8 +86,8 @@ pub(super) fn marks(
     Marks { corners, edges, chains: of_side, bands }
 }
 
-/// The cuts at which three or four dielectrics meet between two columns, along an edge across the axis. Where only two do, there is a plane
-/// between them, and a plane that ends at a conductor does so at a right angle.
+/// The cuts at which three or four dielectrics meet between two columns, along an edge across the axis. Where
+/// only two do, there is a plane between them, and a plane that ends at a conductor does so at a right angle.
 pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl Iterator<Item = usize> + 'a {
     (1..one.held.len() - 1).filter(move |&m| {
         let [below, above] = [m - 1, m].map(|k| [one.permittivity[k], other.permittivity[k]]);
@@ -96,8 +99,9 @@ pub(super) fn dielectric_edges<'a>(one: &'a Column, other: &'a Column) -> impl I
 /// The two columns, or the two sides of a chain, that a side of triangles separates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Boundary {
-    /// Ascending.
+    /// The numbers of the columns on both sides, ascending.
     columns: [u32; 2],
+    /// The chain that stands on it, if any does.
     chain: Option<u32>,
 }
 

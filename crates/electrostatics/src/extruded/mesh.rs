@@ -11,8 +11,9 @@ use std::collections::HashMap;
 /// A mesh of a plan. Triangles of one column and one distance follow one another.
 #[derive(Debug)]
 pub(super) struct PlanMesh {
+    /// Places of the points, in units of the layout.
     pub points: Vec<[f64; 2]>,
-    /// Corners in ascending order.
+    /// Corners of each triangle, ascending.
     pub triangles: Vec<[u32; 3]>,
     /// The bent triangle that each triangle is a part of, if it is, with the shares of its corners there.
     pub bent: Vec<Option<(Bent, [[f64; 2]; 3])>>,
@@ -22,18 +23,20 @@ pub(super) struct PlanMesh {
     pub edges: Vec<[u32; 2]>,
     /// The side of the frame that each edge lies on, if any: which coordinate, and which of the two sides.
     pub on_frame: Vec<Option<[usize; 2]>>,
-    /// The column of each triangle.
+    /// The number of the column over each triangle.
     pub column: Vec<u32>,
+    /// The columns, by their numbers.
     pub columns: Vec<Column>,
-    /// The chain that each edge belongs to, if it does.
+    /// The number of the chain that each edge belongs to, if it does.
     pub chain: Vec<Option<u32>>,
+    /// The chains, by their numbers.
     pub chains: Vec<Chain>,
-    /// For each triangle the squared distance of its farthest corner from the origin over that of the frame, in steps of
-    /// [`DISTANCE_STEP`], rounded up.
+    /// For each triangle the squared distance of its farthest corner from the origin over that of the frame,
+    /// in steps of [`DISTANCE_STEP`], rounded up.
     pub distance: Vec<u8>,
 }
 
-/// See [`PlanMesh::distance`].
+/// The step of [`PlanMesh::distance`].
 pub(super) const DISTANCE_STEP: f64 = 0.125;
 
 /// The bent triangle that `triangle` is a part of, and where the corners of the latter lie in it.
@@ -42,6 +45,7 @@ fn shares(triangle: &[u32; 3], bent: Bent, straight: &[[f64; 2]]) -> (Bent, [[f6
 }
 
 impl PlanMesh {
+    /// Grades the mesh of a plan with these numbers of layers.
     pub(super) fn new(plan: &Plan, layers: Layers) -> Self {
         let Graded { mesh, parents, bent, straight, chains } = graded(&plan.coarse, &plan.marks, layers);
         let half = plan.frame.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
@@ -75,11 +79,11 @@ impl PlanMesh {
             })
             .collect();
         let frame = plan.frame;
-        let on = |p: [f64; 2]| [0, 1].map(|k| [0, 1].map(|side: usize| p[k] == frame[side][k]));
+        let frame_sides_at = |p: [f64; 2]| [0, 1].map(|k| [0, 1].map(|side: usize| p[k] == frame[side][k]));
         let on_frame = edges
             .iter()
             .map(|edge: &[u32; 2]| {
-                let [a, b] = edge.map(|p| on(mesh.points[p as usize]));
+                let [a, b] = edge.map(|p| frame_sides_at(mesh.points[p as usize]));
                 let places = [[0, 0], [0, 1], [1, 0], [1, 1]];
                 places.into_iter().find(|[k, side]| a[*k][*side] && b[*k][*side])
             })
@@ -102,10 +106,12 @@ impl PlanMesh {
         }
     }
 
+    /// The geometry of a triangle.
     pub(super) fn triangle(&self, t: usize) -> Triangle {
         Triangle { corners: self.triangles[t].map(|p| self.points[p as usize]), bent: self.bent[t] }
     }
 
+    /// The column over a triangle.
     pub(super) fn column_of(&self, t: usize) -> &Column {
         &self.columns[self.column[t] as usize]
     }
@@ -115,11 +121,13 @@ impl PlanMesh {
         self.chain.iter().enumerate().filter_map(|(e, chain)| Some((e, (*chain)?)))
     }
 
+    /// The middle of an edge.
     pub(super) fn middle(&self, edge: usize) -> [f64; 2] {
         let [a, b] = self.edges[edge].map(|p| self.points[p as usize]);
         [0, 1].map(|k| 0.5 * (a[k] + b[k]))
     }
 
+    /// The length of an edge.
     pub(super) fn length(&self, edge: usize) -> f64 {
         let [a, b] = self.edges[edge].map(|p| self.points[p as usize]);
         (a[0] - b[0]).hypot(a[1] - b[1])

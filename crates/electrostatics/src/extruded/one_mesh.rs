@@ -15,29 +15,36 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Safety allowance: a repair that leaves the share s of the residual counts with 1 + 1000 s times its
-/// energy.
+/// energy. A repair that meets its goal of 1e-6 counts a thousandth more.
 const RESIDUAL_ALLOWANCE: f64 = 1e3;
 
 /// Right-hand sides per batch of the linear solver, which reads its factors from memory once per batch.
-/// Larger batches gain little and take memory.
+/// Larger batches gain little and take memory. Tuned: `benches/outlines.py pattern guarded-disc`.
 pub(super) const BATCH_SIZE: usize = 4;
 
 /// A mesh with its boundary conditions, and the degree of the functions on it.
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
+    /// The mesh of the plan.
     pub mesh: &'a PlanMesh,
+    /// The elements along the axis, and the walls at its ends.
     pub axis: &'a Axis,
+    /// For each coordinate of the plan the walls on the lower and on the upper side.
     pub walls: [[Wall; 2]; 2],
+    /// Degree of the polynomials on triangles.
     pub degree: usize,
-    /// Where rays begin; `None` in a closed scene.
+    /// Distance from the origin at which rays begin; `None` where there are none.
     pub radius: Option<f64>,
+    /// Set from outside to stop the solve.
     pub cancel: Option<&'a AtomicBool>,
 }
 
 /// Energies V^T C V of some right-hand sides, over eps0 and in units of the mesh.
 #[derive(Debug)]
 pub(super) struct Energies {
+    /// The energies of all pairs of right-hand sides.
     pub matrix: Mat<f64>,
+    /// The number of unknowns.
     pub unknowns: usize,
     /// Largest number of iterations that a right-hand side took.
     pub iterations: usize,
@@ -45,11 +52,12 @@ pub(super) struct Energies {
     pub converged: bool,
     /// Largest share of an energy by which the repair lowers it (lower bounds only).
     pub repair_share: f64,
-    /// Seconds assembling and seconds solving.
+    /// Seconds of the assembly and of the solution.
     pub seconds: [f64; 2],
 }
 
 impl Problem<'_> {
+    /// Ends the solve if a stop was requested.
     fn stop_if_cancelled(&self) -> Result<(), SolveError> {
         if self.cancel.is_some_and(|c| c.load(Ordering::Relaxed)) {
             Err(SolveError::Cancelled)
@@ -58,12 +66,14 @@ impl Problem<'_> {
         }
     }
 
+    /// The goal of the linear solver for an error of `share` of the energy, which is `start` at first.
     fn goal(&self, share: f64, start: f64) -> Goal<'_> {
         Goal { share, start, iteration_limit: ITERATION_LIMIT, cancel: self.cancel }
     }
 
-    /// Upper bounds on the energies; `potentials` are those of the conductors for each right-hand side. The
-    /// linear solver stops when its error is about `share` of the energy.
+    /// Upper bounds on the energies, with the problem and its solutions; `potentials` are those of the
+    /// conductors for each right-hand side. The linear solver stops when its error is about `share` of the
+    /// energy.
     pub(super) fn upper(
         &self,
         potentials: &[Vec<f64>],
@@ -117,7 +127,7 @@ impl Problem<'_> {
         Ok((energies, primal, solutions))
     }
 
-    /// Lower bounds on the energies.
+    /// Lower bounds on the energies, with the arguments of [`Problem::upper`].
     pub(super) fn lower(&self, potentials: &[Vec<f64>], share: f64) -> Result<Energies, SolveError> {
         let begin = Instant::now();
         let mut dual = Dual::new(self.mesh, self.axis, &self.walls, self.degree, self.radius)?;
@@ -155,7 +165,8 @@ impl Problem<'_> {
         })
     }
 
-    /// Iterates until the energies of the repairs are small compared with `share` of the energies, or further iterations gain little.
+    /// The solutions of the lower problem for these potentials of the conductors. Iterates until the energy
+    /// of each repair is at most 20 times `share` of the energy, or further iterations gain little.
     fn fluxes(&self, dual: &mut Dual, potentials: &[Vec<f64>], share: f64) -> Result<Vec<Flux>, SolveError> {
         let excess = dual.repair_excess();
         let mut states: Vec<FluxIteration> = potentials
@@ -214,7 +225,7 @@ impl Problem<'_> {
     }
 }
 
-/// Solves with several right-hand sides at once.
+/// Solves with several right-hand sides `b` at once, from `x` = 0.
 fn solve_together<O: Operator>(
     operator: &mut O,
     b: &[Vec<f64>],
@@ -228,7 +239,9 @@ fn solve_together<O: Operator>(
 
 /// The iteration for one flux, until its repair is cheap.
 struct FluxIteration {
+    /// The right-hand side.
     b: Vec<f64>,
+    /// The solution so far.
     x: Vec<f64>,
     /// b - A x.
     r: Vec<f64>,
@@ -239,11 +252,13 @@ struct FluxIteration {
     /// Energy of the last repair, as a share of that of the flux.
     last: f64,
     iterations: usize,
+    /// The result, once the iteration has ended.
     flux: Option<Flux>,
 }
 
 /// The solution of the lower problem for one right-hand side.
 struct Flux {
+    /// The potential from which the flux follows.
     potential: Vec<f64>,
     /// The divergence left by the linear solver.
     residual: Vec<f64>,
@@ -253,6 +268,7 @@ struct Flux {
     left: f64,
     /// Whether the repair cancels the residual, so that the energy is a bound.
     proved: bool,
+    /// Whether there is a repair, and the linear solver met its goal or the repair is cheap.
     converged: bool,
     iterations: usize,
 }

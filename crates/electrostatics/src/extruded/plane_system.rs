@@ -5,7 +5,7 @@
 //! remaining system for corners and sides is factorised for [`LANES`] modes at a time.
 
 use super::inner_unknowns::InnerUnknowns;
-use super::local::{Local, Place, at, combined};
+use super::local::{Local, Place, combined, entry_or_zero};
 use elastocap_fem::tensor::Real;
 use elastocap_linalg::lanes::{ABREAST, Elimination, Lane, LaneFactor, Root, vectorized};
 use elastocap_linalg::ordering::dissection_order;
@@ -13,13 +13,16 @@ use elastocap_linalg::ordering::dissection_order;
 /// A form on some corners and sides besides those of the triangles: the energy beyond the frame.
 #[derive(Debug, Clone)]
 pub(super) struct Beyond {
+    /// The corners and sides, as numbered by [`Numbering`].
     pub entities: Vec<u32>,
-    /// Row by row.
+    /// The part of the form that is added to A, row by row.
     pub a: Vec<f64>,
+    /// The part of the form that is added to M, row by row; empty where it is zero.
     pub m: Vec<f64>,
 }
 
-/// The numbering of unknowns on a mesh: *entities*, corners or sides with some unknowns each, then the inner ones of the triangles.
+/// The numbering of unknowns on a mesh: *entities*, corners or sides with some unknowns each, then the inner
+/// ones of the triangles.
 #[derive(Debug)]
 pub(super) struct Numbering {
     /// The entities of each triangle, in the order of its local matrices.
@@ -33,10 +36,12 @@ pub(super) struct Numbering {
 }
 
 impl Numbering {
+    /// The number of unknowns of an entity.
     pub(super) fn size(&self, entity: u32) -> usize {
         (self.rows[entity as usize + 1] - self.rows[entity as usize]) as usize
     }
 
+    /// The number of all rows.
     pub(super) fn len(&self) -> usize {
         self.inner_rows.last().map_or(0, |r| *r as usize)
     }
@@ -50,6 +55,8 @@ pub(super) struct PlaneSystem {
     triangles: Vec<(u32, f64)>,
     /// For each triangle the places of its free unknowns, in its local matrices and among all unknowns.
     places: Vec<Vec<Place>>,
+    /// The forms beyond the frame, each with the first unknown of each of its entities; `None` for entities
+    /// that are held.
     beyond: Vec<(Beyond, Vec<Option<u32>>)>,
     /// The row of each unknown: those of the skeleton in the order of elimination, then inner ones.
     pub rows: Vec<u32>,
@@ -129,7 +136,7 @@ impl PlaneSystem {
                 for (i, _) in &places {
                     for (j, _) in &places {
                         let k = *i as usize * n + *j as usize;
-                        out.push(combined(beyond.a[k], at(&beyond.m, k), lambda));
+                        out.push(combined(beyond.a[k], entry_or_zero(&beyond.m, k), lambda));
                     }
                 }
                 return;
@@ -145,7 +152,8 @@ impl PlaneSystem {
         InnerUnknowns::new(locals, &self.triangles, &self.places)
     }
 
-    /// Overwrites each of several `x`, which have a row of lanes for each of the unknowns, with the solution.
+    /// Overwrites each of the right-hand sides `vectors`, which have a lane for each unknown, with its
+    /// solution.
     pub(super) fn solve<T: Real + Root>(
         &self,
         inner: &InnerUnknowns<T>,
@@ -166,6 +174,7 @@ impl PlaneSystem {
         }
     }
 
+    /// [`PlaneSystem::solve`] for right-hand sides that share one pass over the factors.
     fn solve_together<T: Real + Root, const R: usize>(
         &self,
         couplings: &InnerUnknowns<T>,
@@ -195,7 +204,7 @@ fn places(entities: &[u32], firsts: &[Option<u32>], numbering: &Numbering) -> Ve
     out
 }
 
-/// The order in which entities are eliminated.
+/// The order in which entities are eliminated: nested dissection.
 fn order(numbering: &Numbering, triangles: &[(u32, f64)]) -> Vec<u32> {
     let entities = |t: u32| &numbering.entities[t as usize];
     match triangles.first().map(|(t, _)| entities(*t).len()) {

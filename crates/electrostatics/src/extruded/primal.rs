@@ -1,8 +1,8 @@
 //! Dirichlet's principle: continuous potentials, whose energy bounds the capacitance from above.
 //!
-//! Unknowns are an array of rows, one for each function of the plan, with a number for each function of the line. The operator is the
-//! sum of K x M + M x K over the profiles of permittivity along the axis, K and M being the stiffness and the mass of the triangles
-//! with that profile, and of the line with it.
+//! Unknowns are an array of rows, one for each function of the plan, with a number for each function of the
+//! line. The operator is the sum of K x M + M x K over the profiles of permittivity along the axis, K and M
+//! being the stiffness and the mass of the triangles with that profile, and of the line with it.
 
 use super::free_regions::{FreeRegion, Product, free_regions};
 use super::local::Local;
@@ -26,41 +26,53 @@ use std::ops::Range;
 /// The upper problem on one mesh.
 #[derive(Debug)]
 pub(super) struct Primal {
+    /// The number of functions of the line.
     width: usize,
     numbering: Numbering,
+    /// The local matrices of each triangle.
     locals: Vec<Local>,
     profiles: Vec<Profile>,
+    /// The inverses on the regions without conductors, of which the preconditioner is the sum.
     regions: Vec<Inverse>,
     workspace: Workspace,
     rays: PotentialRays,
-    /// For each entity, the parts of the line where a conductor holds it, each with the number of the conductor.
+    /// For each entity, the parts of the line where a conductor holds it, each with the number of the
+    /// conductor.
     held: Vec<Vec<(Range<usize>, u32)>>,
     /// Entities that the walls of the plan hold at zero.
     grounded: Vec<bool>,
     /// Functions of the line that are 1 at a node of it.
     nodes: Vec<usize>,
-    /// Triangle by triangle the part of the line where its inner functions are held.
+    /// For each triangle the parts of the line where its inner functions are held.
     held_inner: Vec<Vec<Range<usize>>>,
+    /// The number of points of the mesh, which are the first entities.
     points: usize,
 }
 
 /// The triangles with one profile of permittivity along the axis.
 #[derive(Debug)]
 struct Profile {
-    /// Stiffness and mass of the plan in compressed rows, with one pattern.
+    /// For each row of the plan's matrices the index at which its entries begin, then the number of entries.
     starts: Vec<usize>,
+    /// The columns of the entries.
     columns: Vec<u32>,
+    /// The entries of the plan's stiffness.
     stiffness: Vec<f64>,
+    /// The entries of the plan's mass.
     mass: Vec<f64>,
-    /// Mass and stiffness of the line.
+    /// The mass of the line, weighted by the permittivities of the profile.
     line_mass: Dense<f64>,
+    /// The stiffness of the line, weighted in the same way.
     line_stiffness: Dense<f64>,
 }
 
-/// Rows that one parallel task computes.
+/// Rows that one parallel task computes. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const ROWS: usize = 64;
 
 impl Primal {
+    /// Assembles the problem for potentials of a degree; `radius` is the distance at which rays begin, if
+    /// there are any.
     pub(super) fn new(
         mesh: &PlanMesh,
         axis: &Axis,
@@ -77,7 +89,8 @@ impl Primal {
         let (locals, inner_bases): (Vec<Local>, Vec<Mat<f64>>) = triangles.into_iter().unzip();
         let trim = axis.functions();
         let width = trim.len();
-        let cut = |m: Mat<f64>| Dense::from_mat(m.as_ref().submatrix(trim.start, trim.start, width, width));
+        let trimmed =
+            |m: Mat<f64>| Dense::from_mat(m.as_ref().submatrix(trim.start, trim.start, width, width));
         // Triangles by their profile: the bits of the permittivities along the axis, zero in conductors.
         let mut kinds: Vec<(Vec<u64>, Vec<u32>)> = Vec::new();
         for t in 0..mesh.triangles.len() {
@@ -98,7 +111,7 @@ impl Primal {
             .map(|(kind, triangles)| {
                 let along: Vec<f64> = kind.iter().map(|b| f64::from_bits(*b)).collect();
                 let (mass, stiffness) = line_matrices(&axis.line, &per_element(axis, &along));
-                assembled(&numbering, &locals, triangles, cut(mass), cut(stiffness))
+                assembled(&numbering, &locals, triangles, trimmed(mass), trimmed(stiffness))
             })
             .collect();
         let entities = numbering.places.len();
@@ -154,6 +167,7 @@ impl Primal {
         Ok(out)
     }
 
+    /// The inverses on all regions without conductors.
     fn regions(
         &self,
         mesh: &PlanMesh,
@@ -163,7 +177,7 @@ impl Primal {
     ) -> Result<Vec<Inverse>, SolveError> {
         let product = Product::new(mesh);
         let beyond = self.rays.beyond(mesh, walls, radius);
-        let make = |free: &FreeRegion| {
+        let inverse_on = |free: &FreeRegion| {
             let elements = axis.cuts[free.cuts[0]]..axis.cuts[free.cuts[1]];
             let along = per_element(axis, &product.along);
             let modes = self.rays.modes(axis, elements, &along, free.held, radius)?;
@@ -192,7 +206,7 @@ impl Primal {
             region.scale(Scaling { pieces, factors });
             Ok(region)
         };
-        free_regions(&mesh.columns, &mesh.chains, axis.walls).iter().map(make).collect()
+        free_regions(&mesh.columns, &mesh.chains, axis.walls).iter().map(inverse_on).collect()
     }
 
     /// The potential that is `potentials[c]` on conductor c and falls to zero within one element.
@@ -209,19 +223,20 @@ impl Primal {
         u
     }
 
-    /// The potential at a point of the plan and one of the line, by their numbers.
-    pub(super) fn at(&self, u: &[f64], (corner, node): (u32, u32), vertices: &[Option<usize>]) -> f64 {
+    /// The value of the potential `u` at a point of the plan and a node of the line, given by their numbers;
+    /// `vertices` has the function of each node.
+    pub(super) fn value_at(&self, u: &[f64], (corner, node): (u32, u32), vertices: &[Option<usize>]) -> f64 {
         vertices[node as usize].map_or(0.0, |function| u[corner as usize * self.width + function])
     }
 
-    /// A u, conductors included.
+    /// The product A x, with the rows of held unknowns.
     pub(super) fn full_product(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
         self.set_to_full_product(x, &mut y);
         y
     }
 
-    /// y = A x, conductors included.
+    /// y = A x, with the rows of held unknowns.
     fn set_to_full_product(&self, x: &[f64], y: &mut [f64]) {
         let width = self.width;
         y.par_chunks_mut(ROWS * width).enumerate().for_each(|(task, out)| {
@@ -237,9 +252,9 @@ impl Primal {
                         for i in 0..rows {
                             let row = task * ROWS + i;
                             let (k, m) = (&mut k[i * width..][..width], &mut m[i * width..][..width]);
-                            for at in profile.starts[row]..profile.starts[row + 1] {
-                                let x = &x[profile.columns[at] as usize * width..][..width];
-                                let (s, c) = (profile.stiffness[at], profile.mass[at]);
+                            for entry in profile.starts[row]..profile.starts[row + 1] {
+                                let x = &x[profile.columns[entry] as usize * width..][..width];
+                                let (s, c) = (profile.stiffness[entry], profile.mass[entry]);
                                 for ((k, m), x) in k.iter_mut().zip(m.iter_mut()).zip(x) {
                                     *k += s * x;
                                     *m += c * x;
@@ -265,7 +280,8 @@ impl Primal {
         self.rays.add_product(x, y, width);
     }
 
-    /// For each function of the line the energy of the part of a potential that has this function along the axis.
+    /// For each function of the line the energy of the part of a potential that has this function along the
+    /// axis.
     pub(super) fn energies_along_axis(&self, u: &[f64]) -> Vec<f64> {
         let width = self.width;
         let mut out = vec![0.0; width];
@@ -280,10 +296,10 @@ impl Primal {
                     }
                     k.fill(0.0);
                     m.fill(0.0);
-                    for at in entries {
-                        let x = &u[profile.columns[at] as usize * width..][..width];
-                        axpy(&mut k, profile.stiffness[at], x);
-                        axpy(&mut m, profile.mass[at], x);
+                    for entry in entries {
+                        let x = &u[profile.columns[entry] as usize * width..][..width];
+                        axpy(&mut k, profile.stiffness[entry], x);
+                        axpy(&mut m, profile.mass[entry], x);
                     }
                     let x = &u[row * width..][..width];
                     for (f, energy) in energies.iter_mut().enumerate() {
@@ -462,6 +478,7 @@ fn inner_scaling(numbering: &Numbering, weights: &[Option<f64>], rows: &[u32]) -
         .collect()
 }
 
+/// The profile of some triangles: their stiffness and mass, and the matrices of the line with it.
 fn assembled(
     numbering: &Numbering,
     locals: &[Local],

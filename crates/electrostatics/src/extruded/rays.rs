@@ -19,7 +19,8 @@ use elastocap_linalg::dense;
 use faer::Mat;
 use std::ops::Range;
 
-/// For each interval the least and the greatest permittivity that rays from it, or from the plan over it, can meet.
+/// For each interval the least and the greatest permittivity that rays from it, or from the plan over it, can
+/// meet.
 pub(super) fn met_by_rays(mesh: &PlanMesh, axis: &Axis) -> Vec<[f64; 2]> {
     let n = axis.intervals();
     let extremes: Vec<[f64; 2]> = (0..n)
@@ -45,23 +46,27 @@ pub(super) fn met_by_rays(mesh: &PlanMesh, axis: &Axis) -> Vec<[f64; 2]> {
 /// A matrix by rows: column, value.
 type SparseRows = Vec<Vec<(u32, f64)>>;
 
-/// The energy that open space adds to that of the potentials of a mesh.
+/// The energy that open space adds to that of the potentials of a mesh. Beyond the frame it is a sum of four
+/// products of a matrix in the plan and a matrix of the line.
 #[derive(Debug, Default)]
 pub(super) struct PotentialRays {
     /// Rows of the functions on the open sides of the frame.
     rows: Vec<u32>,
-    /// The four factors in the plan, by rows: column, values.
+    /// The four matrices in the plan, row by row: the columns, as indices in `rows`, each with the four
+    /// entries.
     plan: Vec<Vec<(usize, [f64; 4])>>,
-    /// The four factors of the line side by side.
+    /// The four matrices of the line, side by side.
     line: Option<Dense<f64>>,
     /// For each open end of the axis the function of the line there, and a matrix of the plan.
     ends: Vec<(usize, SparseRows)>,
     /// Greatest permittivity at either end of the axis.
     greatest: [f64; 2],
+    /// Degree of the potentials in the plan.
     degree: usize,
 }
 
-/// The integrals along one edge of the frame, between its functions: mass, stiffness, phi_i y phi_j', y^2 phi_i' phi_j'.
+/// The integrals along one edge of the frame, between its functions: mass, stiffness, phi_i y phi_j', y^2
+/// phi_i' phi_j'.
 fn along_edge(mesh: &PlanMesh, edge: usize, degree: usize) -> [Mat<f64>; 4] {
     let [a, b] = mesh.edges[edge].map(|p| mesh.points[p as usize]);
     let k = mesh.on_frame[edge].map_or(0, |[k, _]| 1 - k);
@@ -169,7 +174,7 @@ impl PotentialRays {
         Ok(Self { rows, plan, line, ends: ends?, greatest: at_end, degree })
     }
 
-    /// `y += A x`.
+    /// `y += A x` for the energy in open space.
     pub(super) fn add_product(&self, x: &[f64], y: &mut [f64], width: usize) {
         if let Some(line) = &self.line {
             let gathered: Vec<f64> =
@@ -194,7 +199,8 @@ impl PotentialRays {
         }
     }
 
-    /// The matrices that the preconditioner adds along the frame: the radial and the tangential part, without their product.
+    /// The matrices that the preconditioner adds along the frame: the radial and the tangential part, without
+    /// their product.
     pub(super) fn beyond(&self, mesh: &PlanMesh, walls: &[[Wall; 2]; 2], radius: Option<f64>) -> Vec<Beyond> {
         let Some(radius) = radius else { return Vec::new() };
         let open = (0..mesh.edges.len()).filter(|&e| mesh.wall(e, walls) == Some(Wall::Open));
@@ -234,7 +240,7 @@ impl PotentialRays {
     }
 }
 
-/// A form in the functions of a triangle, in another basis of the inner ones.
+/// A form in the functions of a triangle, in another basis of the inner functions.
 fn in_basis(form: &Mat<f64>, inner_basis: &Mat<f64>, degree: usize) -> Mat<f64> {
     let (n, outer) = (form.nrows(), 3 * degree);
     let change = Mat::from_fn(n, n, |i, j| match (i.checked_sub(outer), j.checked_sub(outer)) {
@@ -246,6 +252,7 @@ fn in_basis(form: &Mat<f64>, inner_basis: &Mat<f64>, degree: usize) -> Mat<f64> 
     dense::product(change.transpose(), half.as_ref())
 }
 
+/// The number of inner functions of a triangle.
 fn inner(degree: usize) -> usize {
     continuous_functions(degree) - 3 * degree
 }
@@ -256,6 +263,7 @@ fn edge_rows(mesh: &PlanMesh, edge: usize, degree: usize) -> impl Iterator<Item 
     mesh.edges[edge].into_iter().chain(first..first + degree as u32 - 1)
 }
 
+/// Rows of the functions of a triangle: those of its corners, of its sides and of its inside.
 fn triangle_rows(mesh: &PlanMesh, t: usize, degree: usize) -> impl Iterator<Item = u32> + '_ {
     let points = mesh.points.len();
     let sides = mesh.sides[t].into_iter().flat_map(move |e| {

@@ -11,30 +11,35 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Rows per parallel task in the transforms to the modes and back.
+/// Rows per parallel task in the transforms to the modes and back. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const ROWS: usize = 128;
 
 /// The inverse on the product of a part of the plan and a part of the line.
 #[derive(Debug)]
 pub(super) struct Region<T> {
+    /// The system on the part of the plan.
     system: Arc<PlaneSystem>,
-    /// The part of the line.
+    /// The functions on the part of the line.
     window: Range<usize>,
-    /// The vectors of the modes, a row for each function of the window. Batches of [`LANES`] modes follow one another; the last one is
-    /// filled up with zeros.
+    /// The vectors of the modes, a row for each function of the window. Batches of [`LANES`] modes follow one
+    /// another; the last one is filled up with zeros.
     vectors: Vec<T>,
     /// The transpose of `vectors`.
     transposed: Vec<T>,
     batches: Vec<Batch<T>>,
     /// Factors by which the unknowns are multiplied before and after the solution.
     scaling: Scaling,
+    /// The couplings of the unknowns inside triangles.
     couplings: InnerUnknowns<T>,
 }
 
 /// Modes whose systems are solved side by side.
 #[derive(Debug)]
 struct Batch<T> {
+    /// The eigenvalue of each mode.
     lambda: Lane<T>,
+    /// The factors of A + lambda M for each mode.
     factor: LaneFactor<T>,
 }
 
@@ -48,6 +53,7 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
+    /// Multiplies the values of a row by its factors.
     fn apply<T: Real>(&self, row: usize, values: &mut [T]) {
         let factors = self.factors.get(row * self.pieces.len()..).unwrap_or(&[]);
         for (piece, factor) in self.pieces.iter().zip(factors) {
@@ -61,7 +67,9 @@ impl Scaling {
 /// allocation would cost as much as the solution.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
+    /// For each batch of modes the rows of all right-hand sides, for inverses in single precision.
     single: Vec<Vec<Lane<f32>>>,
+    /// The same arrays for inverses in double precision.
     double: Vec<Vec<Lane<f64>>>,
 }
 
@@ -208,8 +216,8 @@ pub(super) enum Inverse {
 }
 
 impl Inverse {
-    /// Computes the inverse in single precision, or in double precision where triangles are too flat for that; see [`Region::new`].
-    /// `None` if a matrix is not positive definite in double precision either.
+    /// Computes the inverse in single precision, or in double precision where triangles are too flat for
+    /// that; see [`Region::new`]. `None` if a matrix is not positive definite in double precision either.
     pub(super) fn new(
         system: PlaneSystem,
         numbering: &Numbering,

@@ -34,10 +34,12 @@ use elastocap_geometry::turn::Turn;
 use faer::Mat;
 use std::time::Instant;
 
-/// Size of a layer over the next larger one, in the plan and along the axis.
+/// Size of a layer over the next larger one, in the plan and along the axis. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const RATIO: f64 = 0.15;
 
-/// The relative error that integrals over bent triangles may have, for each conductor: see the tests of `elastocap_fem::triangle`.
+/// The relative error that integrals over bent triangles may have, for each conductor: see the tests of
+/// `elastocap_fem::triangle`.
 const INTEGRALS: f64 = 1e-10;
 
 /// The result of [`solve_extruded`](super::solve::solve_extruded).
@@ -49,13 +51,13 @@ pub struct ExtrudedSolution {
     pub turn: Option<Turn>,
     /// For each axis the mirror plane of the scene, if only one half was solved.
     pub planes: [Option<MirrorPlane>; 3],
-    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each conductor of the whole scene
-    /// the potential with 1 V on it and 0 V on all others: V, at the points of the mesh. Where the mesh of the bounds has too many
-    /// elements to be shown, it is a coarser one.
+    /// If [`Settings::field`] asks for it, the mesh of the part that was solved as tetrahedra, and for each
+    /// conductor of the whole scene the potential with 1 V on it and 0 V on all others: V, at the points of
+    /// the mesh. Where the mesh of the bounds has too many elements to be shown, it is a coarser one.
     pub field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
-/// Largest number of prisms in a mesh for a viewer.
+/// Largest number of prisms in a mesh for a viewer. Not tuned: it trades the size of a file for detail.
 const MAX_SHOWN: usize = 60_000;
 
 /// The distance at which rays to infinity begin for a tolerance, over the distance beyond which nothing
@@ -75,17 +77,21 @@ fn beginning_of_rays(tolerance: f64, contrast: f64, neutral: bool) -> f64 {
     far.clamp(1.5, 4e3)
 }
 
-/// Ratio of an error to the expected one above which the expectation counts as wrong.
+/// Ratio of an error to the expected one above which the expectation counts as wrong. Tuned:
+/// `benches/outlines.py`.
 const SURPRISE: f64 = 2.0;
 
-/// Ratio of an unexpected error to the tolerance above which edges of dielectrics may be its cause.
+/// Ratio of an unexpected error to the tolerance above which edges of dielectrics may be its cause. Tuned:
+/// `benches/outlines.py`.
 const FAR: f64 = 3.0;
 
 /// Largest ratio of the unknowns of the next mesh to those of one that cannot be solved.
 const SHRINKAGE: f64 = 0.7;
 
-/// How often open sides may be moved outward because finer meshes do not help, and by which factor.
+/// How often open sides may be moved outward because finer meshes do not help.
 const MAX_WIDENINGS: usize = 2;
+
+/// The factor by which open sides are moved outward.
 const WIDENING: f64 = 4.0;
 
 /// The results of one mesh.
@@ -94,37 +100,51 @@ struct MeshResult {
     unreduced: MatrixBounds,
     /// Bounds between the driven conductors: see [`Floating::reduced`].
     bounds: MatrixBounds,
+    /// Largest number of unknowns of both problems of a parity.
     unknowns: usize,
+    /// Largest number of iterations that a right-hand side took.
     iterations: usize,
     /// Whether the linear solver reached its goals.
     converged: bool,
+    /// Largest share of an energy by which the repair lowers it.
     repair_share: f64,
     /// The largest shares of an energy that the last functions of the axis carry, at edges and elsewhere: see
     /// [`Axis::last_functions`]. From upper bounds alone.
     last_along_axis: [f64; 2],
+    /// See [`ExtrudedSolution::field`]; `None` also where the mesh has too many elements to be shown.
     field: Option<(TetMesh, Vec<Vec<f64>>)>,
 }
 
+/// The state of a search.
 pub(super) struct Search<'a> {
     settings: &'a Settings,
     /// The layout of the part of the scene above the mirror planes.
     layout: Layout,
     plan: Plan,
-    /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to matter.
+    /// Where the axis is graded: at edges of conductors, and at those of dielectrics once these are known to
+    /// matter.
     axis_planes: Vec<Plane>,
+    /// Whether plan and axis are graded at edges of dielectrics too.
     at_dielectrics: bool,
-    /// Distance at which open sides end.
+    /// Distance from the origin at which open sides end, and rays begin if the scene is not confined; `None`
+    /// in a closed scene.
     radius: Option<f64>,
-    /// Whether the scene is confined and nothing but its conductors can hold charge.
+    /// Whether the scene is confined, none of its conductors is grounded, and nothing but they can hold
+    /// charge.
     neutral: bool,
+    /// How the scene was turned before, if it was.
     turn: Option<Turn>,
+    /// For each axis the mirror plane of the scene, if only one half is solved.
     pub(super) planes: [Option<MirrorPlane>; 3],
+    /// The parities with a field.
     pub(super) parities: Vec<Parity>,
     floating: Floating,
+    /// The largest over the smallest permittivity.
     contrast: f64,
     /// The largest relative change of any capacitance where faces that are far away were left out.
     left_out: f64,
     pub(super) seconds: PhaseSeconds,
+    /// The number of meshes solved on so far.
     meshes: usize,
     /// The part of the scene above the mirror planes.
     part: Scene,
@@ -135,7 +155,8 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Prepares the search for a scene that is extruded along `axis`; `turn` is how the scene was turned before, if it was.
+    /// Prepares the search for a scene that is extruded along `axis`; `turn` is how the scene was turned
+    /// before, if it was.
     pub(super) fn new(
         scene: &Scene,
         axis: usize,
@@ -203,7 +224,8 @@ impl<'a> Search<'a> {
         self.radius.filter(|_| !self.layout.is_confined())
     }
 
-    /// Moves open sides outward. Returns whether there are any, and a plan for the wider frame.
+    /// Moves open sides outward. Returns whether that was possible: whether there are open sides, and a plan
+    /// for the wider frame.
     fn widen(&mut self) -> bool {
         let Some(radius) = self.radius.map(|radius| WIDENING * radius) else { return false };
         let Ok(plan) = self.layout.plan(radius, self.at_dielectrics) else { return false };
@@ -254,7 +276,7 @@ impl<'a> Search<'a> {
         self.cheapest(expected, Some(least), max_unknowns)
     }
 
-    /// See [`Expectation::cheapest`].
+    /// The result of [`Expectation::cheapest`] for the tolerance and the axis of this scene.
     fn cheapest(
         &self,
         expected: &Expectation,
@@ -269,6 +291,7 @@ impl<'a> Search<'a> {
         expected.cheapest(share * self.settings.relative_tolerance, least, max_unknowns, functions)
     }
 
+    /// The elements of the axis on a mesh.
     pub(super) fn axis(&self, level: Level) -> Axis {
         let radius = self.radius.unwrap_or(1.0);
         let ends = self.layout.axis_walls.map(|wall| match wall {
@@ -286,12 +309,14 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The triangles of the plan on a mesh.
     pub(super) fn mesh(&self, level: Level) -> PlanMesh {
         let layers = Layers { corners: level.layers, edges: level.strips, ratio: RATIO };
         PlanMesh::new(&self.plan, layers)
     }
 
-    /// Both bounds on one mesh, or the upper one alone.
+    /// Both bounds on one mesh, or the upper one alone. The linear solver stops when its error is about
+    /// `share` of the energy.
     fn on_mesh(&mut self, level: Level, share: f64, lower_too: bool) -> Result<MeshResult, SolveError> {
         let begin = Instant::now();
         self.meshes += 1;
@@ -314,8 +339,8 @@ impl<'a> Search<'a> {
             last_along_axis: [0.0; 2],
             field: None,
         };
-        let wanted = self.settings.field && prisms(&mesh, &axis) <= MAX_SHOWN;
-        let shown = wanted.then(|| tetrahedra(&self.part, &self.layout, &mesh, &axis));
+        let is_shown = self.settings.field && prisms(&mesh, &axis) <= MAX_SHOWN;
+        let shown = is_shown.then(|| tetrahedra(&self.part, &self.layout, &mesh, &axis));
         let mut potentials_shown = vec![vec![0.0; shown.as_ref().map_or(0, |(_, places)| places.len())]; n];
 
         let copies = f64::from(1_u32 << self.planes.iter().flatten().count());
@@ -333,7 +358,7 @@ impl<'a> Search<'a> {
             }
             let open = open_sides(self.layout.is_confined());
             let axes = open.map(|open| Axis { walls: with_open_sides(axis.walls, open), ..axis.clone() });
-            let [above, below] = [0, 1].map(|problem| Problem {
+            let [upper_problem, lower_problem] = [0, 1].map(|problem| Problem {
                 mesh: &mesh,
                 axis: &axes[problem],
                 walls: walls.map(|pair| with_open_sides(pair, open[problem])),
@@ -345,8 +370,8 @@ impl<'a> Search<'a> {
                 .map(|s| parity.side.iter().map(|side| f64::from(u8::from(*side == Some(s)))).collect())
                 .collect();
             let (upper, lower) = rayon::join(
-                || above.upper(&potentials, share),
-                || lower_too.then(|| below.lower(&potentials, share)).transpose(),
+                || upper_problem.upper(&potentials, share),
+                || lower_too.then(|| lower_problem.lower(&potentials, share)).transpose(),
             );
             let ((upper, primal, solutions), lower) = (upper?, lower?);
             if !lower_too {
@@ -365,14 +390,14 @@ impl<'a> Search<'a> {
                 for (c, sum) in potentials_shown.iter_mut().enumerate() {
                     let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == c))).collect();
                     for (v, u) in parity.of(&unit).zip(&solutions).filter(|(v, _)| *v != 0.0) {
-                        let values = places.iter().map(|place| v * primal.at(u, *place, &vertices));
+                        let values = places.iter().map(|place| v * primal.value_at(u, *place, &vertices));
                         sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
                     }
                 }
             }
             result.unreduced.upper += faer::Scale(scale) * parity.form_of_conductors(&upper.matrix);
-            let below = lower.as_ref().unwrap_or(&upper);
-            result.unreduced.lower += faer::Scale(scale) * parity.form_of_conductors(&below.matrix);
+            let lower_or_upper = lower.as_ref().unwrap_or(&upper);
+            result.unreduced.lower += faer::Scale(scale) * parity.form_of_conductors(&lower_or_upper.matrix);
             self.seconds.setup += upper.seconds[0];
             self.seconds.primal += upper.seconds[1];
             result.note(&upper, lower.as_ref());
@@ -420,12 +445,14 @@ impl<'a> Search<'a> {
         {
             return relative(a, b);
         }
-        let m = |result: &MeshResult, i: usize| result.bounds.upper[(i, i)];
+        let diagonal = |result: &MeshResult, i: usize| result.bounds.upper[(i, i)];
         let rows = target.rows(now.bounds.upper.nrows()).into_iter();
-        rows.map(|i| relative(m(before, i), m(now, i))).fold(0.0, f64::max) * self.amplification(now)
+        rows.map(|i| relative(diagonal(before, i), diagonal(now, i))).fold(0.0, f64::max)
+            * self.amplification(now)
     }
 
-    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies it follows from.
+    /// The largest ratio between the relative error of the target, or of an entry, and that of the energies
+    /// it follows from.
     fn amplification(&self, result: &MeshResult) -> f64 {
         let m = &result.bounds.upper;
         let target = self.settings.target;
@@ -487,6 +514,7 @@ impl<'a> Search<'a> {
         Ok(Expectation::new(gained, triangles, self.layout.has_sheets()))
     }
 
+    /// Searches until the tolerance is met, or no other mesh is expected to help.
     pub(super) fn run(mut self) -> Result<ExtrudedSolution, SolveError> {
         let tolerance = self.settings.relative_tolerance;
         if let Some(ResolutionLevel { order, levels }) = self.settings.resolution {
@@ -509,7 +537,8 @@ impl<'a> Search<'a> {
                 Err(SolveError::Cancelled) if best.is_some() => {
                     return self.finish(best, Some(Shortfall::Stopped));
                 }
-                // The finest mesh that fits, and whose triangles are not too flat for double precision.
+                // The search is for the finest mesh that fits and whose triangles are not too flat for double
+                // precision.
                 Err(
                     error @ (SolveError::TooLarge { .. }
                     | SolveError::Eigenvalues
@@ -567,6 +596,7 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The solution from the best mesh: its spread, its results and its level.
     fn finish(
         self,
         best: Option<(f64, MeshResult, Level)>,
@@ -610,6 +640,7 @@ impl<'a> Search<'a> {
 }
 
 impl MeshResult {
+    /// Takes account of the problems of one parity.
     fn note(&mut self, upper: &Energies, lower: Option<&Energies>) {
         self.unknowns = self.unknowns.max(upper.unknowns + lower.map_or(0, |l| l.unknowns));
         self.converged &= upper.converged && lower.is_none_or(|l| l.converged);

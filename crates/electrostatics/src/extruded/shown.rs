@@ -7,13 +7,15 @@ use elastocap_geometry::meshing::tets::{TetMesh, determinant};
 use elastocap_geometry::scene::{Filling, Scene, across};
 use std::collections::HashMap;
 
-/// Where the points of a mesh of tetrahedra are in the plan and along the axis, by the numbers of the points there.
+/// For each point of a mesh of tetrahedra the number of the point of the plan and of the node of the line at
+/// which it is.
 pub(super) type Places = Vec<(u32, u32)>;
 
-/// The prisms over the triangles, each as three tetrahedra, without those in conductors; `part` is the scene that was laid out.
+/// The prisms over the triangles, each as three tetrahedra, without those in conductors; `part` is the scene
+/// that was laid out.
 pub(super) fn tetrahedra(part: &Scene, layout: &Layout, mesh: &PlanMesh, axis: &Axis) -> (TetMesh, Places) {
     let [p, q] = across(layout.axis);
-    let at = |x: f64, a: usize| {
+    let coordinate = |x: f64, a: usize| {
         let place = layout.origin[a] + layout.unit * x;
         // Mirror planes are met to the last bit.
         let near =
@@ -32,8 +34,8 @@ pub(super) fn tetrahedra(part: &Scene, layout: &Layout, mesh: &PlanMesh, axis: &
         for m in (0..axis.intervals()).filter(|&m| column.conductor[m].is_none()) {
             let nodes = &axis.line.nodes[axis.cuts[m]..=axis.cuts[m + 1]];
             let mut point = [0.0; 3];
-            (point[p], point[q]) = (at(middle[0], p), at(middle[1], q));
-            point[layout.axis] = at(0.5 * (nodes[0] + nodes[nodes.len() - 1]), layout.axis);
+            (point[p], point[q]) = (coordinate(middle[0], p), coordinate(middle[1], q));
+            point[layout.axis] = coordinate(0.5 * (nodes[0] + nodes[nodes.len() - 1]), layout.axis);
             let region = match lookup.body_at(point) {
                 Filling::Dielectric(d) => d.index as u32 + 1,
                 Filling::Background | Filling::Conductor(_) => 0,
@@ -44,15 +46,16 @@ pub(super) fn tetrahedra(part: &Scene, layout: &Layout, mesh: &PlanMesh, axis: &
                         *numbers.entry((corner, node)).or_insert_with(|| {
                             let plan = mesh.points[corner as usize];
                             let mut point = [0.0; 3];
-                            (point[p], point[q]) = (at(plan[0], p), at(plan[1], q));
-                            point[layout.axis] = at(axis.line.nodes[node as usize], layout.axis);
+                            (point[p], point[q]) = (coordinate(plan[0], p), coordinate(plan[1], q));
+                            point[layout.axis] = coordinate(axis.line.nodes[node as usize], layout.axis);
                             out.points.push(point);
                             places.push((corner, node));
                             places.len() as u32 - 1
                         })
                     })
                 });
-                // Corners ascend in every triangle, so that neighbours cut their common face along the same diagonal.
+                // Corners ascend in every triangle, so that neighbours cut their common face along the same
+                // diagonal.
                 let [[a, b, c], [d, e, f]] = ends;
                 for tet in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
                     let corners = tet.map(|p| out.points[p as usize]);

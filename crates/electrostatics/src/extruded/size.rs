@@ -10,11 +10,12 @@ pub(super) struct Size {
     pub unknowns: usize,
     /// Entries of the factors of one mode of the whole plan, both problems.
     entries: f64,
-    /// Functions of the line.
+    /// Number of functions of the line, which is that of the modes.
     modes: usize,
 }
 
 impl Size {
+    /// The size of the problems of a degree on a mesh.
     pub(super) fn of(mesh: &PlanMesh, axis: &Axis, degree: usize) -> Self {
         let (points, edges, triangles) = (mesh.points.len(), mesh.edges.len(), mesh.triangles.len());
         let modes = axis.functions().len();
@@ -29,7 +30,8 @@ impl Size {
 
     /// Peak memory in bytes for a number of right-hand sides.
     pub(super) fn memory(&self, right_hand_sides: usize) -> u64 {
-        // Vectors of the iterations, then factors in single precision for some regions and in double precision for the repair.
+        // Vectors of the iterations, then factors in single precision for some regions and in double
+        // precision for the repair.
         let batch = right_hand_sides.clamp(1, BATCH_SIZE);
         let vectors = (30 + 24 * right_hand_sides + 70 * batch) * self.unknowns;
         let factors = self.entries * (self.modes + 8) as f64 * (4.0 * 2.0 + 8.0);

@@ -14,22 +14,26 @@ use elastocap_geometry::turn::{Turn, to_mirror_planes};
 use std::borrow::Cow;
 use std::time::Instant;
 
-/// Seconds per unknown and right-hand side on two cores.
+/// Seconds per unknown and right-hand side on two cores. Measured: `benches/forecast.py`.
 const SECONDS: f64 = 1.0e-6;
 
-/// Largest sum of unknowns times right-hand sides of the first meshes, and largest memory in bytes, with
-/// which they are solved for a forecast: that takes some seconds.
+/// Largest sum over the first meshes of unknowns times right-hand sides with which they are solved for a
+/// forecast, which takes some seconds. Not tuned: what `check` may take.
 const MAX_EXPLORED: f64 = 3e6;
+
+/// Largest memory, bytes, with which the first meshes are solved for a forecast. Not tuned: what `check` may
+/// take.
 const MAX_EXPLORED_BYTES: u64 = 400 << 20;
 
 /// Approximate ratio of the unknowns of the last mesh to those of the finest of the first ones at a relative
 /// tolerance of 1e-3, and the power of the inverse tolerance that it grows with. Two discs and a star on a
 /// board take 0.8 and 0.2 times as many at 2e-2, 10 and 4 times at 1e-3, and the star 13 times at 1e-4.
+/// Measured: `benches/forecast.py`.
 const USUAL_GROWTH: (f64, f64) = (10.0, 0.75);
 
-/// The axis along which the bodies of a scene are outlines pulled: one to which all sheets are normal, if there is such an axis; of those
-/// the one along which the fewest conductors begin or end, and of several the one along which they reach farthest. `None` if there is
-/// none.
+/// The axis along which the bodies of a scene are outlines pulled; `None` if there is none. Of several such
+/// axes it is one to which all sheets are normal, if possible; of those, the one with the fewest planes at
+/// which conductors begin or end; and of those, the one along which the conductors reach farthest.
 pub fn extrusion_axis(scene: &Scene) -> Option<usize> {
     let hull = scene.conductors().filter_map(|c| c.body.bounds()).reduce(|a, b| a.union(&b))?;
     let layouts = (0..3).filter_map(|axis| Some((axis, Layout::new(scene, axis)?)));
@@ -75,22 +79,24 @@ fn corners(scene: &Scene) -> usize {
     scene.conductor_parts().map(|(_, shape)| count(shape)).sum()
 }
 
-/// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on tetrahedra: with 32 (a pad and
-/// a disc on a board) it takes two thirds of the time, with 234 (a spiral under a round pad) seven times as long.
+/// Sides of triangles along which conductors end, in a scene that is solved faster as extruded than on
+/// tetrahedra: with 32 (a pad and a disc on a board) it takes two thirds of the time, with 234 (a spiral
+/// under a round pad) seven times as long. Measured: `elastocap run cases/spiral.toml` with `solver =
+/// "extruded"` and without it.
 const MAX_EDGES: usize = 100;
 
 /// Smallest growth that a rough forecast of memory allows for: a random scene to 1e-2 took five times the
-/// forecast of [`USUAL_GROWTH`].
+/// forecast of [`USUAL_GROWTH`]. Measured: `benches/forecast.py --drawn 200`.
 const MIN_GROWTH_OF_MEMORY: f64 = 8.0;
 
-/// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random scenes in docs/forecasts.md took 1.45
-/// times as much.
+/// Safety factor on the memory of the mesh that is expected to be the last one; the worst of the random
+/// scenes took 1.45 times as much. Measured: `benches/forecast.py --drawn 200`.
 const SPARE: f64 = 1.7;
 
 /// Forecasts unknowns, memory and time of [`solve_extruded()`] from its first meshes.
 ///
 /// # Errors
-/// As [`solve_extruded()`].
+/// Those of [`solve_extruded()`].
 pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast, SolveError> {
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
     let explore = Settings { field: false, ..settings.clone() };
@@ -130,13 +136,14 @@ pub fn forecast_extruded(scene: &Scene, settings: &Settings) -> Result<Forecast,
     })
 }
 
-/// Solves for the Maxwell capacitance matrix of a scene of outlines that are pulled along one axis, with proved bounds. Where the
-/// tolerance cannot be reached, [`shortfall`](crate::Solution::shortfall) says why.
+/// Solves for the Maxwell capacitance matrix of a scene of outlines that are pulled along one axis, with
+/// proved bounds. Where the tolerance cannot be reached, [`shortfall`](crate::Solution::shortfall) says why.
 ///
 /// Outlines may differ from slab to slab; conductors may have no thickness along the axis.
 ///
 /// # Errors
-/// A scene of other bodies; a mesh whose matrices cannot be factorised or do not fit the memory; a request to stop.
+/// If the scene has other bodies, if the matrices of a mesh cannot be factorised or do not fit the memory, if
+/// a stop is requested before there are bounds, or if proved bounds contradict each other.
 pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolution, SolveError> {
     let begin = Instant::now();
     let axis = extrusion_axis(scene).ok_or(SolveError::NotExtruded)?;
@@ -148,6 +155,6 @@ pub fn solve_extruded(scene: &Scene, settings: &Settings) -> Result<ExtrudedSolu
 
 /// The scene, turned about the axis where that gives it more mirror planes.
 fn turned(scene: &Scene, axis: usize, symmetry: bool) -> (Option<Turn>, Cow<'_, Scene>) {
-    let found = if symmetry { to_mirror_planes(scene, axis) } else { None };
-    found.map_or((None, Cow::Borrowed(scene)), |(turn, scene)| (Some(turn), Cow::Owned(scene)))
+    let better = if symmetry { to_mirror_planes(scene, axis) } else { None };
+    better.map_or((None, Cow::Borrowed(scene)), |(turn, scene)| (Some(turn), Cow::Owned(scene)))
 }

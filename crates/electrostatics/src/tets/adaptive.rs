@@ -1,10 +1,13 @@
-//! The adaptive solver on tetrahedra, for scenes of any shape: solve, bound, refine where the bounds differ most.
+//! The adaptive solver on tetrahedra, for scenes of any shape: solve, bound, refine where the bounds differ
+//! most.
 //!
-//! On each mesh the potentials give the upper bound ([`crate::tets::potentials`]) and fluxes made from them the lower one
-//! ([`crate::tets::flux`]). The gap between the two is a sum over tetrahedra. They are bisected so that all hold equally much of it
-//! ([`Refinement`]). This is repeated until the tolerance is met or the next mesh would not fit into memory.
+//! On each mesh the potentials give the upper bound ([`crate::tets::potentials`]) and fluxes made from them
+//! the lower one ([`crate::tets::flux`]). The gap between the two is a sum over tetrahedra. They are bisected
+//! so that all of them hold equally much of the gap ([`Refinement`]). This is repeated until the tolerance is
+//! met or the next mesh would not fit into memory.
 //!
-//! One part of a symmetric scene is solved once for each parity of potentials ([`crate::tets::parity`]), on one mesh.
+//! One part of a symmetric scene is solved once for each parity of potentials ([`crate::tets::parity`]), on
+//! one mesh.
 
 use crate::consistency::contradiction;
 use crate::error::SolveError;
@@ -18,15 +21,17 @@ use elastocap_geometry::meshing::tets::{Bisected, TetMesh};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be solved.
+/// Largest spread at which the bounds of a coarser mesh are still worth reporting if a finer mesh cannot be
+/// solved. Not tuned: a choice of what is still worth reporting.
 const MAX_USEFUL_SPREAD: f64 = 0.3;
 
-/// Solves for the Maxwell capacitance matrix of a mesh's conductors with proved bounds, refining the mesh until they meet the
-/// tolerance. Where they cannot, [`Solution::shortfall`] says why.
+/// Solves for the Maxwell capacitance matrix of a mesh's conductors with proved bounds, refining the mesh
+/// until they meet the tolerance. Where they cannot, [`Solution::shortfall`] says why.
 ///
 /// # Errors
 ///
-/// A mesh that is not what [`TetMesh`] promises, a linear solver that fails on the first meshes, a request to stop.
+/// If the mesh is not what [`TetMesh`] promises, if the solve fails or is stopped before there are useful
+/// bounds, or if proved bounds contradict each other.
 pub fn solve_mesh(
     mesh: TetMesh,
     scene: MeshScene<'_>,

@@ -13,45 +13,60 @@ use crate::tets::spread::spread;
 use elastocap_geometry::meshing::tets::TetMesh;
 
 /// Largest number of tetrahedra of a mesh that is solved for a forecast, unless the initial mesh has more.
+/// Measured: `benches/forecast.py`.
 const MAX_FORECAST_TETRAHEDRA: usize = 20_000;
 
-/// Largest forecast of processor seconds and bytes for solving the initial mesh.
+/// Largest processor time, seconds, with which the initial mesh is solved for a forecast. Not tuned: what
+/// `check` may take.
 const MAX_SECONDS: f64 = 3.0;
+
+/// Largest memory, bytes, with which the initial mesh is solved for a forecast. Not tuned: what `check` may
+/// take.
 const MAX_BYTES: u64 = 120 << 20;
 
-/// Approximate spread on an initial mesh that is not solved, and unknowns per tetrahedron for each order.
+/// Approximate spread on an initial mesh that is not solved. Measured: `benches/forecast.py --drawn 200`.
 const ROUGH_SPREAD: f64 = 0.4;
+
+/// For each order, unknowns per tetrahedron. Measured: `benches/forecast.py --drawn 200`.
 const UNKNOWNS: [f64; 3] = [0.2, 1.4, 4.7];
 
-/// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast.
+/// Tetrahedra of the initial mesh of a scene that could not be meshed for a forecast. Measured:
+/// `benches/forecast.py --drawn 200`.
 const ROUGH_TETRAHEDRA: usize = 200_000;
 
-/// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the last one.
+/// For each order, the power of the number of unknowns with which the spread falls from a small mesh to the
+/// last one. Measured: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const RATE: [f64; 3] = [0.65, 1.2, 1.2];
 
-/// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two cores.
+/// For each order, seconds per unknown of the last mesh, for all meshes with one right-hand side, on two
+/// cores. Measured: `benches/forecast.py`.
 const PACE: [f64; 3] = [3e-5, 2.7e-5, 8e-5];
 
-/// Time of each further right-hand side over that of the first.
+/// Time of each further right-hand side over that of the first. Measured: `benches/forecast.py`.
 const FURTHER_SIDE: f64 = 0.25;
 
 /// Factor on the unknowns from the usual rate where a small mesh does not reach the tolerance: 0.7 to 2.7
-/// times as many were needed (docs/forecasts.md), most where edges have yet to be resolved.
+/// times as many were needed (`benches/forecast.py --drawn`), most where edges have yet to be resolved.
+/// Measured: `benches/forecast.py`.
 const UNRESOLVED: f64 = 1.4;
 
-/// Safety factor on a forecast of memory, another one on the limit that the solver keeps to, and the memory
-/// of the program without a mesh, bytes; see docs/forecasts.md for the scenes behind these numbers.
+/// Safety factor on a forecast of memory. Measured: `benches/forecast.py --drawn 200`.
 const SPARE: f64 = 2.0;
+
+/// Safety factor on the limit of memory that the solver keeps to. Measured: `benches/forecast.py --drawn
+/// 200`.
 const SPARE_OF_LIMIT: f64 = 1.25;
+
+/// The memory of the program without a mesh, bytes. Measured: `benches/forecast.py --drawn 200`.
 const PROGRAM: u64 = 36 << 20;
 
-/// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and extrapolates the spread from
-/// there at the rate that is usual for the order. The estimate is within a factor of about two for scenes whose edges the small
-/// mesh resolves.
+/// Forecasts unknowns, memory and time of [`solve_mesh()`]. It solves as far as a small mesh goes and
+/// extrapolates the spread from there at the rate that is usual for the order. The estimate is within a
+/// factor of about two for scenes whose edges the small mesh resolves.
 ///
 /// # Errors
 ///
-/// The errors of [`solve_mesh()`].
+/// Those of [`solve_mesh()`].
 pub fn forecast_mesh(
     mesh: TetMesh,
     scene: MeshScene<'_>,
@@ -78,15 +93,16 @@ pub fn forecast_mesh(
         ..settings.clone()
     };
     let MeshSolution { mesh, solution, .. } = solve_mesh(mesh, scene, &small)?;
+    // With zeros, no entry counts as negligible.
     let alone = vec![0.0; n];
     let pair = solution.two_terminal.as_ref();
     let error = spread(&solution.maxwell, pair, solution.measured.as_ref(), &alone, settings).error;
-    let far = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
+    let excess = if solution.reached { 1.0 } else { (error / settings.relative_tolerance).max(1.0) };
     let memory = |growth: f64| memory_of((mesh.tets.len() as f64 * growth) as usize, &parities, settings);
     // The solver makes no mesh that would not fit into memory.
     let max_growth = (settings.memory_limit as f64 / memory(1.0).max(1) as f64).max(1.0);
     let unresolved = if solution.reached { 1.0 } else { UNRESOLVED };
-    let growth = (unresolved * far.powf(1.0 / RATE[order])).min(max_growth);
+    let growth = (unresolved * excess.powf(1.0 / RATE[order])).min(max_growth);
     let unknowns = (solution.unknowns as f64 * growth) as usize;
     // There is one matrix per parity; the whole scene would have a single one.
     let time = |matrices: usize, sides: usize| seconds_for(unknowns as f64, order, matrices, sides);

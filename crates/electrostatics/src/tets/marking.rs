@@ -8,12 +8,12 @@ use faer::Mat;
 pub(super) struct State {
     /// The potentials of all conductors, or the shares of all right-hand sides, V.
     pub(super) potentials: Vec<f64>,
-    /// The energy form V . C V, F V^2.
+    /// Twice the energy, V . C V, F V^2.
     pub(super) energy: f64,
 }
 
-/// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones and no charge on the
-/// floating ones.
+/// For each of these rows of the driven conductors, the state with 1 V on it, 0 V on the other driven ones
+/// and no charge on the floating ones.
 pub(super) fn states(floating: &Floating, bounds: &MatrixBounds, rows: &[usize]) -> Vec<State> {
     let driven = floating.driven.len();
     let uncharged = vec![0.0; floating.floating.len()];
@@ -32,29 +32,36 @@ pub(super) fn states(floating: &Floating, bounds: &MatrixBounds, rows: &[usize])
 }
 
 /// Share of a tetrahedron's gap that is left after 0 to 3 bisections, those of its neighbours included, as
-/// measured at edges (three halve all edges in most cases).
+/// measured at edges (three halve all edges in most cases). Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const LEFT: [f64; 4] = [1.0, 0.45, 0.3, 0.15];
 
-/// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two halves.
+/// A tetrahedron is bisected once more where its gap is this many times larger: half of it is left, on two
+/// halves.
 const ONCE_MORE: f64 = 4.0;
 
-/// Gaps that differ by less than this factor are treated as equal, so that few limits have to be tried.
+/// Gaps that differ by less than this factor are treated as equal, so that few limits have to be tried. It is
+/// not tuned.
 const STEP: f64 = 1.1;
 
-/// Ratio of the smallest gap that matters to the largest.
+/// Ratio of the smallest gap that matters to the largest. Not tuned: a limit that ordinary cases do not
+/// reach.
 const RANGE: f64 = 1e-12;
 
 /// How much of the gap each tetrahedron holds.
 pub(super) struct Gaps {
-    /// Relative to the energy, summed over all states.
+    /// The gap of each tetrahedron relative to the energy, summed over all states.
     of_tets: Vec<f64>,
+    /// The sum of these gaps.
     total: f64,
+    /// The largest of these gaps.
     largest: f64,
 }
 
 impl Gaps {
-    /// `states` are sums of right-hand sides, for each of which `gaps` has what each tetrahedron holds. The root of the local gap of
-    /// a state is at most the sum of the roots of theirs (the gap is a squared norm).
+    /// `states` are sums of right-hand sides, for each of which `gaps` has what each tetrahedron holds. The
+    /// root of the local gap of a state is at most the sum of the roots of theirs (the gap is a squared
+    /// norm).
     pub(super) fn new(states: &[State], gaps: &[&[f64]]) -> Self {
         let mut of_tets: Vec<f64> = vec![0.0; gaps.first().map_or(0, |gap| gap.len())];
         for State { potentials, energy } in states.iter().filter(|state| state.energy > 0.0) {
@@ -79,29 +86,32 @@ impl Gaps {
         above(0) + above(1) + above(2)
     }
 
-    /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it takes to leave this share
-    /// of the whole gap by forecast, but with no more tetrahedra than `growth` allows.
+    /// How often to bisect each tetrahedron, so that the gaps of all parts are of one size: as often as it
+    /// takes to leave this share of the whole gap by forecast, but with hardly more tetrahedra than `growth`
+    /// allows.
     pub(super) fn bisected_to(&self, share: f64, growth: &Growth) -> Bisections {
+        // For each class of gaps of about one size, by descending size, their number and their sum.
         let mut sizes: Vec<(usize, f64)> = Vec::new();
-        let place = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
+        let class = |gap: f64| ((self.largest / gap).ln() / STEP.ln()) as usize;
         for &gap in self.of_tets.iter().filter(|gap| **gap > RANGE * self.largest) {
-            let place = place(gap);
-            if sizes.len() <= place {
-                sizes.resize(place + 1, (0, 0.0));
+            let class = class(gap);
+            if sizes.len() <= class {
+                sizes.resize(class + 1, (0, 0.0));
             }
-            sizes[place].0 += 1;
-            sizes[place].1 += gap;
+            sizes[class].0 += 1;
+            sizes[class].1 += gap;
         }
-        // Each of the smallest may be bisected as often as any.
-        let places = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
-        let middle = |place: usize| self.largest * STEP.powf(-(place as f64) - 0.5);
-        // The limit and the remaining share of the finest mesh that is allowed as one of several.
+        // Limits descend so far that even the smallest gap may be bisected three times.
+        let classes = sizes.len() + (ONCE_MORE.powi(3).ln() / STEP.ln()) as usize;
+        let middle = |class: usize| self.largest * STEP.powf(-(class as f64) - 0.5);
+        // Limits, each with the share of the gap that it leaves: the first one whose mesh grows beyond
+        // `growth.usual`, and the first one that leaves no more than `share`.
         let mut usual = None;
         let mut last = None;
-        for limit in (1..=places).map(|places| self.largest * STEP.powi(-(places as i32))) {
+        for limit in (1..=classes).map(|class| self.largest * STEP.powi(-(class as i32))) {
             let (mut left, mut more) = (self.total, 0.0);
-            for (place, (count, gap)) in sizes.iter().enumerate() {
-                let times = Self::bisections(middle(place), limit);
+            for (class, (count, gap)) in sizes.iter().enumerate() {
+                let times = Self::bisections(middle(class), limit);
                 left -= (1.0 - LEFT[usize::from(times)]) * gap;
                 more += (f64::from(1_u32 << times) - 1.0) * *count as f64;
             }
@@ -117,15 +127,15 @@ impl Gaps {
                 break;
             }
         }
-        // If that is not enough, all gaps that matter.
+        // If no limit does either, all gaps that matter are divided.
         let (limit, left) = last.or(usual).unwrap_or((RANGE * self.largest, LEFT[3]));
         let times = self.of_tets.iter().map(|&gap| Self::bisections(gap, limit)).collect();
         Bisections { times, left }
     }
 }
 
-/// Largest ratios of the tetrahedra of a mesh to those of the mesh before, without the bisections for
-/// conformity.
+/// Ratios of the tetrahedra of a mesh to those of the mesh before at which a mesh counts as fine enough,
+/// without the bisections for conformity.
 pub(super) struct Growth {
     /// Where further meshes follow: gaps on a coarse mesh say little about where a much finer one should be
     /// fine.

@@ -50,7 +50,8 @@ impl MeshScene<'_> {
 pub struct MeshSolution {
     /// The mesh as refined.
     pub mesh: TetMesh,
-    /// For each conductor of the whole scene, the potential with 1 V on it and 0 V on all others: V, at the points of the mesh.
+    /// For each conductor of the whole scene, the potential with 1 V on it and 0 V on all others: V, at the
+    /// points of the mesh.
     pub potentials: Vec<Vec<f64>>,
     /// The capacitances. Their bounds are proved for the bodies as the mesh has them, with flat faces.
     pub solution: Solution,

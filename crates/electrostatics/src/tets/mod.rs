@@ -1,4 +1,5 @@
-//! Laplace's equation on tetrahedra: potentials for the upper bound, fluxes for the lower bound, and adaptive refinement.
+//! Laplace's equation on tetrahedra: potentials for the upper bound, fluxes for the lower bound, and adaptive
+//! refinement.
 
 pub(crate) mod adaptive;
 pub(crate) mod flux;

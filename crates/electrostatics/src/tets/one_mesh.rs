@@ -21,15 +21,18 @@ use elastocap_geometry::meshing::tets::TetMesh;
 use faer::Mat;
 use std::time::Instant;
 
-/// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual is charge that the
-/// fluxes must carry to a conductor, which costs more energy than the error of the potential itself.
+/// Error of the linear solver over the energy, as a share of the tolerance. It is small because the residual
+/// is charge that the fluxes must carry to a conductor, which costs more energy than the error of the
+/// potential itself. Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const ITERATION: f64 = 1e-5;
 
-/// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand side.
+/// Bytes per tetrahedron for each order: for matrices, multigrid and flux moments, and for each right-hand
+/// side. Measured: `benches/forecast.py`.
 pub(super) const BYTES: [(u64, u64); 3] = [(1_000, 200), (1_800, 400), (8_000, 1_500)];
 
 /// The results on the mesh before the last refinement.
 pub(super) struct Coarser {
+    /// The mesh and the capacitances on it.
     pub(super) solved: MeshSolution,
     /// The potentials of each parity with a field.
     pub(super) potentials: Vec<CoarserPotentials>,
@@ -54,7 +57,7 @@ pub(super) struct Task<'a> {
     pub(super) parities: Vec<Parity>,
     /// The parity without a field, if there is one.
     constant: Vec<Parity>,
-    /// Farad per metre of the energies on the mesh: the mirrored copies count too.
+    /// The factor, F/m, from energies on the mesh to those of the whole scene in farads.
     scale: f64,
 }
 
@@ -68,10 +71,12 @@ pub(super) struct MeshBounds {
     pub(super) two_terminal: Option<Bounded>,
     /// The capacitance that the target names, F.
     pub(super) measured: Option<Bounded>,
+    /// How far apart the bounds on the target are.
     pub(super) spread: Spread,
 }
 
 impl<'a> Task<'a> {
+    /// The data for the meshes that begin with `mesh`.
     pub(super) fn new(mesh: &TetMesh, scene: MeshScene<'a>, settings: &'a TetrahedraSettings) -> Self {
         let floating = Floating::of(scene.potentials);
         let parities = parities(mesh, scene.planes, scene.potentials);
@@ -121,7 +126,7 @@ impl<'a> Task<'a> {
         let share = (ITERATION * settings.relative_tolerance).min(1e-6);
         let potential_settings =
             PotentialSettings { order: settings.order, share, cancel: settings.cancel.as_deref() };
-        let one = |(k, parity): (usize, &Parity)| {
+        let solve_parity = |(k, parity): (usize, &Parity)| {
             let begin = Instant::now();
             let mesh = mesh_of(parity, mesh);
             let problem = PotentialProblem { mesh: &mesh, permittivity, conductors: parity.sides() };
@@ -141,7 +146,7 @@ impl<'a> Task<'a> {
             seconds.dual += begin.elapsed().as_secs_f64();
             Ok(SolvedParity { potentials, flux: flux? })
         };
-        self.parities.iter().enumerate().map(one).collect()
+        self.parities.iter().enumerate().map(solve_parity).collect()
     }
 
     /// Bounds from the potentials and the fluxes on one mesh.
@@ -169,7 +174,7 @@ impl<'a> Task<'a> {
     pub(super) fn potentials(&self, solved: &[SolvedParity], points: usize) -> Vec<Vec<f64>> {
         let n = self.scene.potentials.len();
         let unit = |c: usize| (0..n).map(|k| f64::from(u8::from(k == c))).collect::<Vec<f64>>();
-        let one = |c: usize| {
+        let of_conductor = |c: usize| {
             let unit = unit(c);
             let constant: f64 = self.constant.iter().flat_map(|parity| parity.of(&unit)).sum();
             let mut sum = vec![constant; points];
@@ -180,10 +185,11 @@ impl<'a> Task<'a> {
             }
             sum
         };
-        (0..n).map(one).collect()
+        (0..n).map(of_conductor).collect()
     }
 
-    /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their bounds are.
+    /// The capacitances that follow from bounds on the matrix of all conductors, and how far apart their
+    /// bounds are.
     fn reduced(&self, bounds: MatrixBounds) -> MeshBounds {
         let reduced = self.floating.reduced(&bounds);
         let (maxwell, two_terminal) = (reduced.entries(), reduced.two_terminal());
@@ -194,7 +200,8 @@ impl<'a> Task<'a> {
         MeshBounds { unreduced: bounds, maxwell, two_terminal, measured, spread }
     }
 
-    /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors themselves.
+    /// The form that rounding of the bounds is a share of: the right-hand sides are the conductors
+    /// themselves.
     fn rounding_scale(&self, bounds: &MatrixBounds) -> Mat<f64> {
         let n = bounds.upper.nrows();
         rounding_scale(&Mat::identity(n, n), &bounds.upper)
@@ -206,7 +213,8 @@ impl<'a> Task<'a> {
         self.reduced(bounds.upper_with_rounding(&self.rounding_scale(bounds), factor)).spread.error
     }
 
-    /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies beyond the mesh.
+    /// The part of the gap between the bounds in each tetrahedron, and the share of the spread that lies
+    /// beyond the mesh.
     pub(super) fn gaps(&self, solved: &[SolvedParity], bounds: &MatrixBounds) -> (Gaps, f64) {
         let rows = self.settings.target.rows(self.floating.driven.len());
         let states = states(&self.floating, bounds, &rows);
@@ -216,14 +224,15 @@ impl<'a> Task<'a> {
         };
         let on_sides: Vec<State> = states.iter().map(on_sides).collect();
         let gaps: Vec<&[f64]> =
-            solved.iter().flat_map(|one| one.flux.gaps.iter().map(Vec::as_slice)).collect();
+            solved.iter().flat_map(|parity| parity.flux.gaps.iter().map(Vec::as_slice)).collect();
         let mut gap = Mat::zeros(bounds.upper.nrows(), bounds.upper.nrows());
-        for (parity, one) in self.parities.iter().zip(solved) {
-            gap += parity.form_of_conductors(&one.flux.gap);
+        for (parity, SolvedParity { flux, .. }) in self.parities.iter().zip(solved) {
+            gap += parity.form_of_conductors(&flux.gap);
         }
         (Gaps::new(&on_sides, &gaps), beyond(&states, bounds, &gap, self.scale))
     }
 
+    /// The shortfall of a target that includes a capacitance which may be zero.
     pub(super) fn may_be_zero(&self) -> Shortfall {
         Shortfall::MayBeZero { share: self.settings.relative_tolerance }
     }

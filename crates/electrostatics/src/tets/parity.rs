@@ -6,7 +6,8 @@ use elastocap_geometry::scene::{MirrorPlane, Potential};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// The parities of the part that a mesh stands for. `potentials` are those of the conductors of the whole scene.
+/// The parities of the part that a mesh stands for. `potentials` are those of the conductors of the whole
+/// scene.
 pub(super) fn parities(
     mesh: &TetMesh,
     planes: &[Option<MirrorPlane>; 3],
@@ -27,8 +28,8 @@ pub(super) fn parities(
 /// The mesh of the part with the boundary conditions of one parity. Conductors are numbered by right-hand
 /// sides.
 pub(super) fn mesh_of<'m>(parity: &Parity, mesh: &'m TetMesh) -> Cow<'m, TetMesh> {
-    let same = parity.side.iter().enumerate().all(|(c, side)| *side == Some(c as u32));
-    if same && parity.grounded == [None; 3] {
+    let is_numbered_alike = parity.side.iter().enumerate().all(|(c, side)| *side == Some(c as u32));
+    if is_numbered_alike && parity.grounded == [None; 3] {
         return Cow::Borrowed(mesh);
     }
     let mut out = mesh.clone();
@@ -47,7 +48,8 @@ pub(super) fn mesh_of<'m>(parity: &Parity, mesh: &'m TetMesh) -> Cow<'m, TetMesh
     Cow::Owned(out)
 }
 
-/// Distances to a mirror plane below this, relative to the extent of the mesh, are rounding.
+/// Distances to a mirror plane below this, relative to the extent of the mesh, are rounding. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 const ROUNDING: f64 = 1e-11;
 
 /// Faces in a plane that ends the mesh, grounded, without those that have a role.
@@ -57,11 +59,11 @@ fn faces_in_plane(mesh: &TetMesh, axis: usize, at: f64) -> Vec<BoundaryFace> {
         face
     };
     let extent = mesh.points.iter().map(|p| (p[axis] - at).abs()).fold(0.0, f64::max);
-    let inside = |face: &[u32; 3]| {
+    let in_plane = |face: &[u32; 3]| {
         face.iter().all(|&p| (mesh.points[p as usize][axis] - at).abs() <= ROUNDING * extent)
     };
-    let taken: HashSet<[u32; 3]> = mesh.boundary.iter().map(|f| sorted(f.face)).filter(inside).collect();
+    let taken: HashSet<[u32; 3]> = mesh.boundary.iter().map(|f| sorted(f.face)).filter(in_plane).collect();
     let faces = mesh.tets.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]);
-    let free = faces.filter(|face| inside(face) && !taken.contains(&sorted(*face)));
+    let free = faces.filter(|face| in_plane(face) && !taken.contains(&sorted(*face)));
     free.map(|face| BoundaryFace { face, role: FaceRole::Grounded }).collect()
 }

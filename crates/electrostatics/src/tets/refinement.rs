@@ -1,7 +1,8 @@
 //! Refinement of meshes: bisection where the bounds differ most, as far as the tolerance needs.
 //!
-//! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and Rheinboldt, SIAM J. Numer. Anal.
-//! 15, 1978), nearer to an edge of a conductor if they touch one ([`Grading`]).
+//! Tetrahedra are bisected so that all hold equally much of the gap (equidistribution: Babuška and
+//! Rheinboldt, SIAM J. Numer. Anal. 15, 1978), nearer to an edge of a conductor if they touch one
+//! ([`Grading`]).
 
 use crate::matrix::MatrixBounds;
 use crate::shortfall::Shortfall;
@@ -10,27 +11,32 @@ use crate::tets::one_mesh::{SolvedParity, Task, memory_of};
 use elastocap_geometry::meshing::tets::{Bisected, Grading, TetMesh};
 
 /// Share of the tolerance that meshes aim at: forecasts are not exact, and one mesh more costs as much as all
-/// before.
+/// before. Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const GOAL: f64 = 0.9;
 
 /// Smallest ratio of the tetrahedra of a mesh to those of the one before: a mesh that is hardly finer would
-/// cost as much as the last and gain nothing.
+/// cost as much as the last and gain nothing. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const MIN_GROWTH: f64 = 1.15;
 
-/// How much larger a mesh may be than the one before; conformity about doubles both.
+/// How much larger a mesh may be than the one before; conformity about doubles both. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const GROWTH: Growth = Growth { usual: 1.3, last: 1.7 };
 
 /// Largest factor by which the remaining gap is assumed to exceed its forecast, as it did on the mesh before.
+/// Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const MAX_EXCESS: f64 = 1.3;
 
-/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the mesh.
+/// Refinement no longer helps where a larger share of the spread than this lies in open space beyond the
+/// mesh.
 const MAX_BEYOND: f64 = 0.66;
 
-/// Largest number of refinements of one solve.
+/// Largest number of refinements of one solve. Not tuned: a limit that ordinary cases do not reach.
 const MAX_REFINEMENTS: usize = 60;
 
-/// The state of a refinement.
+/// The refinements of one solve.
 pub(super) struct Refinement {
+    /// Where edges are divided in bisections.
     grading: Grading,
     /// Number of refinements so far.
     count: usize,
@@ -41,6 +47,7 @@ pub(super) struct Refinement {
 }
 
 impl Refinement {
+    /// The state before the first refinement, of `mesh`.
     pub(super) fn new(mesh: &TetMesh) -> Self {
         Self { grading: Grading::towards_edges(mesh), count: 0, spread: f64::INFINITY, forecast: None }
     }
@@ -58,8 +65,8 @@ impl Refinement {
         error: f64,
     ) -> Result<Bisected, Shortfall> {
         let settings = task.settings;
-        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain. From then on edges
-        // are halved.
+        // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain.
+        // From then on edges are halved.
         if error > self.spread {
             self.grading = Grading::none(mesh);
         }

@@ -33,7 +33,7 @@ pub(super) fn spread(
         b.lower <= 0.0 && b.upper.max(-b.lower) <= settings.relative_tolerance * scale
     };
     let mut result = Spread { error: 0.0, may_be_zero: false };
-    let mut count = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
+    let mut include = |b: &Bounded, scale: f64, can_be_zero: bool, alone: f64| {
         let near_enough = relative(b, scale) <= settings.relative_tolerance;
         if !near_enough && can_be_zero && negligible(b, alone) {
             result.may_be_zero = true;
@@ -41,9 +41,9 @@ pub(super) fn spread(
             result.error = result.error.max(relative(b, scale));
         }
     };
-    if let Some(one) = measured.or(two_terminal.filter(|_| settings.target == Target::Matrix)) {
+    if let Some(target) = measured.or(two_terminal.filter(|_| settings.target == Target::Matrix)) {
         let rows = settings.target.rows(maxwell.len());
-        count(one, one.value, true, rows.iter().map(|row| alone[*row]).fold(f64::INFINITY, f64::min));
+        include(target, target.value, true, rows.iter().map(|row| alone[*row]).fold(f64::INFINITY, f64::min));
     }
     if measured.is_none() {
         for (i, row) in maxwell.iter().enumerate() {
@@ -52,7 +52,7 @@ pub(super) fn spread(
                 // The diagonal gives an off-diagonal entry its scale, unless the diagonal itself may be zero.
                 let no_scale = [i, j].into_iter().any(|k| negligible(&maxwell[k][k], alone[k]));
                 let scale = entry.value.abs().max(SHARE_OF_DIAGONAL * diagonal);
-                count(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
+                include(entry, scale, i == j || no_scale, (alone[i] * alone[j]).sqrt());
             }
         }
     }

@@ -150,7 +150,8 @@ fn a_cylinder_drawn_by_arcs_is_as_round_as_one_that_is_given_as_such() {
 
 #[test]
 fn bounds_hold_where_a_circle_touches_a_wall() {
-    // An insulated wall along which the field reaches into the corner between the two, seen by a grounded box.
+    // An insulated wall along which the field reaches into the corner between the two, seen by a grounded
+    // box.
     let mut walls = [[Wall::Grounded; 2]; 3];
     walls[0][1] = Wall::Insulated;
     walls[1] = [Wall::Insulated; 2];

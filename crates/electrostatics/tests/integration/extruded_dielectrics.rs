@@ -64,7 +64,8 @@ fn a_level_in_a_coated_tube_around_a_wire_is_known_to_the_tolerance() {
     };
     let found = solve_extruded(&scene, &settings(1e-3, Target::TwoTerminal)).unwrap().solution;
     assert!(found.reached, "{:?}", found.shortfall);
-    // Coaxial layers: water and coat below, coat and air above, each with a field that is radial away from the level.
+    // Coaxial layers: water and coat below, coat and air above, each with a field that is radial away from
+    // the level.
     let per_length = |inner: &[(f64, f64)]| {
         let series: f64 = inner.windows(2).map(|two| (two[1].0 / two[0].0).ln() / two[1].1).sum();
         std::f64::consts::TAU * elastocap_electrostatics::VACUUM_PERMITTIVITY / series

@@ -1,4 +1,5 @@
-//! Sheets that contain the axis along which a scene is extruded: segments of the plan, pulled over an interval of the axis.
+//! Sheets that contain the axis along which a scene is extruded: segments of the plan, pulled over an
+//! interval of the axis.
 
 use crate::extruded::{block, disc, on_one_mesh, open, settings, solved, tube};
 use elastocap_electrostatics::{
@@ -59,8 +60,8 @@ fn plates_without_thickness_that_cut_an_insulated_box_are_an_ideal_capacitor() {
 
 #[test]
 fn a_foil_in_a_round_tube_has_the_capacitance_of_the_closed_form_in_the_middle_and_beside_it() {
-    // Groetzsch's ring, the unit disc without the segment from 0 to k, has 4 K(k) / K'(k); a Moebius transformation moves its segment to
-    // the middle, from -0.5 to 0.5 for k = 0.8.
+    // Groetzsch's ring, the unit disc without the segment from 0 to k, has 4 K(k) / K'(k); a Moebius
+    // transformation moves its segment to the middle, from -0.5 to 0.5 for k = 0.8.
     let mean = |mut a: f64, mut b: f64| {
         for _ in 0..10 {
             (a, b) = (0.5 * (a + b), (a * b).sqrt());

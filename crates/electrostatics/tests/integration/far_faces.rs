@@ -4,7 +4,8 @@ use elastocap_electrostatics::{Settings, Solution, SolveError, solve};
 use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 
-/// A cube of 1 mm whose middle lies on the face of a slab of relative permittivity 3 that goes down to `from`, m.
+/// A cube of 1 mm whose middle lies on the face of a slab of relative permittivity 3 that goes down to
+/// `from`, m.
 fn cube_in_slab(from: f64) -> Scene {
     let mut slab = Box3::SPACE;
     (slab.min[1], slab.max[1]) = (from, 0.0);
@@ -50,7 +51,8 @@ fn a_slab_of_any_depth_is_between_thinner_and_thicker_ones_or_refused() {
     assert!(least > 1.4e-13);
 }
 
-/// Two plates ten nanometres apart, one of them with a film on it, in walls that are up to a hundred million times as far.
+/// Two plates ten nanometres apart, one of them with a film on it, in walls that are up to a hundred million
+/// times as far.
 #[test]
 fn a_thin_film_does_not_vanish_because_walls_are_far_away() {
     let film = 2e-9;

@@ -28,7 +28,8 @@ fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
     let settings = |cancel| Settings { relative_tolerance: 1e-2, field: true, cancel, ..Settings::default() };
     let begin = Instant::now();
     solve(&scene, &settings(None)).unwrap();
-    // Later after a solve that was stopped, earlier after a complete one: most stops fall near the end, however busy the machine is.
+    // Later after a solve that was stopped, earlier after a complete one: most stops fall near the end,
+    // however busy the machine is.
     let mut delay = begin.elapsed();
     let (mut complete, mut attempts) = (0, 0);
     while complete == 0 || attempts < 40 {
@@ -54,8 +55,8 @@ fn a_solve_that_is_complete_when_it_is_asked_to_stop_has_its_field() {
     }
 }
 
-/// The field is minus the gradient of the potential, on either side of each mirror plane: the potential is even about two of
-/// them and odd about the third.
+/// The field is minus the gradient of the potential, on either side of each mirror plane: the potential is
+/// even about two of them and odd about the third.
 #[test]
 fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
     let scene = two_sheets();
@@ -67,7 +68,8 @@ fn the_field_points_down_the_potential_on_both_sides_of_every_mirror_plane() {
     let cells = nodes.map(|n| n - 1);
     for axis in 0..3 {
         for upper_half in [false, true] {
-            // Of the field along the axis and the falling potential over a cell: products and squares, summed.
+            // Of the field along the axis and the falling potential over a cell: products and squares,
+            // summed.
             let (mut product, mut squares) = (0.0, [0.0; 2]);
             for index in 0..cells[0] * cells[1] * cells[2] {
                 let cell = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
@@ -154,8 +156,9 @@ fn a_section_through_a_load_on_either_side_of_a_mirror_plane_is_that_of_the_whol
     }
 }
 
-/// Plates that fill the walls, at right angles to `axis`, with a slab of eps_r 4 between layers of vacuum: the field of
-/// capacitors in series, in both halves of a scene of some hundredths of a millimetre far from the origin.
+/// Plates that fill the walls, at right angles to `axis`, with a slab of eps_r 4 between layers of vacuum:
+/// the field of capacitors in series, in both halves of a scene of some hundredths of a millimetre far from
+/// the origin.
 #[test]
 fn the_field_between_plates_is_the_voltage_over_the_gap_wherever_they_lie() {
     let (unit, origin) = (1e-5, [3e-3, -2e-3, 5e-4]);

@@ -1,9 +1,10 @@
-//! Random stacks of plates with layers between them, whose capacitances are known in closed form: those of capacitors in
-//! series. Plates may float, and permittivities may differ by up to 18 orders of magnitude.
+//! Random stacks of plates with layers between them, whose capacitances are known in closed form: those of
+//! capacitors in series. Plates may float, and permittivities may differ by up to 18 orders of magnitude.
 //!
-//! The closed form adds and divides positive numbers only, so that it is exact to a few units in the last place whatever the
-//! contrast. The environment variable `LAYERED_SCENES` sets how many stacks each test draws, and at how many distances the walls of the five
-//! layers lie; `LAYERED_SEED` sets the seed of the draws.
+//! The closed form adds and divides positive numbers only, so that it is exact to a few units in the last
+//! place whatever the contrast. The environment variable `LAYERED_SCENES` sets how many stacks each test
+//! draws, and at how many distances the walls of the five layers lie; `LAYERED_SEED` sets the seed of the
+//! draws.
 
 use elastocap_electrostatics::{
     Bounded, MeshScene, Settings, Solution, SolveError, TetrahedraSettings, VACUUM_PERMITTIVITY, solve,
@@ -16,8 +17,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use std::cell::{Cell, RefCell};
 
-/// Memory of a solve, bytes. The fields are linear in each layer, so that fine grids bring nothing; where rounding keeps the
-/// tolerance from being met, the solvers would look for it there.
+/// Memory of a solve, bytes. The fields are linear in each layer, so that fine grids bring nothing; where
+/// rounding keeps the tolerance from being met, the solvers would look for it there.
 const MEMORY: u64 = 30_000_000;
 
 /// A plate: its thickness, m, zero for a sheet, and whether it floats without charge.
@@ -27,7 +28,8 @@ struct Plate {
     floats: bool,
 }
 
-/// Plates that fill the cross-section of insulated walls, with layers of dielectrics in the gaps between them.
+/// Plates that fill the cross-section of insulated walls, with layers of dielectrics in the gaps between
+/// them.
 #[derive(Debug, Clone)]
 struct Stack {
     /// The axis along which the plates follow one another.
@@ -37,7 +39,8 @@ struct Stack {
     /// Whether the walls at the two ends of the axis are grounded; they are insulated otherwise.
     grounded: [bool; 2],
     plates: Vec<Plate>,
-    /// Thickness, m, and relative permittivity of each layer, in the gap below each plate and in the last one.
+    /// Thickness, m, and relative permittivity of each layer, in the gap below each plate and in the last
+    /// one.
     gaps: Vec<Vec<(f64, f64)>>,
     /// Whether layers are slabs, which go beyond the walls, and not boxes between these.
     slabs: bool,
@@ -81,7 +84,8 @@ impl Stack {
         Scene { bodies, background_permittivity: 1.0, domain, walls }
     }
 
-    /// Thickness over permittivity of each gap, m, as the solver sees the thickness: the difference of two coordinates.
+    /// Thickness over permittivity of each gap, m, as the solver sees the thickness: the difference of two
+    /// coordinates.
     fn reluctances(&self) -> Vec<f64> {
         let mut at = 0.0;
         let mut reluctances = Vec::new();
@@ -98,8 +102,8 @@ impl Stack {
         reluctances
     }
 
-    /// Chains of gaps between one terminal and the next: both ends, and thickness over permittivity from the lower end to
-    /// each floating plate within the chain and to the upper end.
+    /// Chains of gaps between one terminal and the next: both ends, and thickness over permittivity from the
+    /// lower end to each floating plate within the chain and to the upper end.
     fn chains(&self) -> Vec<(Terminal, Terminal, Vec<f64>)> {
         let reluctances = self.reluctances();
         let (mut chains, mut driven) = (Vec::new(), 0);
@@ -150,7 +154,8 @@ impl Stack {
     }
 }
 
-/// Stacks whose permittivities lie between 10^-`decades` and 10^`decades`, and the thicknesses of layers, m, between 10^-`thin` and 1.
+/// Stacks whose permittivities lie between 10^-`decades` and 10^`decades`, and the thicknesses of layers, m,
+/// between 10^-`thin` and 1.
 fn stack(decades: f64, thin: f64) -> impl Strategy<Value = Stack> {
     let plate = (prop_oneof![Just(0.0), 0.01..0.5f64], any::<bool>())
         .prop_map(|(thickness, floats)| Plate { thickness, floats });
@@ -329,8 +334,8 @@ fn is_within_its_bounds_or_refused(stack: &Stack) {
     }
 }
 
-/// Five layers between two sheets: one of relative permittivity `high` among others of 1e-5. Walls at `distance` from the sheets, m, end
-/// space in which there is no field.
+/// Five layers between two sheets: one of relative permittivity `high` among others of 1e-5. Walls at
+/// `distance` from the sheets, m, end space in which there is no field.
 fn five_layers(high: f64, distance: f64) -> Stack {
     let thickness = 2e-4;
     let layer = |permittivity| (thickness, permittivity);
@@ -418,7 +423,8 @@ fn a_weak_coupling_between_strong_ones_is_within_its_bounds_or_refused() {
     is_within_its_bounds_or_refused(&stack);
 }
 
-/// Its layers were meshed with triangles as narrow as the last digit of a coordinate, on which rounding is far more than is counted.
+/// Its layers were meshed with triangles as narrow as the last digit of a coordinate, on which rounding is
+/// far more than is counted.
 #[test]
 fn a_stack_with_a_floating_plate_beside_a_layer_of_least_permittivity_is_within_its_bounds() {
     let plate = |thickness, floats| Plate { thickness, floats };

@@ -150,7 +150,8 @@ fn bent_in_the_plane() -> SceneMap {
     SceneMap::new(axes, |[x, y, _]| [0.3 * x * (1.0 - x) * y, 0.4 * y * (1.6 - y) * (x * x - 0.4), 0.0])
 }
 
-/// The bodies of `plates` under such a map as outlines pulled along x3, with `pieces` sides in place of each of the boxes'.
+/// The bodies of `plates` under such a map as outlines pulled along x3, with `pieces` sides in place of each
+/// of the boxes'.
 fn outlines(map: &SceneMap, pieces: usize) -> Scene {
     let mut scene = plates();
     for body in &mut scene.bodies {
@@ -228,7 +229,8 @@ fn bounds_close_in_on_a_bend_from_both_sides_and_the_field_is_that_of_the_bent_s
         if !(0.2..0.7).contains(&x) || !(0.55..1.0).contains(&y) || z.abs() > 0.5 {
             continue;
         }
-        // The fall of the potential along the short edges of a cell against the mean of the field at their ends, as it is in the cell.
+        // The fall of the potential along the short edges of a cell against the mean of the field at their
+        // ends, as it is in the cell.
         let field_at = |corner: [usize; 3]| {
             let limits = field.electric_field[at(i + corner[0], j + corner[1], k + corner[2])];
             [0, 1, 2].map(|a: usize| limits[1 - corner[a]][a])
@@ -288,7 +290,8 @@ fn a_map_that_moves_points_where_it_ends_inside_the_scene_is_refused() {
 
 #[test]
 fn in_open_space_a_bend_between_bodies_changes_nothing_and_mirrors_may_be_left_out() {
-    // Two plates above a substrate, all open; the map bends the space between them and the substrate, and leaves all faces.
+    // Two plates above a substrate, all open; the map bends the space between them and the substrate, and
+    // leaves all faces.
     let plate = |y: f64| Shape::Box(Box3 { min: [-0.5, y, -0.4], max: [0.5, y + 0.1, 0.4] });
     let mut slab = Box3::SPACE;
     slab.max[1] = 0.0;

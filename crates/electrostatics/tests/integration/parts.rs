@@ -53,7 +53,8 @@ fn cut() -> Vec<Shape> {
 }
 
 fn overlapping() -> Vec<Shape> {
-    // One long part and one within it along x1, so that lines meet the end of the second before that of the first.
+    // One long part and one within it along x1, so that lines meet the end of the second before that of the
+    // first.
     vec![
         cuboid([-0.6, -0.3, -0.4], [0.3, 0.1, 0.5]),
         cuboid([-0.6, -0.1, -0.4], [0.3, 0.2, 0.5]),
@@ -239,8 +240,9 @@ fn opposite_potentials_alone_give_the_two_terminal_capacitance_without_the_matri
     assert_eq!(solve(&floating, &settings_for(1e-1, true)).unwrap().maxwell.len(), 2);
 }
 
-/// Boxes and sheets between places of a lattice, so that they begin, end and lie in the middle of the scene, each with its turned image;
-/// the images are a second conductor, or parts of the same one, which may be grounded. None touches one of another conductor.
+/// Boxes and sheets between places of a lattice, so that they begin, end and lie in the middle of the scene,
+/// each with its turned image; the images are a second conductor, or parts of the same one, which may be
+/// grounded. None touches one of another conductor.
 fn turned_scene(seed: u64) -> Scene {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut next = move |below: u64| {

@@ -13,14 +13,15 @@ fn config(cases: u32) -> ProptestConfig {
         cases,
         rng_seed: RngSeed::Fixed(4),
         failure_persistence: None,
-        // A scene that breaks a law is small enough to be looked at as it is, and takes seconds to solve again.
+        // A scene that breaks a law is small enough to be looked at as it is, and takes seconds to solve
+        // again.
         max_shrink_iters: 0,
         ..ProptestConfig::default()
     }
 }
 
-/// Up to two conductors (boxes, or sheets where the thickness is drawn so) in cells of a 3 x 3 x 3 lattice, so that
-/// they never touch, at most one dielectric box anywhere, and a last one of `LAST_PERMITTIVITY`.
+/// Up to two conductors (boxes, or sheets where the thickness is drawn so) in cells of a 3 x 3 x 3 lattice,
+/// so that they never touch, at most one dielectric box anywhere, and a last one of `LAST_PERMITTIVITY`.
 fn scene() -> impl Strategy<Value = Scene> {
     let wall = || prop_oneof![Just(Wall::Insulated), Just(Wall::Grounded), Just(Wall::Open)];
     let body =
@@ -146,7 +147,8 @@ fn assert_lawful(scene: &Scene) {
     let fourfold = coarse(&fourfold).maxwell;
     // The axes named differently and one of them reversed: the same matrix.
     let turned = coarse(&turned_and_mirrored(scene));
-    // Sums are cut at other places, and the preconditioner rounds to single precision: the two may stop at different iterates.
+    // Sums are cut at other places, and the preconditioner rounds to single precision: the two may stop at
+    // different iterates.
     let left = left_below(&solution) + left_below(&turned);
     for i in 0..n {
         for j in 0..n {
@@ -160,7 +162,8 @@ fn assert_lawful(scene: &Scene) {
         }
     }
 
-    // More permittivity on the same grid: both bounds rise, each the least or largest energy of the same functions.
+    // More permittivity on the same grid: both bounds rise, each the least or largest energy of the same
+    // functions.
     let mut denser = scene.clone();
     denser.bodies.last_mut().unwrap().role = Role::Dielectric { relative_permittivity: 20.0 };
     let denser = coarse(&denser);

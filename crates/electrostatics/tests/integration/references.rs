@@ -152,8 +152,8 @@ fn a_cube_half_sunk_in_the_ground_has_the_mean_permittivity_of_both_halves() {
 
 #[test]
 fn bounds_close_in_on_one_another_where_rays_cross_layers() {
-    // Bounds that are no bounds cross before they come this close: the cube stands on the ground, then on a plate that
-    // is endless sideways, so that rays from its middle pass from one permittivity to another.
+    // Bounds that are no bounds cross before they come this close: the cube stands on the ground, then on a
+    // plate that is endless sideways, so that rays from its middle pass from one permittivity to another.
     let cube = || conductor("cube", [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5]);
     for [bottom, top] in [[f64::NEG_INFINITY, 0.0], [f64::NEG_INFINITY, -0.1], [-0.2, 0.0]] {
         let scene = open(vec![cube(), ground(bottom, top)]);
@@ -207,7 +207,8 @@ fn capacitance_scales_with_length_and_permittivity_from_nanometres_to_kilometres
 
 #[test]
 fn a_dielectric_box_raises_the_capacitance_and_its_bounds_stay_consistent() {
-    // Not a product of one factor per axis: the operator's corrections and the approximate preconditioner are at work.
+    // Not a product of one factor per axis: the operator's corrections and the approximate preconditioner are
+    // at work.
     let with = |eps: f64| {
         let mut scene = cube_in_cube();
         let region = Box3 { min: [0.6, -0.3, -0.4], max: [0.9, 0.3, 0.2] };

@@ -1,4 +1,5 @@
-//! Outlines with splines in the solver for extruded scenes: against exact values, polygons, mirror images and itself.
+//! Outlines with splines in the solver for extruded scenes: against exact values, polygons, mirror images and
+//! itself.
 
 use elastocap_electrostatics::{
     Bounded, ResolutionLevel, Settings, Solution, Target, VACUUM_PERMITTIVITY, solve_extruded,
@@ -175,7 +176,8 @@ fn a_mirrored_and_a_turned_spline_have_the_same_capacitance_as_a_fine_polygon_ha
 
 #[test]
 fn a_scene_with_splines_that_is_its_own_mirror_image_is_divided_where_it_is() {
-    // About x1 = 0, between the points of the spline and through some of them; about a diagonal, once it is turned.
+    // About x1 = 0, between the points of the spline and through some of them; about a diagonal, once it is
+    // turned.
     let half = [[0.3, -0.9], [1.2, -0.7], [0.8, 0.1], [1.1, 0.8]];
     let outline = |last: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let left = half.iter().rev().map(|[x, z]| [-x, *z]);

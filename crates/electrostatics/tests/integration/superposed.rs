@@ -144,7 +144,8 @@ fn in_open_space(scene: Scene) -> Scene {
     Scene { domain: Box3::SPACE, walls: [[Wall::Open; 2]; 3], ..scene }
 }
 
-/// A grounded box high over the pair in open space, which a map makes bulge and lowers by as much as is given.
+/// A grounded box high over the pair in open space, which a map makes bulge and lowers by as much as is
+/// given.
 fn far_finger(lowered: f64) -> (Scene, Arc<SceneMap>) {
     let finger = Body::grounded("finger", cuboid([-1.5, 28.5, -1.5], [1.5, 31.5, 1.5]));
     let axis = |breaks: &[f64], mirrored: bool| {

@@ -51,7 +51,8 @@ fn iterations_do_not_grow_as_metal_becomes_thinner() {
         );
         assert!(solution.reached, "{:?}", solution.shortfall);
         assert!(solution.iterations <= MAX_ITERATIONS * solution.grids && solution.unknowns < 30_000);
-        // A plate has more than the sheet within it, and less than a thicker one; at the end they are the same.
+        // A plate has more than the sheet within it, and less than a thicker one; at the end they are the
+        // same.
         assert!(c.upper > sheet && c.lower < thicker);
         thicker = c.upper;
     }

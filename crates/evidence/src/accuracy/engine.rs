@@ -13,18 +13,24 @@ use super::walk::{LEVELS, ORDERS, Trial, walk};
 use elastocap_coupling::failure::Stop;
 
 /// The approximate time of a stage over that of the solver's choice, with the search over grids and the
-/// repeats.
+/// repeats. Tuned: `elastocap accuracy cases/in-plane-pair.toml`.
 const WEIGHT: f64 = 40.0;
-/// The least useful time of a stage, in the same unit.
+/// The least useful time of a stage, over that of the solver's choice. Tuned:
+/// `elastocap accuracy cases/in-plane-pair.toml`.
 const LEAST: f64 = 6.0;
-/// The least time of a stage in seconds, however short its runs are.
+/// The least time of a stage in seconds, however short its runs are. Tuned:
+/// `elastocap accuracy cases/in-plane-pair.toml`.
 const SHORTEST: f64 = 0.4;
-/// The share of a stage for finding grids; the rest is for timing the best of them.
+/// The share of a stage for finding grids; the rest is for timing the best of them. Tuned:
+/// `elastocap accuracy cases/in-plane-pair.toml`.
 const SEARCH: f64 = 0.6;
-/// The number of the fastest grids that are timed again, in turn with the solver's choice.
+/// The number of the fastest grids that are timed again, in turn with the solver's choice. Tuned:
+/// `elastocap accuracy cases/in-plane-pair.toml`.
 const CONTENDERS: usize = 4;
-/// The share of the whole time for the finest grid, which only sharpens the reference.
+/// The share of the whole time for the finest grid, which only sharpens the reference. Tuned:
+/// `elastocap accuracy cases/in-plane-pair.toml`.
 const FOR_REFERENCE: f64 = 0.25;
+/// The least and the largest number of timed solves on a grid.
 const REPEATS: RangeInclusive<usize> = 2..=25;
 
 /// One tolerance, with or without bounds.
@@ -34,11 +40,16 @@ struct Stage {
     bounds: bool,
 }
 
+/// A study in progress.
 pub(super) struct Engine<'a> {
     pub(super) subject: &'a Subject,
+    /// All solves so far, in their order.
     pub(super) runs: Vec<Run>,
+    /// Set when the study is to stop.
     cancel: &'a AtomicBool,
+    /// A callback that gets a description of each solve.
     report: &'a (dyn Fn(&str) + Sync),
+    /// The time at which the study began.
     begun: Instant,
     /// The time for the whole study, s.
     seconds: f64,
@@ -86,7 +97,7 @@ impl<'a> Engine<'a> {
                     let kind = Kind::of(stage.bounds);
                     self.runs.push(Run::missing(kind, Choice::Own, stage.tolerance, why));
                 }
-                None => self.stage(stage, share.min(WEIGHT * expected).max(SHORTEST)),
+                None => self.carry_out(stage, share.min(WEIGHT * expected).max(SHORTEST)),
             }
         }
         self.finest();
@@ -100,13 +111,15 @@ impl<'a> Engine<'a> {
         self.begun.elapsed().as_secs_f64()
     }
 
+    /// The expected time of the solver's choice, s; infinite where it cannot be forecast.
     fn expected_seconds(&self, stage: &Stage) -> f64 {
         let forecast = self.subject.expected_seconds(None, stage.tolerance, stage.bounds);
         forecast.unwrap_or(f64::INFINITY) * self.scale[usize::from(!stage.bounds)]
     }
 
-    /// Solves the solver's choice and the grids around it, then times the best of them in turn.
-    fn stage(&mut self, stage: &Stage, share: f64) {
+    /// Solves the solver's choice and the grids around it, then times the best of them in turn, within
+    /// `share` seconds.
+    fn carry_out(&mut self, stage: &Stage, share: f64) {
         let until = self.elapsed() + share;
         let Some(run) = self.solve(stage, None) else { return };
         let Some(found) = self.runs[run].found() else { return };
@@ -131,9 +144,9 @@ impl<'a> Engine<'a> {
         for tolerance in rooms {
             let room = Stage { tolerance, ..*stage };
             let found = self.solve(&room, Some(level)).and_then(|run| self.runs[run].found());
-            let good =
+            let sufficient =
                 found.filter(|found| found.reported_error <= stage.tolerance).map(|found| found.seconds);
-            if let Some(seconds) = good.filter(|s| best.is_none_or(|(before, _)| *s < before)) {
+            if let Some(seconds) = sufficient.filter(|s| best.is_none_or(|(before, _)| *s < before)) {
                 best = Some((seconds, room));
             }
         }
@@ -178,8 +191,9 @@ impl<'a> Engine<'a> {
     /// of them alike.
     fn time_again(&mut self, stage: &Stage, chosen: usize, until: f64) {
         let kind = Kind::of(stage.bounds);
-        let table = |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
-        let timed = self.runs.iter().enumerate().filter(|(_, run)| table(run));
+        let competes =
+            |run: &Run| run.choice == Choice::Table && run.kind == kind && run.meets(stage.tolerance);
+        let timed = self.runs.iter().enumerate().filter(|(_, run)| competes(run));
         let mut best: Vec<(usize, f64)> =
             timed.filter_map(|(i, run)| Some((i, run.found()?.seconds))).collect();
         best.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -197,6 +211,7 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Times a run once more and keeps its shortest time.
     fn repeat(&mut self, index: usize, bounds: bool) {
         let run = &self.runs[index];
         let (Some(found), Some(tolerance)) = (run.found(), run.tolerance) else { return };
@@ -219,11 +234,11 @@ impl<'a> Engine<'a> {
             }
             return None;
         }
-        let same = |run: &Run| {
+        let is_same = |run: &Run| {
             (run.kind, run.choice, run.tolerance) == (kind, choice, Some(stage.tolerance))
                 && run.found().is_some_and(|found| found.level == level)
         };
-        if let Some(before) = self.runs.iter().position(same).filter(|_| level.is_some()) {
+        if let Some(before) = self.runs.iter().position(is_same).filter(|_| level.is_some()) {
             return Some(before);
         }
         let what = match level {
@@ -245,8 +260,8 @@ impl<'a> Engine<'a> {
 
     /// Solves on a finer grid than before, as fine as the time allows, which sharpens the reference.
     fn finest(&mut self) {
-        let found = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
-        let timed = found.filter_map(|run| Some((run.tolerance?, run.found()?)));
+        let proved = self.runs.iter().filter(|run| run.kind == Kind::Bounds && run.choice == Choice::Table);
+        let timed = proved.filter_map(|run| Some((run.tolerance?, run.found()?)));
         let Some((tolerance, finest)) =
             timed.min_by(|a, b| a.1.reported_error.total_cmp(&b.1.reported_error))
         else {

@@ -27,9 +27,9 @@ pub fn figure(study: &Study) -> Option<Chart> {
     ] {
         let style = Style::Cloud { like: series.len() };
         // One entry in the legend explains the faint markers.
-        let what = if clouds.is_empty() { "faint: given order and layers" } else { "" };
+        let legend = if clouds.is_empty() { "faint: given order and layers" } else { "" };
         clouds.push(Series {
-            name: what.to_owned(),
+            name: legend.to_owned(),
             points: points(kind, Choice::Table, error),
             band: None,
             style,
@@ -43,17 +43,17 @@ pub fn figure(study: &Study) -> Option<Chart> {
     }
     let times = || clouds.iter().chain(&series).flat_map(|s| s.points.iter().map(|p| p.0));
     let (from, to) = times().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
-    let level = |name: String, error: f64| Series {
+    let horizontal_line = |name: String, error: f64| Series {
         name,
         points: vec![(from, error), (to, error)],
         band: None,
         style: Style::DashedLine,
     };
     if let Some(error) = study.parallel_plates().and_then(|run| study.true_error(run)) {
-        series.push(level("parallel plates".to_owned(), error));
+        series.push(horizontal_line("parallel plates".to_owned(), error));
     }
     if least > 0.0 {
-        series.push(level("uncertainty of the reference".to_owned(), least));
+        series.push(horizontal_line("uncertainty of the reference".to_owned(), least));
     }
     series.extend(clouds.into_iter().filter(|cloud| !cloud.points.is_empty()));
     let stopped = if study.stopped { " (stopped)" } else { "" };

@@ -5,7 +5,8 @@
 //! chooses. The intersection of all proved intervals is the reference for the true errors; an empty
 //! intersection would mean a wrong bound.
 //!
-//! All errors are relative. Times are those of the field solve alone, the shortest of all repeats, on all threads.
+//! All errors are relative. Times are those of the field solve alone, the shortest of all repeats, on all
+//! threads.
 
 mod engine;
 mod figure;

@@ -2,8 +2,9 @@
 
 use elastocap_electrostatics::Bounded;
 
-/// Proved bounds are theorems up to rounding of double precision: intervals that miss one another by less than this share of their
-/// value count as touching.
+/// Proved bounds are theorems up to rounding of double precision: intervals that miss one another by less
+/// than this share of their value count as touching. Not tuned: it only has to lie above rounding errors and
+/// below errors that matter.
 const ROUNDING: f64 = 1e-12;
 
 /// The intersection of all proved intervals.

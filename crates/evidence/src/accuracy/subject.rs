@@ -27,19 +27,23 @@ pub enum Quantity {
 /// The result of one solve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Measured {
+    /// Wall-clock seconds of the solve.
     pub(super) seconds: f64,
     /// The studied capacitance.
     pub(super) value: Bounded,
     /// The error that the solver compares with the tolerance: a spread or an estimate, of the whole matrix if
     /// that is measured.
     pub(super) reported_error: f64,
+    /// The order and the layers of the last grid.
     pub(super) level: Option<ResolutionLevel>,
+    /// The number of unknowns of the largest problem.
     pub(super) unknowns: usize,
 }
 
 /// One state of a case, ready to be solved.
 pub(super) struct Subject {
     settings: Settings,
+    /// The bodies of the state.
     deformed: DeformedScene,
     pub(super) quantity: Quantity,
     /// The parallel-plate value, F, and its computing time with mechanics, s.
@@ -87,7 +91,7 @@ impl Subject {
         let plates = deformed.pair.map(|pair| (pair.parallel_plate, seconds));
         let quantity = match case.measurement() {
             Measurement::Matrix { .. } => Quantity::FirstEntry,
-            one => Quantity::Measured(one),
+            measurement => Quantity::Measured(measurement),
         };
         Ok(Self { settings, deformed, quantity, plates })
     }
@@ -151,13 +155,14 @@ fn reported_error_of(solution: &Solution, settings: &Settings) -> f64 {
     }
     let pair = solution.two_terminal.as_ref().map(|c| reported_error(c, settings.bounds));
     let maxwell = &solution.maxwell;
-    let gap = |i: usize| reported_error(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
+    let absolute_error =
+        |i: usize| reported_error(&maxwell[i][i], settings.bounds) * maxwell[i][i].value.abs();
     let entries = (0..maxwell.len()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| {
         if i == j {
             return reported_error(&maxwell[i][i], settings.bounds);
         }
         let least = 0.1 * (maxwell[i][i].upper * maxwell[j][j].upper).sqrt();
-        (gap(i) * gap(j)).sqrt() / maxwell[i][j].value.abs().max(least)
+        (absolute_error(i) * absolute_error(j)).sqrt() / maxwell[i][j].value.abs().max(least)
     });
     entries.chain(pair).fold(0.0, f64::max)
 }

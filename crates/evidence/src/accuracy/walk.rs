@@ -18,14 +18,16 @@ pub(super) struct Trial {
     pub(super) reported_error: f64,
 }
 
-/// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The factor leaves room for
-/// errors of the time forecast.
+/// Grids expected to take more than this times the fastest one that meets the tolerance are not tried. The
+/// factor leaves room for errors of the time forecast. Tuned: `elastocap accuracy cases/in-plane-pair.toml`.
 const WORTH: f64 = 1.6;
-/// Error estimates compare with the next lower order, so they mean nothing below order 2.
+/// The orders to try. Error estimates compare with the next lower order, so they mean nothing below order 2.
+/// It is not tuned.
 pub(super) const ORDERS: RangeInclusive<usize> = 2..=14;
+/// The numbers of layers to try. It is not tuned.
 pub(super) const LEVELS: RangeInclusive<usize> = 1..=10;
 
-/// Tries grids around the staircase, from `start`.
+/// Tries grids around the staircase, from `start` on, and returns the result on each of them.
 ///
 /// `expected` gives the expected seconds of a grid in any unit, or `None` for an impossible grid; `attempt`
 /// solves on it, or returns `None` if the walk must end.
@@ -36,24 +38,28 @@ pub(super) fn walk(
     attempt: &mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
 ) -> Vec<(ResolutionLevel, Trial)> {
     let mut walk = Walk { tried: BTreeMap::new(), tolerance, expected, attempt, scale: None };
-    let _ = walk.all(start);
+    let _ = walk.follow_staircase(start);
     walk.tried.into_iter().collect()
 }
 
+/// A walk in progress.
 struct Walk<'a> {
+    /// The result on each grid so far.
     tried: BTreeMap<ResolutionLevel, Trial>,
     tolerance: f64,
     expected: &'a dyn Fn(ResolutionLevel) -> Option<f64>,
     attempt: &'a mut dyn FnMut(ResolutionLevel) -> Option<Trial>,
-    /// The time over its forecast on the last grid.
+    /// The ratio of the measured to the expected seconds of the last grid.
     scale: Option<f64>,
 }
 
-/// The walk must end.
+/// The signal that the walk must end, since `attempt` solves no more.
 struct Halt;
 
 impl Walk<'_> {
-    fn all(&mut self, start: ResolutionLevel) -> Result<(), Halt> {
+    /// Climbs from `start` to a grid that meets the tolerance, in three steps at most, and follows the
+    /// staircase from there to more and to fewer layers.
+    fn follow_staircase(&mut self, start: ResolutionLevel) -> Result<(), Halt> {
         let mut at = start;
         let mut climbs = 0;
         while self.meets(at)? != Some(true) {
@@ -80,7 +86,7 @@ impl Walk<'_> {
     }
 
     /// The lowest order that meets the tolerance with this number of layers, searched from the given order;
-    /// `None` if that takes too long.
+    /// `None` if none seems to, or grids that would are not worth trying.
     fn lowest_order(&mut self, from: ResolutionLevel) -> Result<Option<usize>, Halt> {
         let mut at = from;
         while self.meets(at)? == Some(false) {
@@ -110,8 +116,8 @@ impl Walk<'_> {
             return Ok(None);
         }
         let Some(expected) = (self.expected)(at) else { return Ok(None) };
-        let good = self.tried.values().filter(|t| t.reported_error <= self.tolerance);
-        let fastest = good.map(|t| t.seconds).reduce(f64::min);
+        let sufficient = self.tried.values().filter(|t| t.reported_error <= self.tolerance);
+        let fastest = sufficient.map(|t| t.seconds).reduce(f64::min);
         if let (Some(fastest), Some(scale)) = (fastest, self.scale)
             && scale * expected > WORTH * fastest
         {
@@ -125,7 +131,8 @@ impl Walk<'_> {
         Ok(Some(trial.reported_error <= self.tolerance))
     }
 
-    /// Whether no order meets the tolerance: with too few layers the gain of one more order becomes small.
+    /// Whether no higher order is expected to meet the tolerance, if each gains as much as the last one did:
+    /// with too few layers the gain of one more order becomes small.
     fn is_hopeless(&self, at: ResolutionLevel) -> bool {
         let reported_error =
             |order| self.tried.get(&ResolutionLevel { order, ..at }).map(|trial| trial.reported_error);

@@ -1,5 +1,6 @@
 //! Figs. 4 and 6: stress under a held patch, as bands of colour. The paper moves the contact region down by
-//! the same displacement everywhere; that is a patch that may spread, not a punch in contact.
+//! the same displacement everywhere, and lets it slide sideways: that is a held patch, which may spread
+//! beyond the width of the punch, and not a punch in contact.
 //!
 //! The paper's punch is "comparable to the layer thickness" in Figs. 4 and 6a, half of it in 6b and "over
 //! three times" in 6c, which suggests the half-lengths `H`, `H/2` and `3H`. The layer extends six thicknesses
@@ -13,7 +14,7 @@ use super::shear::peak_and_end;
 use super::{Drawn, FigureError, Run, SMALL, Session, left_out};
 use elastocap_results::plot::{Axis, Cell, Fringes, Scale};
 
-/// The distance beyond the punch up to which the layer is shown, over `H`.
+/// The distance beyond the patch up to which the layer is shown, over `H`.
 const BESIDE: f64 = 2.5;
 
 /// The deformed elements up to `x1 <= limit`, with a value at each node.
@@ -29,8 +30,8 @@ fn cells(mesh: &Mesh, limit: f64, at: impl Fn(usize) -> Sample, value: impl Fn(&
         .collect()
 }
 
-/// The range of the colours: the values farther than a quarter of the thickness from the end of the punch at
-/// `corner`, where the stress is singular.
+/// The range of the colours: that of the values, without those within a quarter of the thickness of the end
+/// of the patch at `corner`, where the stress is singular.
 fn range(cells: &[Cell], corner: f64) -> Option<(f64, f64)> {
     let far = |p: &&(f64, f64, f64)| (p.0 - corner).hypot(p.1 - 1.0) > 0.25;
     cells.iter().flatten().filter(far).fold(None, |range, p| {
@@ -39,8 +40,8 @@ fn range(cells: &[Cell], corner: f64) -> Option<(f64, f64)> {
     })
 }
 
-/// A picture with bands of colour and the end of the punch at `corner`; without it, with the outlines of the
-/// elements.
+/// A picture with bands of colour, over the range of values away from the end of the patch at `corner`. If
+/// that is `None`, the picture shows the outlines of the elements.
 fn picture(title: &str, quantity: &str, cells: Vec<Cell>, corner: Option<f64>) -> String {
     let axis = |label: &str| Axis { label: label.into(), unit: String::new(), scale: Scale::Linear };
     Fringes {
@@ -55,7 +56,7 @@ fn picture(title: &str, quantity: &str, cells: Vec<Cell>, corner: Option<f64>) -
     .to_svg()
 }
 
-/// A row for each node, at its reference position.
+/// A table with a row for each node: its reference position, its displacement and the `values`.
 fn csv(samples: impl Iterator<Item = Sample>, header: &str, values: impl Fn(&Sample) -> Vec<f64>) -> String {
     let mut out = format!("x_1_over_h,x_2_over_h,u_1_over_h,u_2_over_h,{header}\n");
     for s in samples {
@@ -67,7 +68,8 @@ fn csv(samples: impl Iterator<Item = Sample>, header: &str, values: impl Fn(&Sam
     out
 }
 
-pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError> {
+/// Fig. 4: the deformed mesh and the nominal stress under one patch.
+pub(super) fn under_a_patch(session: &mut Session) -> Result<Drawn, FigureError> {
     const COMPRESSION: f64 = 0.05;
     let found = session.run(Run::punch(1.0))?;
     let Some(point) = found.at(COMPRESSION) else {
@@ -76,26 +78,39 @@ pub(super) fn under_a_punch(session: &mut Session) -> Result<Drawn, FigureError>
     let mesh = &found.models[point.fan].equations().body().mesh;
     let fields = found.fields(point);
     let cells_of = |value: fn(&Sample) -> f64| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), value);
-    let t = |k: usize| move |s: &Sample| s.stress.nominal()[k];
-    let head = "under a held patch of half-length H, U/H = 0.05";
-    let drawn_cells = |k: usize| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), t(k));
+    let nominal = |k: usize| move |s: &Sample| s.stress.nominal()[k];
+    let conditions = "under a held patch of half-length H, U/H = 0.05";
+    let drawn_cells = |k: usize| cells(mesh, 1.0 + BESIDE + 1e-9, |n| fields.at_node(n), nominal(k));
     let samples =
         (0..mesh.nodes.len()).map(|n| fields.at_node(n)).filter(|s| s.reference[0] <= 1.0 + BESIDE + 1e-9);
     Ok(Drawn {
         files: vec![
             (
                 "figure-4a.svg".into(),
-                picture(&format!("Fig. 4a: deformed mesh {head}"), "", cells_of(|_| 0.0), None),
+                picture(&format!("Fig. 4a: deformed mesh {conditions}"), "", cells_of(|_| 0.0), None),
             ),
             (
                 "figure-4b.svg".into(),
-                picture(&format!("Fig. 4b: nominal stress T₁₁/μ {head}"), "T₁₁/μ", drawn_cells(0), Some(1.0)),
+                picture(
+                    &format!("Fig. 4b: nominal stress T₁₁/μ {conditions}"),
+                    "T₁₁/μ",
+                    drawn_cells(0),
+                    Some(1.0),
+                ),
             ),
             (
                 "figure-4c.svg".into(),
-                picture(&format!("Fig. 4c: nominal stress T₁₂/μ {head}"), "T₁₂/μ", drawn_cells(1), Some(1.0)),
+                picture(
+                    &format!("Fig. 4c: nominal stress T₁₂/μ {conditions}"),
+                    "T₁₂/μ",
+                    drawn_cells(1),
+                    Some(1.0),
+                ),
             ),
-            ("figure-4.csv".into(), csv(samples, "t_11_over_mu,t_12_over_mu", |s| vec![t(0)(s), t(1)(s)])),
+            (
+                "figure-4.csv".into(),
+                csv(samples, "t_11_over_mu,t_12_over_mu", |s| vec![nominal(0)(s), nominal(1)(s)]),
+            ),
         ],
         findings: vec![format!(
             "figure-4: two thicknesses beside the patch |T₁₁| is at most {:.3} of what it is on the axis",
@@ -111,7 +126,8 @@ fn largest_t11(fields: &Fields<'_>, x1: f64) -> f64 {
     column.iter().fold(0.0, |m, s| m.max(s.stress.nominal()[0].abs()))
 }
 
-pub(super) fn three_punches(session: &mut Session) -> Result<Drawn, FigureError> {
+/// Fig. 6: the shear stress at small strain under patches of three half-lengths.
+pub(super) fn three_patches(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     for (file, name, half_length) in [("6a", "H", 1.0), ("6b", "H/2", 0.5), ("6c", "3H", 3.0)] {
         let found = session.run(Run::small_strain(half_length))?;

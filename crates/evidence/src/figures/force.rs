@@ -15,13 +15,15 @@ use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 /// The last compression at which the closed form is drawn, in hundredths; it is drawn at every hundredth.
 const LAST: u32 = 40;
 
-/// `F/(mu H w)` of (50) on a contact of half-length `contact` over `H` with the shear length `length` over `H`.
+/// `F/(mu H w)` of (50) on a contact of half-length `contact` over `H` with the shear length `length` over
+/// `H`.
 pub(super) fn closed_form_force(compression: f64, contact: f64, length: f64) -> Result<f64, MechanicsError> {
     let settings =
         ClosedFormSettings { contact_half_length: contact, contact_width: 1.0, shear_length: length };
     Ok(LayerState::new(1.0, RUBBER, compression, settings)?.force() / RUBBER.shear_modulus())
 }
 
+/// Draws Fig. 16 for both contacts.
 pub(super) fn over_compression(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let contacts = [

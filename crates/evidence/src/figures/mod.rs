@@ -2,9 +2,9 @@
 //! finite elements as points, and the data as CSV beside each picture.
 //!
 //! All quantities are dimensionless: lengths over the thickness `H`, stresses over `C1` or the shear modulus
-//! `mu`. The finite elements are
-//! those of [`elastocap_mechanics::solid`] with a neo-Hookean rubber: in plane strain, with volume kept, the stresses
-//! `sigma_11`, `sigma_12`, `sigma_22` of the paper's Mooney-Rivlin rubber are the same for the same `mu`.
+//! `mu`. The finite elements are those of [`elastocap_mechanics::solid`] with a neo-Hookean rubber: in plane
+//! strain, with volume kept, the stresses `sigma_11`, `sigma_12`, `sigma_22` of the paper's Mooney-Rivlin
+//! rubber are the same for the same `mu`.
 //!
 //! Finite-element runs that several figures need are computed once, in a [`Session`].
 
@@ -143,12 +143,14 @@ pub enum FigureError {
     ClosedForm(#[from] MechanicsError),
 }
 
-/// A finite-element run: contact, end of the layer, last compression, and elements over the thickness.
+/// A finite-element run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
     contact: Contact,
+    /// The condition at the end of the layer.
     end: End,
     compressions: &'static [f64],
+    /// The number of elements over the thickness.
     elements: usize,
 }
 
@@ -180,6 +182,7 @@ const SMALL: f64 = 1e-4;
 /// Draws items and keeps the finite-element runs that they share.
 #[derive(Debug, Default)]
 pub struct Session {
+    /// The results of the runs, by the text of their settings.
     runs: HashMap<String, Rc<ShearLengths>>,
 }
 
@@ -192,8 +195,8 @@ impl Session {
         match item {
             Item::Table1 => tables::phase_angles(),
             Item::Table2 => Ok(tables::poisson_ratios()),
-            Item::Figure4 => contours::under_a_punch(self),
-            Item::Figure6 => contours::three_punches(self),
+            Item::Figure4 => contours::under_a_patch(self),
+            Item::Figure6 => contours::three_patches(self),
             Item::Figure7 => shear::bonded_edge(self),
             Item::Figure9 => profiles::stress_along_rows(self),
             Item::Figure10 => profiles::stress_along_columns(self),
@@ -205,6 +208,7 @@ impl Session {
         }
     }
 
+    /// The result of a run, which is computed when it is first asked for.
     fn run(&mut self, run: Run) -> Result<Rc<ShearLengths>, FigureError> {
         let key = format!("{run:?}");
         if let Some(found) = self.runs.get(&key) {

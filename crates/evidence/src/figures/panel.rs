@@ -12,6 +12,7 @@ pub(super) struct Named(pub(super) &'static str, pub(super) &'static str);
 /// elements; NaN where there is none.
 pub(super) struct Curve {
     pub(super) parameter: f64,
+    /// Abscissa, closed form and finite elements.
     pub(super) rows: Vec<[f64; 3]>,
 }
 
@@ -20,13 +21,16 @@ pub(super) struct Panel {
     /// The name of the files, without extension.
     pub(super) file: String,
     pub(super) title: String,
+    /// The quantity on the horizontal axis.
     pub(super) x: Named,
+    /// The quantity on the vertical axis.
     pub(super) y: Named,
+    /// The quantity that differs between the curves.
     pub(super) parameter: Named,
     pub(super) curves: Vec<Curve>,
     /// Whether the abscissa, and not the parameter, is `x1`.
     pub(super) x_is_x1: bool,
-    /// The stride of abscissae with a point.
+    /// The number of abscissae from one point of finite elements to the next.
     pub(super) stride: usize,
 }
 
@@ -89,7 +93,7 @@ impl Panel {
         (difference, largest)
     }
 
-    /// The difference as a sentence.
+    /// The difference between closed form and finite elements as a sentence.
     pub(super) fn finding(&self) -> String {
         let (near, largest) = self.difference(1.0);
         let (far, _) = self.difference(f64::INFINITY);
@@ -110,6 +114,7 @@ pub(super) fn figure(value: f64) -> String {
     figure_of(value, 4)
 }
 
+/// The value with so many significant digits.
 fn figure_of(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".into();

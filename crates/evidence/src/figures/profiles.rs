@@ -1,4 +1,5 @@
-//! Figs. 9 to 13: stress and displacement of the layer of section 3.2 along lines of fixed `x2` and of fixed `x1`.
+//! Figs. 9 to 13: stress and displacement of the layer of section 3.2 along lines of fixed `x2` and of fixed
+//! `x1`.
 //!
 //! The text of the paper does not say which lines it shows. Here they are at quarters and halves of `x2/H`
 //! and `x1/H`, over the range of the paper's axes, `x1/H` from 0 to 2. At 5 % the end is free, as in the
@@ -13,8 +14,9 @@ use elastocap_mechanics::solid::stress::{Fields, Sample};
 use super::panel::{Curve, Named, Panel, figure};
 use super::{C1, Drawn, FigureError, RUBBER, Run, Session, closed_form, left_out};
 
-/// `x2/H` of the rows and `x1/H` of the columns that are shown.
+/// `x2/H` of the rows that are shown.
 const ROWS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// `x1/H` of the columns that are shown.
 const COLUMNS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
 /// The number of abscissae of a curve; every second one gets a point.
 const ABSCISSAE: usize = 33;
@@ -83,6 +85,7 @@ impl Along {
         }
     }
 
+    /// The point of a line at the abscissa `t`.
     fn point(self, line: f64, t: f64) -> [f64; 2] {
         match self {
             Self::Rows => [t, line],
@@ -134,6 +137,7 @@ impl<'a> Shown<'a> {
     }
 }
 
+/// Draws panels of one state: each is the part of the figure, the quantity and the direction of the lines.
 fn draw(
     found: &ShearLengths,
     compression: f64,

@@ -14,7 +14,8 @@ use elastocap_results::plot::{Axis, Chart, Scale, Series, Style};
 
 /// Half-length of the punch of Fig. 7 over `H`.
 const QUARTER: f64 = 0.25;
-/// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on 450 um.
+/// Half-lengths of the punches of the table over `H`; the sixth is the probe of the paper's sensor, 500 um on
+/// 450 um.
 const PUNCHES: [f64; 7] = [QUARTER, 0.5, 1.0, 500.0 / 450.0, 2.0, 3.0, 4.0];
 
 /// The place along the bonded edge where the shear stress is largest, and the place beyond it where the
@@ -25,6 +26,7 @@ pub(super) fn peak_and_end(edge: &[Sample]) -> Option<(f64, f64)> {
     Some((peak.reference[0], end.reference[0]))
 }
 
+/// Draws Fig. 7.
 pub(super) fn bonded_edge(session: &mut Session) -> Result<Drawn, FigureError> {
     const COUNT: usize = 121;
     let found = session.run(Run::punch(QUARTER))?;
@@ -88,6 +90,7 @@ fn figure_short(value: f64) -> String {
     format!("{}", (100.0 * value).round() / 100.0)
 }
 
+/// Draws the shear lengths of several contacts over the compression, by the balance and by the force.
 pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
     let mut drawn = Drawn::default();
     let mut csv = "contact,contact_half_length_over_h,layer_end,compression,shear_length_from_balance_over_h,\
@@ -143,6 +146,7 @@ pub(super) fn lengths(session: &mut Session) -> Result<Drawn, FigureError> {
     Ok(drawn)
 }
 
+/// Appends the rows of one run to the table.
 fn rows(csv: &mut String, found: &ShearLengths, kind: &str, end: &str) -> Result<(), FigureError> {
     let contact = found.contact.half_length();
     let [length_difference, force_difference] = found.disagreement.unwrap_or([f64::NAN; 2]);

@@ -5,7 +5,7 @@ use elastocap_mechanics::LayerMap;
 use super::panel::cell;
 use super::{Drawn, FigureError};
 
-/// `U/H` in per cent, `alpha` and `1000 alpha^2` as printed; both for `H = 50`.
+/// `U/H` in per cent, and `alpha` and `1000 alpha^2` as printed, for `H = 50`.
 const TABLE_1: [(f64, f64, f64); 7] = [
     (5.0, 0.007745108450011, 0.059986704902432),
     (10.0, 0.010949428377488, 0.119889981793739),
@@ -21,6 +21,7 @@ const TABLE_2: [(f64, f64); 6] =
 /// The thickness that Table 1 is for.
 const PRINTED_THICKNESS: f64 = 50.0;
 
+/// Table 1: the phase angle over the compression.
 pub(super) fn phase_angles() -> Result<Drawn, FigureError> {
     let mut csv = "compression_percent,theta_rad,alpha_for_h_50,thousand_alpha_squared_for_h_50,\
                    printed_alpha_h,printed_alpha_h_squared\n"
@@ -44,6 +45,7 @@ pub(super) fn phase_angles() -> Result<Drawn, FigureError> {
     })
 }
 
+/// Table 2: Poisson's ratio over the ratio of the moduli.
 pub(super) fn poisson_ratios() -> Drawn {
     let mut csv = "bulk_over_shear_modulus,poisson_ratio,printed_poisson_ratio\n".to_owned();
     let mut worst: f64 = 0.0;

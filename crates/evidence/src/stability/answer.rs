@@ -49,6 +49,7 @@ pub(super) fn answer(text: &str, threads: usize, limit: Duration, stop: &AtomicB
     }
 }
 
+/// Waits for the answer of the solving thread, until the time is up or the user stops the case.
 fn wait(receiver: &Receiver<Answer>, limit: Duration, cancel: &AtomicBool, stop: &AtomicBool) -> Answer {
     let begin = Instant::now();
     loop {
@@ -66,6 +67,7 @@ fn wait(receiver: &Receiver<Answer>, limit: Duration, cancel: &AtomicBool, stop:
     }
 }
 
+/// Reads, plans and runs a case.
 fn solve(text: &str, cancel: &Arc<AtomicBool>) -> Answer {
     let case = match elastocap_case::parse(text, Path::new("entry.toml")) {
         Ok(case) => case,

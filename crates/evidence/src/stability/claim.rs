@@ -4,7 +4,8 @@ use elastocap_electrostatics::Bounded;
 
 use elastocap_coupling::outcome::{Outcome, Row};
 
-/// Relative error that rounding may add to a bound or a formula: bounds are theorems up to this.
+/// Relative error that rounding may add to a bound or a formula: bounds are theorems up to this. Not tuned:
+/// it only has to lie above rounding errors and below errors that matter.
 pub const ROUNDING: f64 = 1e-12;
 
 /// The limits between which a number lies, known independently of the program.

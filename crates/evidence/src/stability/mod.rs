@@ -1,9 +1,10 @@
 //! A catalogue of stiff and extreme cases for which something about the result is known independently of the
 //! program.
 //!
-//! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a closed form,
-//! a scaling law, a limit with a known remainder, a reference value, or an inequality between proved bounds. A result is wrong if a
-//! number misses its stated error and nothing says so; a tolerance that the program reports as missed is not.
+//! An entry is one or more case files, solved as `elastocap run` solves them, and claims about the numbers: a
+//! closed form, a scaling law, a limit with a known remainder, a reference value, or an inequality between
+//! proved bounds. A result is wrong if a number misses its stated error and nothing says so; a tolerance that
+//! the program reports as missed is not.
 
 mod answer;
 mod catalogue;
@@ -37,10 +38,11 @@ pub struct Entry {
     pub name: String,
     /// The expected answer.
     pub expect: Expect,
-    /// Whether it belongs to the quick selection.
+    /// Whether the entry belongs to the quick selection.
     pub quick: bool,
     /// The case files to be solved.
     pub cases: Vec<String>,
+    /// The claims on the outcomes of the cases.
     claims: ClaimsOf,
 }
 
@@ -69,6 +71,7 @@ pub struct Report {
 }
 
 impl Entry {
+    /// An entry whose numbers must be right; `claims` makes the claims from the outcomes of its cases.
     fn new(
         subject: &'static str,
         name: impl Into<String>,
@@ -80,11 +83,13 @@ impl Entry {
         Self { subject, name: name.into(), expect: Expect::Number, quick: false, cases, claims }
     }
 
+    /// An entry of one case that must be refused; it belongs to the quick selection.
     fn refused(subject: &'static str, name: impl Into<String>, case: String) -> Self {
         let entry = Self::new(subject, name, [case], |_| Ok(Vec::new()));
         Self { expect: Expect::Refusal, quick: true, ..entry }
     }
 
+    /// The same entry in the quick selection.
     fn quick(self) -> Self {
         Self { quick: true, ..self }
     }
@@ -96,9 +101,9 @@ impl Entry {
         let mut answers = Vec::new();
         for case in &self.cases {
             let answer = answer::answer(case, threads, limit, stop);
-            let last = !matches!(answer, answer::Answer::Run(..));
+            let is_last = !matches!(answer, answer::Answer::Run(..));
             answers.push(answer);
-            if last {
+            if is_last {
                 break;
             }
         }

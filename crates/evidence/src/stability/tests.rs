@@ -38,8 +38,8 @@ fn a_planted_wrong_truth_is_told_and_the_right_one_is_not() {
 
 #[test]
 fn where_the_iteration_gives_up_nothing_is_stated_and_the_tolerance_is_not_reached() {
-    // The iteration gives up on a jacket of this permittivity, which is all but a conductor: a cube of 1.5 m has 569.06 pF. No bounds
-    // are stated then, so that nothing can be wrong.
+    // The iteration gives up on a jacket of this permittivity, which is all but a conductor: a cube of 1.5 m
+    // has 569.06 pF. No bounds are stated then, so that nothing can be wrong.
     let jacketed = |truth: f64| {
         let scene = Scene::new().cube("cube", [0.0; 3], 1.0).dielectric(1e6, [-0.75; 3], [0.75; 3]);
         let case = scene.grounded([-1.0; 3], [1.0; 3], to(1e-3));

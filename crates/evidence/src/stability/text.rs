@@ -7,8 +7,9 @@ pub(super) fn metres(length: f64) -> String {
     format!("\"{length:e} m\"")
 }
 
-fn point<const N: usize>(at: [f64; N]) -> String {
-    format!("[{}]", at.map(metres).join(", "))
+/// A point as a case file has it.
+fn point<const N: usize>(coordinates: [f64; N]) -> String {
+    format!("[{}]", coordinates.map(metres).join(", "))
 }
 
 /// A scene without layer.
@@ -33,12 +34,12 @@ impl Scene {
         self.add(format_args!("[[conductor]]\nname = \"{name}\"\nbox = {{ min = {min}, max = {max} }}\n"))
     }
 
-    /// A cube with its middle at `centre`.
+    /// Adds a conducting cube with its middle at `centre`.
     pub(super) fn cube(self, name: &str, centre: [f64; 3], side: f64) -> Self {
         self.conductor(name, centre.map(|c| c - 0.5 * side), centre.map(|c| c + 0.5 * side))
     }
 
-    /// A sheet across x2; corners on x1 and x3.
+    /// Adds a conducting sheet across x2, at the height `at`; its corners `min` and `max` are (x1, x3).
     pub(super) fn sheet(self, name: &str, at: f64, min: [f64; 2], max: [f64; 2]) -> Self {
         let (at, min, max) = (metres(at), point(min), point(max));
         self.add(format_args!(
@@ -54,7 +55,7 @@ impl Scene {
         ))
     }
 
-    /// All space between two planes across `axis` (1, 2 or 3).
+    /// Adds a dielectric that fills all space between two planes across `axis` (1, 2 or 3).
     pub(super) fn slab(self, axis: usize, permittivity: f64, from: f64, to: f64) -> Self {
         let (from, to) = (metres(from), metres(to));
         self.add(format_args!(
@@ -123,7 +124,9 @@ impl std::fmt::Display for Solve {
 /// m.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
+    /// Whether the electrodes lie one above the other; otherwise they lie side by side.
     pub(super) stacked: bool,
+    /// The thickness of the layer.
     pub(super) layer: f64,
     pub(super) gap: f64,
     pub(super) length: f64,
@@ -138,17 +141,24 @@ pub(super) struct Sensor {
     /// The line of `[load]`; `None` for a sensor without load.
     pub(super) load: Option<String>,
     pub(super) boundary: &'static str,
+    /// The distance of the side walls from the electrodes; `None` without walls.
     pub(super) margin: Option<f64>,
+    /// What is below the layer, as the file has it.
     pub(super) below: String,
+    /// What is above the layer, as the file has it.
     pub(super) above: String,
+    /// The relative tolerance.
     pub(super) tolerance: f64,
 }
 
-/// c10 and c01 of the paper, and the shear modulus they give, Pa.
+/// The constants c10 and c01 of the paper, Pa.
 const CONSTANTS: [f64; 2] = [682.15, 43931.9];
+/// The shear modulus that these constants give, Pa.
 pub(super) const MODULUS: f64 = 2.0 * (CONSTANTS[0] + CONSTANTS[1]);
 
+/// The value of `below` or `above` for an insulated face of the layer.
 pub(super) const INSULATED: &str = "\"insulated\"";
+/// The value of `below` or `above` for a grounded face of the layer.
 pub(super) const GROUNDED: &str = "\"grounded\"";
 
 /// A medium of some thickness (m); unbounded if that is infinite.

@@ -18,7 +18,8 @@ pub(super) const PLATES_TENTH: f64 = 1.039_044_814_755;
 /// C / (4 pi eps0 a) of two square sheets their side apart.
 pub(super) const PLATES_SIDE: f64 = 0.266_026_251_586;
 
-/// The state of the layer from plain bisection of eq. (40), which loses digits below a compression of about 1e-3.
+/// The state of the layer from plain bisection of eq. (40), which loses digits below a compression of about
+/// 1e-3.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layer {
     n: f64,
@@ -86,7 +87,8 @@ pub(super) fn spheroid(a: f64, b: f64) -> f64 {
     (a * a - b * b).sqrt() / (a / b).acosh()
 }
 
-/// C / (4 pi eps0) of a square needle lies between those of the spheroid inside it and of the smallest one around it.
+/// The limits of C / (4 pi eps0) of a needle of square cross-section, m: those of the spheroid inside it, and
+/// of the best of some spheroids around it.
 pub(super) fn needle(length: f64, side: f64) -> [f64; 2] {
     let (a, b) = (0.5 * length, 0.5 * side);
     // Spheroids through the corners: a^2 / A^2 + 2 b^2 / B^2 = 1.
@@ -97,8 +99,10 @@ pub(super) fn needle(length: f64, side: f64) -> [f64; 2] {
     [spheroid(a, b), around.fold(f64::INFINITY, f64::min)]
 }
 
-/// eps0 A/d < C < this, for square sheets of side 1 m, F: the uniform flux between them proves the first; the second is
-/// the sum of the edges of two strips, of which the corners take away less than eps0 times the side.
+/// The limits of the capacitance of two facing square sheets of side 1 m at the distance `gap`, F. The upper
+/// one is that of parallel plates with the edges of two strips, of which the corners take away less than eps0
+/// times the side; the lower one takes that off, but is at least eps0 A/d, which the uniform flux between the
+/// sheets proves.
 pub(super) fn near_plates(gap: f64) -> [f64; 2] {
     let edges = 2.0 / PI * (1.0 + (2.0 * PI / gap).ln());
     [
@@ -107,8 +111,9 @@ pub(super) fn near_plates(gap: f64) -> [f64; 2] {
     ]
 }
 
-/// Two-terminal capacitance of two unit cubes with their middles a distance apart, F, and its relative error: a cube
-/// has no quadrupole, and what one polarises the other by falls as the fourth power.
+/// The two-terminal capacitance of two unit cubes with their middles at this distance, F, and its relative
+/// error: a cube has no quadrupole, and the effect of the charges that one cube induces on the other falls as
+/// the fourth power of the distance.
 pub(super) fn far_cubes(distance: f64) -> (f64, f64) {
     let alone = CUBE * FOUR_PI_EPS0;
     (0.5 * alone / (1.0 - CUBE / distance), distance.powi(-3))

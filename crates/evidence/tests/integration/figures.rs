@@ -59,8 +59,8 @@ fn the_bonded_edge_is_in_balance_with_the_shear_length_of_its_figure() {
     for compression in [0.05, 0.1] {
         let edge: Vec<_> = values.iter().filter(|r| r[0] == compression).collect();
         assert_eq!(edge.len(), 121);
-        // The closed form's straight line up to L and the finite elements' curve have the same area: that is (43). The
-        // line is drawn up to the last abscissa before L; they are 0.05 apart.
+        // The closed form's straight line up to L and the finite elements' curve have the same area: that is
+        // (43). The line is drawn up to the last abscissa before L; they are 0.05 apart.
         let slope = edge[1][2] / edge[1][1];
         let area: f64 = edge.windows(2).map(|p| 0.5 * (p[1][1] - p[0][1]) * (p[0][3] + p[1][3])).sum();
         let length = (2.0 * area / slope).sqrt();

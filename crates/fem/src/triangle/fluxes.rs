@@ -10,8 +10,9 @@ use faer::Mat;
 /// Integrals of the fluxes over the reference triangle and its sides.
 #[derive(Debug)]
 pub struct FluxIntegrals {
+    /// The degree of the fluxes.
     degree: usize,
-    /// Products of components: xx, xy + yx, yy.
+    /// Integrals of products of the components of two fluxes: xx, xy + yx, yy.
     mass: [Mat<f64>; 3],
     /// Integrals of each orthonormal polynomial (row) times the divergence of each flux (column).
     divergence: Mat<f64>,
@@ -27,7 +28,7 @@ impl FluxIntegrals {
         let mut mass = [0, 1, 2].map(|_| Mat::zeros(n, n));
         let mut divergence = Mat::zeros(count, n);
         for (point, w) in triangle_rule(p + 2) {
-            let (values, of) = fluxes(p, point);
+            let (values, flux_divergences) = fluxes(p, point);
             let tests = orthonormal(p - 1, point);
             for i in 0..n {
                 for j in 0..n {
@@ -37,7 +38,7 @@ impl FluxIntegrals {
                     mass[2][(i, j)] += w * a[1] * b[1];
                 }
                 for (k, test) in tests.iter().enumerate() {
-                    divergence[(k, i)] += w * test.value * of[i];
+                    divergence[(k, i)] += w * test.value * flux_divergences[i];
                 }
             }
         }
@@ -47,12 +48,12 @@ impl FluxIntegrals {
             let [a, b] = SIDES[side].map(|c| corners[c]);
             let mut trace = Mat::zeros(p, n);
             for (&s, &w) in nodes.iter().zip(&weights) {
-                let at = [0, 1].map(|k| 0.5 * ((1.0 - s) * a[k] + (1.0 + s) * b[k]));
+                let point = [0, 1].map(|k| 0.5 * ((1.0 - s) * a[k] + (1.0 + s) * b[k]));
                 let l = legendre(p - 1, s);
-                for (i, f) in fluxes(p, at).0.iter().enumerate() {
-                    let out = f[0] * NORMALS[side][0] + f[1] * NORMALS[side][1];
+                for (i, f) in fluxes(p, point).0.iter().enumerate() {
+                    let outward = f[0] * NORMALS[side][0] + f[1] * NORMALS[side][1];
                     for m in 0..p {
-                        trace[(m, i)] += 0.5 * w * ((2 * m + 1) as f64).sqrt() * l[m] * out;
+                        trace[(m, i)] += 0.5 * w * ((2 * m + 1) as f64).sqrt() * l[m] * outward;
                     }
                 }
             }
@@ -61,11 +62,11 @@ impl FluxIntegrals {
         Self { degree: p, mass, divergence, traces }
     }
 
-    /// The forms of a triangle. On a bent one the functions inside are such that the densities which they stand for, as polynomials on
-    /// the reference triangle over the determinant of the map, are orthonormal.
+    /// The forms of the fluxes of a triangle. On a bent one a polynomial inside stands for a density: itself
+    /// over the determinant of the map. The polynomials are chosen so that these densities are orthonormal.
     ///
     /// # Errors
-    /// [`Folded`].
+    /// [`Folded`] if a bent triangle folds or is too uneven to integrate over.
     pub fn on(&self, triangle: &Triangle) -> Result<FluxForms, Folded> {
         if triangle.bent.is_some() {
             return self.on_bent(triangle, 0);
@@ -84,20 +85,21 @@ impl FluxIntegrals {
         Ok(FluxForms { mass, constraints, one })
     }
 
+    /// The forms of a bent triangle, by a rule with `further` points more along each direction than needed.
     pub(super) fn on_bent(&self, triangle: &Triangle, further: usize) -> Result<FluxForms, Folded> {
         let (p, n, count) = (self.degree, self.divergence.ncols(), self.divergence.nrows());
         let (mut mass, mut gram) = (Mat::zeros(n, n), Mat::zeros(count, count));
-        for at in triangle.rule(p + 2, further)? {
-            let [u, v] = at.columns;
-            let w = at.weight / at.determinant.abs();
+        for node in triangle.rule(p + 2, further)? {
+            let [u, v] = node.columns;
+            let w = node.weight / node.determinant.abs();
             let values: Vec<[f64; 2]> =
-                fluxes(p, at.point).0.iter().map(|f| [0, 1].map(|k| u[k] * f[0] + v[k] * f[1])).collect();
+                fluxes(p, node.point).0.iter().map(|f| [0, 1].map(|k| u[k] * f[0] + v[k] * f[1])).collect();
             for i in 0..n {
                 for j in 0..n {
                     mass[(i, j)] += w * (values[i][0] * values[j][0] + values[i][1] * values[j][1]);
                 }
             }
-            let tests = orthonormal(p - 1, at.point);
+            let tests = orthonormal(p - 1, node.point);
             for i in 0..count {
                 for j in 0..count {
                     gram[(i, j)] += w * tests[i].value * tests[j].value;
@@ -111,7 +113,7 @@ impl FluxIntegrals {
             None => inside[(i, j)],
             Some(row) => self.traces[row / p][(row % p, j)] / lengths[row / p],
         });
-        // Of the orthonormal polynomials the first is the root of 2.
+        // The first of the orthonormal polynomials is the constant sqrt(2).
         let mut one = Mat::zeros(count, 1);
         one[(0, 0)] = 0.5_f64.sqrt();
         dense::solve_lower_triangular(root.lower(), one.as_mut());

@@ -1,4 +1,4 @@
-//! The polynomials on the reference triangle.
+//! The polynomials on the reference triangle: orthonormal ones, continuous potentials and fluxes.
 
 use super::SIDES;
 use crate::jet::{Jet, barycentric};
@@ -16,8 +16,8 @@ fn scaled_legendre(degree: usize, x: Jet, t: Jet) -> Vec<Jet> {
     out
 }
 
-/// Polynomials of degree up to `p` that are orthonormal on the reference triangle (Dubiner, J. Sci. Comput. 6, 1991), by ascending
-/// degree; the first one is constant.
+/// Polynomials of degree up to `p` that are orthonormal on the reference triangle (Dubiner, J. Sci. Comput.
+/// 6, 1991), by ascending degree; the first one is constant.
 pub(super) fn orthonormal(p: usize, point: [f64; 2]) -> Vec<Jet> {
     let [l0, l1, l2] = barycentric(point);
     let along = scaled_legendre(p, l1.minus(l0), l0.plus(l1));
@@ -52,17 +52,17 @@ fn jacobi(n: usize, a: f64, x: Jet) -> Jet {
     now
 }
 
-/// Number of continuous functions of degree `p` on a triangle.
+/// The number of continuous functions of degree `p` on a triangle.
 pub fn continuous_functions(p: usize) -> usize {
     (p + 1) * (p + 2) / 2
 }
 
-/// Number of the orthonormal polynomials of degree below `p`: the divergences of the fluxes of degree `p`.
+/// The number of orthonormal polynomials of degree below `p`: the divergences of the fluxes of degree `p`.
 pub fn divergences(p: usize) -> usize {
     p * (p + 1) / 2
 }
 
-/// The continuous functions of degree `p` at a point: corners, sides, inside.
+/// The continuous functions of degree `p` at a point: those of the corners, of the sides and of the inside.
 pub(super) fn continuous(p: usize, point: [f64; 2]) -> Vec<Jet> {
     let corners = barycentric(point);
     let mut out = corners.to_vec();
@@ -82,20 +82,21 @@ pub(super) fn continuous(p: usize, point: [f64; 2]) -> Vec<Jet> {
     out
 }
 
-/// The fluxes of degree `p` at a point of the reference triangle, and their divergences.
+/// The fluxes of degree `p` at a point of the reference triangle, and their divergences: polynomials of
+/// degree below `p` along either axis, and those of degree `p - 1` times the position from the centroid.
 pub(super) fn fluxes(p: usize, point: [f64; 2]) -> (Vec<[f64; 2]>, Vec<f64>) {
-    let (mut values, mut of) = (Vec::with_capacity(p * (p + 2)), Vec::with_capacity(p * (p + 2)));
-    let tests = orthonormal(p - 1, point);
-    for q in &tests {
+    let (mut values, mut divergences) = (Vec::with_capacity(p * (p + 2)), Vec::with_capacity(p * (p + 2)));
+    let polynomials = orthonormal(p - 1, point);
+    for q in &polynomials {
         values.extend([[q.value, 0.0], [0.0, q.value]]);
-        of.extend(q.slope);
+        divergences.extend(q.slope);
     }
-    let from = [point[0] - 1.0 / 3.0, point[1] - 1.0 / 3.0];
-    for q in &tests[tests.len() - p..] {
-        values.push(from.map(|x| x * q.value));
-        of.push(2.0 * q.value + from[0] * q.slope[0] + from[1] * q.slope[1]);
+    let from_centroid = [point[0] - 1.0 / 3.0, point[1] - 1.0 / 3.0];
+    for q in &polynomials[polynomials.len() - p..] {
+        values.push(from_centroid.map(|x| x * q.value));
+        divergences.push(2.0 * q.value + from_centroid[0] * q.slope[0] + from_centroid[1] * q.slope[1]);
     }
-    (values, of)
+    (values, divergences)
 }
 
 #[cfg(test)]

@@ -1,16 +1,19 @@
 //! Polynomials on triangles: continuous potentials, Raviart-Thomas fluxes and their traces.
 //!
-//! The reference triangle has the corners (0, 0), (1, 0) and (0, 1), in this order; its sides are numbered by [`SIDES`] and run from
-//! the first to the second of their corners. A triangle of a mesh is its affine image. Where all triangles list their corners by
-//! ascending number, every side runs the same way in both triangles that it belongs to, and no function needs a sign.
+//! The reference triangle has the corners (0, 0), (1, 0) and (0, 1), in this order; its sides are numbered by
+//! [`SIDES`] and run from the first to the second of their corners. A triangle of a mesh is its affine image.
+//! Where all triangles list their corners by ascending number, every side runs the same way in both triangles
+//! that it belongs to, and no function needs a sign.
 //!
-//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under the map, fluxes their
-//! integrals over curves (Piola), so that neither continuity nor divergence is lost; integrals are then by a rule of higher order.
+//! A triangle may also be a part of one with a side on a curve ([`Bent`]). Potentials keep their values under
+//! the map, fluxes their integrals over curves (Piola), so that neither continuity nor divergence is lost;
+//! integrals are then taken by a rule of higher order.
 //!
-//! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side, whose trace is that of
-//! [`hierarchical`](crate::line::hierarchical), and those that vanish on all sides (Szabo and Babuska, *Finite Element Analysis*,
-//! 1991). The fluxes of degree p are Raviart-Thomas's of order p - 1, without any continuity: their divergences are all
-//! polynomials of degree p - 1, and so are their normal components on each side.
+//! The continuous functions of degree p are the three barycentric coordinates, p - 1 functions of each side,
+//! whose trace is that of [`hierarchical`](crate::line::hierarchical), and those that vanish on all sides
+//! (Szabo and Babuska, *Finite Element Analysis*, 1991). The fluxes of degree p are Raviart-Thomas's of order
+//! p - 1, without any continuity: their divergences are all polynomials of degree p - 1, and so are their
+//! normal components on each side.
 
 mod fluxes;
 mod functions;
@@ -47,14 +50,14 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Columns are the images of the reference triangle's two sides at its first corner.
+    /// The sides of the straight triangle from its first corner to the second and to the third.
     fn sides(&self) -> [[f64; 2]; 2] {
         let [a, b, c] = self.corners;
         [[b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]]
     }
 
     /// The image of a point of the reference triangle, and the derivative of the map there: its columns are
-    /// along the two sides.
+    /// the derivatives along the two axes of the reference triangle.
     pub(super) fn map(&self, point: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let [u, v] = self.sides();
         let Some((bent, [p, q, r])) = &self.bent else {
@@ -68,7 +71,7 @@ impl Triangle {
         (x.map(|x| x.value), [column(along[0]), column(along[1])])
     }
 
-    /// Twice its area, m^2; that of the straight triangle with the same corners.
+    /// Twice the area, m^2, of the straight triangle with these corners.
     pub fn double_area(&self) -> f64 {
         let [u, v] = self.sides();
         (u[0] * v[1] - u[1] * v[0]).abs()
@@ -80,7 +83,7 @@ impl Triangle {
         (b[0] - a[0]).hypot(b[1] - a[1])
     }
 
-    /// Products of the columns of the map from the reference triangle: xx, xy, yy, m^2.
+    /// Scalar products, m^2, of the columns u and v of the map from the reference triangle: uu, uv, vv.
     pub(super) fn metric(&self) -> [f64; 3] {
         let [u, v] = self.sides();
         let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];

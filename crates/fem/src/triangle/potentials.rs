@@ -14,10 +14,11 @@ fn rule_with_functions(p: usize, n: usize) -> Vec<([f64; 2], f64, Vec<Jet>)> {
 /// Integrals of the continuous functions over the reference triangle.
 #[derive(Debug)]
 pub struct PotentialIntegrals {
+    /// The degree of the functions.
     degree: usize,
-    /// Products of values.
+    /// Integrals of products of values.
     mass: Mat<f64>,
-    /// Products of slopes: xx, xy + yx, yy.
+    /// Integrals of products of slopes: xx, xy + yx, yy.
     stiffness: [Mat<f64>; 3],
     /// The points of the rule and their weights, with the functions there.
     rule: Vec<([f64; 2], f64, Vec<Jet>)>,
@@ -47,7 +48,7 @@ impl PotentialIntegrals {
     /// Mass, m^2, and stiffness of a triangle for unit coefficient.
     ///
     /// # Errors
-    /// [`Folded`].
+    /// [`Folded`] if a bent triangle folds or is too uneven to integrate over.
     pub fn on(&self, triangle: &Triangle) -> Result<(Mat<f64>, Mat<f64>), Folded> {
         if triangle.bent.is_some() {
             return self.on_bent(triangle, 0);
@@ -61,6 +62,8 @@ impl PotentialIntegrals {
         Ok((mass, stiffness))
     }
 
+    /// Mass and stiffness of a bent triangle, by a rule with `further` points more along each direction than
+    /// needed.
     pub(super) fn on_bent(
         &self,
         triangle: &Triangle,
@@ -68,17 +71,17 @@ impl PotentialIntegrals {
     ) -> Result<(Mat<f64>, Mat<f64>), Folded> {
         let n = self.mass.nrows();
         let (mut mass, mut stiffness) = (Mat::zeros(n, n), Mat::zeros(n, n));
-        for at in triangle.rule(self.degree + 2, further)? {
-            let [u, v] = at.columns;
-            let f = continuous(self.degree, at.point);
+        for node in triangle.rule(self.degree + 2, further)? {
+            let [u, v] = node.columns;
+            let f = continuous(self.degree, node.point);
             let slopes: Vec<[f64; 2]> = f
                 .iter()
                 .map(|f| {
                     let [a, b] = f.slope;
-                    [(v[1] * a - u[1] * b) / at.determinant, (u[0] * b - v[0] * a) / at.determinant]
+                    [(v[1] * a - u[1] * b) / node.determinant, (u[0] * b - v[0] * a) / node.determinant]
                 })
                 .collect();
-            let w = at.weight * at.determinant.abs();
+            let w = node.weight * node.determinant.abs();
             for i in 0..n {
                 for j in 0..n {
                     mass[(i, j)] += w * f[i].value * f[j].value;
@@ -91,23 +94,24 @@ impl PotentialIntegrals {
 }
 
 impl PotentialIntegrals {
-    /// The energy of potentials that continue along rays, as u(s x) = u(x) / s, beyond a plane parallel to the triangle's at the
-    /// distance `radius` from the point where the rays come from, which is over the origin: the integral of
-    /// (u + x . grad u)^2 / radius + radius |grad u|^2 over the triangle.
+    /// The energy of potentials that continue along rays, as u(s x) = u(x) / s, beyond a plane parallel to
+    /// the triangle's at the distance `radius` from the point where the rays come from, which is over the
+    /// origin: the integral of (u + x . grad u)^2 / radius + radius |grad u|^2 over the triangle.
     ///
     /// # Errors
-    /// [`Folded`].
+    /// [`Folded`] if a bent triangle folds or is too uneven to integrate over.
     pub fn beyond(&self, triangle: &Triangle, radius: f64) -> Result<Mat<f64>, Folded> {
         if triangle.bent.is_some() {
             return self.beyond_bent(triangle, radius, 0);
         }
         let (_, columns) = triangle.map([0.0; 2]);
-        let at = self.rule.iter().map(|(point, weight, functions)| {
+        let rule = self.rule.iter().map(|(point, weight, functions)| {
             (triangle.map(*point).0, columns, *weight, functions.as_slice())
         });
-        Ok(beyond(self.mass.nrows(), radius, at))
+        Ok(beyond(self.mass.nrows(), radius, rule))
     }
 
+    /// [`PotentialIntegrals::beyond`] for a bent triangle; `further` is as for `on_bent`.
     pub(super) fn beyond_bent(
         &self,
         triangle: &Triangle,
@@ -115,14 +119,18 @@ impl PotentialIntegrals {
         further: usize,
     ) -> Result<Mat<f64>, Folded> {
         let points = triangle.rule(self.degree + 2, further)?;
-        let functions: Vec<Vec<Jet>> = points.iter().map(|at| continuous(self.degree, at.point)).collect();
-        let at = points.iter().zip(&functions).map(|(at, f)| (at.place, at.columns, at.weight, f.as_slice()));
-        Ok(beyond(self.mass.nrows(), radius, at))
+        let functions: Vec<Vec<Jet>> =
+            points.iter().map(|node| continuous(self.degree, node.point)).collect();
+        let rule = points
+            .iter()
+            .zip(&functions)
+            .map(|(node, f)| (node.place, node.columns, node.weight, f.as_slice()));
+        Ok(beyond(self.mass.nrows(), radius, rule))
     }
 }
 
-/// The energies of [`PotentialIntegrals::beyond`] from the points of a rule: places, derivatives of the map, weights and the `n`
-/// functions there.
+/// The energies of [`PotentialIntegrals::beyond`] from the points of a rule: places, derivatives of the map,
+/// weights and the `n` functions there.
 fn beyond<'a>(
     n: usize,
     radius: f64,

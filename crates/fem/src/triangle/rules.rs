@@ -4,28 +4,36 @@ use super::{Folded, Triangle};
 use crate::bent::{LEAST_EVENNESS, Needle, Stretch};
 use crate::quadrature::gauss_legendre;
 
-/// The number of points that a rule has along each direction beyond those of a straight triangle, where the
-/// map is not linear: the second numbers, for triangles at least as even as the first ones
-/// ([`Stretch::evenness`]). The errors of energies are then below 1e-10 (see the tests).
+/// By how many points along each direction the rule of a bent triangle exceeds that of a straight one: each
+/// pair is a least evenness ([`Stretch::evenness`]) and this number for triangles that reach it. The errors
+/// of energies are then below 1e-10 (see the tests). Measured:
+/// `more_points_change_no_energy_on_a_bent_triangle_by_the_allowance_for_them`.
 pub(super) const MORE_POINTS: [(f64, usize); 7] =
     [(0.8, 6), (0.7, 8), (0.5, 10), (0.4, 12), (0.25, 16), (0.2, 20), (LEAST_EVENNESS, 28)];
 
 /// Rules for needles are repeated towards the tip, each time on this share of the remaining distance.
+/// Measured: `needles_between_an_arc_and_its_tangent_are_integrated_up_to_the_tip_or_refused`.
 const TOWARDS_TIP: f64 = 0.2;
 
-/// The least number of additional points for needles: the integrand is nearly singular at the tip.
+/// The least number of additional points for needles: the integrand is nearly singular at the tip. Measured:
+/// `needles_between_an_arc_and_its_tangent_are_integrated_up_to_the_tip_or_refused`.
 const MORE_IN_NEEDLES: usize = 12;
 
 /// Needles whose `blunt` is below this are integrated as sharp: their bluntness changes any energy by a
-/// smaller share.
+/// smaller share. It is not tuned.
 const SHARP: f64 = 1e-12;
 
 /// A point of a rule on a bent triangle.
 pub(super) struct MapPoint {
+    /// The point of the reference triangle.
     pub(super) point: [f64; 2],
+    /// The weight for integrals over the reference triangle.
     pub(super) weight: f64,
+    /// The image of the point.
     pub(super) place: [f64; 2],
+    /// The derivative of the map, by columns.
     pub(super) columns: [[f64; 2]; 2],
+    /// The determinant of the derivative.
     pub(super) determinant: f64,
 }
 
@@ -66,7 +74,8 @@ impl Triangle {
     }
 }
 
-/// Points and weights of a rule on the reference triangle that is exact for polynomials of degree `2 n - 2`: `n * n` points.
+/// Points and weights of a rule on the reference triangle that is exact for polynomials of degree `2 n - 2`:
+/// `n * n` points.
 pub(super) fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     let (nodes, weights) = gauss_legendre(n);
     let unit: Vec<(f64, f64)> = nodes.iter().zip(&weights).map(|(s, w)| (0.5 * (s + 1.0), 0.5 * w)).collect();
@@ -79,9 +88,10 @@ pub(super) fn triangle_rule(n: usize) -> Vec<([f64; 2], f64)> {
     out
 }
 
-/// Points and weights of a rule for a needle. In coordinates that collapse to its tip the energies of polynomials are integrals of smooth
-/// functions if the tip is sharp, and nearly singular at a distance from there as large as it is blunt, so that [`triangle_rule`] is
-/// repeated towards it.
+/// Points and weights of a rule for a needle. In coordinates that collapse to its tip the energies of
+/// polynomials are integrals of smooth functions if the tip is sharp. If it is blunt, the integrands are
+/// nearly singular at a distance from the tip of about [`Needle::blunt`], so that [`triangle_rule`] is
+/// repeated towards the tip.
 fn needle_rule(n: usize, needle: &Needle) -> Vec<([f64; 2], f64)> {
     let rule = triangle_rule(n);
     let mut shells = vec![[0.0, 1.0]];

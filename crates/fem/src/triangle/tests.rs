@@ -9,7 +9,8 @@ use faer::Mat;
 
 const SKEW: Triangle = Triangle { corners: [[0.3, -0.1], [1.7, 0.4], [0.1, 0.9]], bent: None };
 
-/// Between an arc of 45 degrees of the unit circle and a point, inside or outside of it, and a part of that at the arc.
+/// Between an arc of 45 degrees of the unit circle and a point, inside or outside of it, and a part of that
+/// at the arc.
 fn bent(third: [f64; 2]) -> [Triangle; 2] {
     let end = [0.5_f64.sqrt(); 2];
     let curve = Curve::Arc { center: [0.0; 2] };
@@ -31,8 +32,8 @@ fn the_area_of_a_bent_triangle_is_that_of_the_straight_one_and_of_the_segment_of
     }
 }
 
-/// Between a cubic and a point, and a part of that at the cubic; the control points are off a third of the chord by `bow` times what
-/// `random` says.
+/// Between a cubic and a point, and a part of that at the cubic; the control points are off a third of the
+/// chord by `bow` times what `random` says.
 fn at_cubic(bow: f64, mut random: impl FnMut() -> f64) -> [Triangle; 2] {
     let mut off = |place: f64| [place + bow * random(), bow * random()];
     let control = [off(1.0 / 3.0), off(2.0 / 3.0)];
@@ -88,7 +89,8 @@ fn compare(triangle: &Triangle, potentials: &PotentialIntegrals, fluxes: &FluxIn
     };
     for (found, exact) in forms(0).iter().zip(&forms(12)) {
         let mut exact = exact.clone();
-        // Energies that are much smaller than others of the same triangle, as in slivers, are lost in rounding.
+        // Energies that are much smaller than others of the same triangle, as in slivers, are lost in
+        // rounding.
         let greatest = (0..exact.nrows()).map(|i| exact[(i, i)]).fold(0.0, f64::max);
         let mut found = found.clone();
         for i in 0..exact.nrows() {

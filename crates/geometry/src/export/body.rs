@@ -1,16 +1,17 @@
-//! Meshes of one kind of element as `.vtu` files: a deformed body, or the tetrahedra around and inside bodies.
+//! Meshes of one kind of element as `.vtu` files: a deformed body, or the tetrahedra around and inside
+//! bodies.
 //!
-//! Points are where the material is after loading; subtracting the array `displacement`, where there is one, gives the
-//! state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and triquadratic hexahedron).
-//! `vtkio` writes the file (`unstructured.rs`).
+//! Points are where the material is after loading; subtracting the array `displacement`, where there is one,
+//! gives the state at rest. Curved elements are written as such (VTK's biquadratic quadrilateral and
+//! triquadratic hexahedron). `vtkio` writes the file (`unstructured.rs`).
 
 use vtkio::model::CellType;
 
 use super::unstructured::{Array, UnstructuredGrid};
 use super::vtk_error::VtkError;
 
-/// The elements of a mesh. The nodes of a curved one are numbered along its first local axis first, then along the second,
-/// then along the third.
+/// The elements of a mesh. The nodes of a curved element are numbered along its first local axis first, then
+/// along the second, then along the third.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
     /// Nine nodes in the plane, quadratic.
@@ -21,12 +22,16 @@ pub enum Element {
     Tetrahedron,
 }
 
-/// Our number of each of VTK's nodes: corners, middles of edges, of faces and of the element, in VTK's order.
+/// For each node of a quadrilateral in VTK's order (corners, middles of edges, of the element), its number in
+/// the order of [`Element`].
 const QUADRILATERAL: [usize; 9] = [0, 2, 8, 6, 1, 5, 7, 3, 4];
+/// The same for a hexahedron, whose nodes in VTK's order are corners, middles of edges, of faces and of the
+/// element.
 const HEXAHEDRON: [usize; 27] =
     [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15, 12, 14, 10, 16, 4, 22, 13];
 
 impl Element {
+    /// For each node in VTK's order, its number in the order of [`Element`].
     fn order(self) -> &'static [usize] {
         match self {
             Self::Quadrilateral => &QUADRILATERAL,
@@ -35,6 +40,7 @@ impl Element {
         }
     }
 
+    /// VTK's type of the element.
     fn vtk_type(self) -> CellType {
         match self {
             Self::Quadrilateral => CellType::BiquadraticQuad,
@@ -49,8 +55,8 @@ impl Element {
 pub struct NamedArray {
     /// Its name in the file.
     pub name: &'static str,
-    /// How many numbers each node or element has: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor (11, 22, 33,
-    /// 12, 23, 13).
+    /// How many numbers each node or element has: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor
+    /// (11, 22, 33, 12, 23, 13).
     pub components: usize,
     /// The numbers, node after node or element after element, in SI units.
     pub values: Vec<f64>,

@@ -20,10 +20,12 @@ pub struct SurfaceBody {
     pub triangles: Vec<[[f64; 3]; 3]>,
 }
 
-/// The surfaces of the conductors of a mesh, numbered 0 to `conductors`, and of its regions, numbered 1 to `regions`;
-/// region 0, the background, is left out.
+/// The surfaces of the conductors of a mesh, and those of its regions except for the background, which is
+/// region 0. `conductors` is the number of conductors, and `regions` that of regions, the background
+/// included.
 ///
-/// The triangles of a conductor run anticlockwise as seen from the space around it; a sheet has triangles for both sides.
+/// The triangles of a conductor run anticlockwise as seen from the space around it; a sheet has triangles for
+/// both sides.
 pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<Corners>>, Vec<Vec<Corners>>) {
     let mut roles = BTreeMap::new();
     for face in &mesh.boundary {
@@ -40,30 +42,30 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
         let region = mesh.regions[t];
         for skip in 0..4 {
             let ids = [0, 1, 2].map(|k| tet[if k < skip { k } else { k + 1 }]);
-            let mut at = ids.map(|p| mesh.points[p as usize]);
+            let mut corners = ids.map(|p| mesh.points[p as usize]);
             // Anticlockwise as seen from outside the tetrahedron.
-            if determinant(mesh.points[tet[skip] as usize], at[0], at[1], at[2]) < 0.0 {
-                at.swap(1, 2);
+            if determinant(mesh.points[tet[skip] as usize], corners[0], corners[1], corners[2]) < 0.0 {
+                corners.swap(1, 2);
             }
             let mut key = ids;
             key.sort_unstable();
             if let Some(&c) = roles.get(&key) {
                 if let Some(triangles) = metal.get_mut(c) {
-                    triangles.push([at[0], at[2], at[1]]);
+                    triangles.push([corners[0], corners[2], corners[1]]);
                 }
-                add(&mut filled, region, at);
-            } else if let Some((other, seen)) = faces.remove(&key) {
+                add(&mut filled, region, corners);
+            } else if let Some((other, other_corners)) = faces.remove(&key) {
                 if other != region {
-                    add(&mut filled, region, at);
-                    add(&mut filled, other, seen);
+                    add(&mut filled, region, corners);
+                    add(&mut filled, other, other_corners);
                 }
             } else {
-                faces.insert(key, (region, at));
+                faces.insert(key, (region, corners));
             }
         }
     }
-    for (region, at) in faces.into_values() {
-        add(&mut filled, region, at);
+    for (region, corners) in faces.into_values() {
+        add(&mut filled, region, corners);
     }
     (metal, filled)
 }
@@ -71,22 +73,24 @@ pub fn surfaces(mesh: &TetMesh, conductors: usize, regions: usize) -> (Vec<Vec<C
 /// The corners of a triangle, m.
 pub type Corners = [[f64; 3]; 3];
 
-fn add(filled: &mut [Vec<Corners>], region: u32, at: Corners) {
+/// Adds a triangle to the surface of its region, unless that is the background. `filled` has the surfaces of
+/// the other regions.
+fn add(filled: &mut [Vec<Corners>], region: u32, corners: Corners) {
     if let Some(triangles) = (region as usize).checked_sub(1).and_then(|r| filled.get_mut(r)) {
-        triangles.push(at);
+        triangles.push(corners);
     }
 }
 
-/// The surface of a prism along `axis`, 0 to 2 for x1 to x3, between the two `ends`, m. Its `outline` is a simple polygon, m,
-/// in the two other coordinates in ascending order, clockwise or anticlockwise. Where an outline crosses itself, its caps
-/// may be incomplete.
+/// The surface of a prism along `axis`, 0 to 2 for x1 to x3, between the two `ends`, m. Its `outline` is a
+/// simple polygon, m, in the two other coordinates in ascending order, clockwise or anticlockwise. Where an
+/// outline crosses itself, its caps may be incomplete.
 pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> {
     let place = |p: [f64; 2], z: f64| match axis {
         0 => [z, p[0], p[1]],
         1 => [p[0], z, p[1]],
         _ => [p[0], p[1], z],
     };
-    // Across x2 the two other axes in ascending order are left-handed.
+    // Seen from above along x2, the two other axes in ascending order are left-handed.
     let turned = (planar::area(outline) < 0.0) != (axis == 1);
     let mut triangles = Vec::new();
     let mut add = |[a, b, c]: Corners| triangles.push(if turned { [a, c, b] } else { [a, b, c] });
@@ -98,24 +102,27 @@ pub fn prism(axis: usize, ends: [f64; 2], outline: &[[f64; 2]]) -> Vec<Corners> 
         add([a, c, b]);
     }
     for [p, q, r] in planar::fill_polygon(outline) {
-        let back = planar::area(outline) < 0.0;
+        let is_clockwise = planar::area(outline) < 0.0;
         let [low, high] = ends.map(|z| [p, q, r].map(|p| place(p, z)));
-        // These triangles are anticlockwise, whichever way the outline runs.
+        // The triangles of `fill_polygon` are anticlockwise, whichever way the outline runs, and `add` turns
+        // those of clockwise outlines.
         let (low, high) =
-            if back { (low, [high[0], high[2], high[1]]) } else { ([low[0], low[2], low[1]], high) };
+            if is_clockwise { (low, [high[0], high[2], high[1]]) } else { ([low[0], low[2], low[1]], high) };
         add(low);
         add(high);
     }
     triangles
 }
 
-/// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as [`super::gltf::glb`] does.
+/// The bodies at each load step, which has a label, as a binary glTF file, scaled for viewing as
+/// [`super::gltf::glb`] does.
 ///
 /// Each step has separate nodes. At first the first step is shown; the animation "load steps" shows one step
 /// after the other for one second each.
 ///
 /// # Errors
-/// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small for the format.
+/// [`GltfError`] if there is nothing to show, a corner is not finite, or the scene is too large or too small
+/// for the format.
 ///
 /// ```
 /// use elastocap_geometry::export::gltf::BodyRole;

@@ -1,14 +1,14 @@
-//! `.vtu` files by `vtkio`: its encoding of the arrays and its XML for each of them.
+//! Writing of `.vtu` files. `vtkio` encodes the arrays, and writes the XML of each of them.
 //!
-//! The elements around the arrays, and a comment that says what the body ids mean, are written here. `vtkio` can write
-//! them too, but it hands a whole document to its serialiser, which keeps the text of every element that is open:
-//! four copies of all arrays, 90 MB for a file of 7 MB. Array by array it is two copies of one of them.
-//! The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32 bits. And `.pvd`
-//! series are written in `vtk.rs`, because `vtkio` does not know that format.
+//! The elements around the arrays, and a comment that says what the body ids mean, are written here. `vtkio`
+//! can write them too, but it hands a whole document to its serialiser, which keeps the text of every element
+//! that is open: four copies of all arrays, 90 MB for a file of 7 MB. Array by array it is two copies of one
+//! of them. The callers check sizes and numbers first, because `vtkio` panics where a count does not fit 32
+//! bits. `.pvd` series are written in `vtk.rs`, because `vtkio` does not know that format.
 //!
-//! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor one number
-//! at a time: a grid of 100,000 cells takes it 0.7 s, more than a whole load curve, and it ends an array that fills its
-//! last block with an empty block where VTK has none.
+//! The arrays are inline, little-endian, in base64 and not compressed. `vtkio` 0.7.0-rc2 hands its compressor
+//! one number at a time: a grid of 100,000 cells takes it 0.7 s, more than a whole load curve, and it ends an
+//! array that fills its last block with an empty block where VTK has none.
 
 use std::fmt::{Display, Write as _};
 
@@ -18,6 +18,7 @@ use vtkio::xml::{Compressor, DataArray, EncodingInfo, ScalarType, se};
 
 use super::vtk_error::VtkError;
 
+/// The encoding of all arrays.
 const ENCODING: EncodingInfo = EncodingInfo {
     byte_order: ByteOrder::LittleEndian,
     header_type: ScalarType::UInt64,
@@ -31,10 +32,10 @@ pub(super) struct UnstructuredGrid<'a> {
     pub(super) points: Vec<f64>,
     /// The type of all cells.
     pub(super) cell: CellType,
-    /// Nodes of a cell.
+    /// The number of nodes of a cell.
     pub(super) nodes_per_cell: usize,
-    /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 reads unsigned integers as
-    /// floating-point numbers, which cannot be indices.
+    /// The nodes of the cells in VTK's order, one cell after the other. Signed, because meshio 5.3.5 reads
+    /// unsigned integers as floating-point numbers, which cannot be indices.
     pub(super) connectivity: Vec<i32>,
     /// Arrays over the points. A viewer shows the first scalar and the first vector of them first.
     pub(super) point_data: Vec<Array>,
@@ -46,8 +47,11 @@ pub(super) struct UnstructuredGrid<'a> {
 
 /// An array over points or cells: `components` numbers for each of them, and a name.
 pub(super) struct Array {
+    /// The name in the file.
     pub(super) name: &'static str,
+    /// How many numbers each point or cell has.
     pub(super) components: usize,
+    /// The numbers, one point or cell after the other.
     pub(super) values: IOBuffer,
 }
 
@@ -68,14 +72,14 @@ impl UnstructuredGrid<'_> {
             None => String::new(),
         };
         let active: String = [("Scalars", 1), ("Vectors", 3)].map(active).concat();
-        let shape = [
+        let cell_arrays = [
             Array { name: "connectivity", components: 1, values: self.connectivity.into() },
             Array { name: "offsets", components: 1, values: offsets.into() },
             Array { name: "types", components: 1, values: vec![self.cell as u8; cells].into() },
         ];
         let sections = [
             ("Points", String::new(), vec![points]),
-            ("Cells", String::new(), shape.into()),
+            ("Cells", String::new(), cell_arrays.into()),
             ("PointData", active, self.point_data),
             ("CellData", String::new(), self.cell_data),
         ];
@@ -114,7 +118,8 @@ impl Array {
             VtkError::Writer(error.to_string())
         }
         let array = DataArray::from_io_buffer(self.values, ENCODING).map_err(refused)?;
-        // The range that `vtkio` states is that of the components, where VTK expects that of a vector's length.
+        // The range that `vtkio` states is that of the components, where VTK expects that of a vector's
+        // length.
         let array = DataArray { range_min: None, range_max: None, ..array }
             .with_name(self.name)
             .with_num_comp(self.components as u32);

@@ -1,12 +1,12 @@
-//! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a series of them:
-//! for ParaView, VTK and meshio.
+//! The electric field of a load step on a grid of boxes as a `.vtu` file, and the `.pvd` file that makes a
+//! series of them: for ParaView, VTK and meshio.
 //!
 //! The potential and the electric field are given at points, so that a viewer shows them smooth. The field
 //! jumps from one body to the next: where bodies meet, each has separate points. The permittivity and the
 //! body id are given in the cells.
 //!
-//! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are written
-//! here, because `vtkio` does not know that format.
+//! `vtkio` writes the `.vtu` (`unstructured.rs` says how, and what is added); the few lines of a `.pvd` are
+//! written here, because `vtkio` does not know that format.
 
 use std::fmt::Write as _;
 
@@ -17,18 +17,20 @@ pub use super::vtk_error::VtkError;
 
 /// Fields on a grid of boxes, the tensor product of three axes, at one load step.
 ///
-/// Every array is in C order: x1 slowest, x3 fastest. With `n[a]` coordinates along axis `a`, node `(i, j, k)` is at
-/// `(i * n[1] + j) * n[2] + k`; cells likewise, with `n[a] - 1` of them along each axis.
+/// Every array is in C order: x1 slowest, x3 fastest. With `n[a]` coordinates along axis `a`, node `(i, j,
+/// k)` is at `(i * n[1] + j) * n[2] + k`; cells likewise, with `n[a] - 1` of them along each axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldGrid {
     /// Coordinates along x1, x2, x3 in m, strictly increasing, at least two on each axis.
     pub axes: [Vec<f64>; 3],
-    /// Where the nodes are instead, m, on a grid that is bent.
+    /// The positions of the nodes, m, of a grid that is bent; those that follow from `axes` then do not
+    /// count.
     pub bent: Option<Vec<[f64; 3]>>,
     /// Potential at each node, V.
     pub potential: Vec<f64>,
-    /// Electric field at each node, V/m; written in single precision. First each component in the cells below
-    /// the node along the axis of the component, then in those above.
+    /// Electric field at each node, V/m; written in single precision. The field may jump there, so that each
+    /// component has two values: the first array has its value in the cells below the node along the axis of
+    /// the component, the second array that in the cells above.
     pub electric_field: Vec<[[f64; 3]; 2]>,
     /// Relative permittivity of each cell; 1 inside conductors by convention.
     pub relative_permittivity: Vec<f64>,
@@ -38,8 +40,8 @@ pub struct FieldGrid {
     pub body_names: Vec<String>,
 }
 
-/// The grid and its fields as a `.vtu` file: point data `potential`, `electric_field`; cell data `relative_permittivity`,
-/// `body_id`.
+/// The grid and its fields as a `.vtu` file: point data `potential`, `electric_field`; cell data
+/// `relative_permittivity`, `body_id`.
 ///
 /// # Errors
 /// When the arrays do not fit the grid or hold numbers that are not finite: see [`VtkError`].
@@ -72,10 +74,11 @@ pub fn vtu(grid: &FieldGrid) -> Result<Vec<u8>, VtkError> {
 /// The points of the file, node after node, and the cells between them.
 #[derive(Default)]
 struct Points {
-    /// m, three for each point.
+    /// Three coordinates for each point, m.
     coordinates: Vec<f64>,
+    /// The potential at each point, V.
     potential: Vec<f64>,
-    /// Three for each point.
+    /// Three components of the electric field for each point, V/m.
     electric_field: Vec<f32>,
     /// The corners of every cell, in VTK's order: around the lower face in x3, then around the upper one.
     connectivity: Vec<i32>,
@@ -148,39 +151,41 @@ impl FieldGrid {
         finite("relative_permittivity", self.relative_permittivity.iter().position(|x| !single(x)))
     }
 
-    /// A point at each node for each body that the cells around it belong to, with the mean of the field in these cells.
+    /// A point at each node for each body that the cells around it belong to, with the mean of the field in
+    /// these cells.
     fn points(&self) -> Points {
         let nodes = self.axes.each_ref().map(Vec::len);
         let cells = nodes.map(|n| n - 1);
         let mut out = Points { connectivity: vec![0; 8 * self.body_id.len()], ..Points::default() };
         for node in 0..self.potential.len() {
-            let at = [node / (nodes[1] * nodes[2]), node / nodes[2] % nodes[1], node % nodes[2]];
+            let indices = [node / (nodes[1] * nodes[2]), node / nodes[2] % nodes[1], node % nodes[2]];
             let limits = &self.electric_field[node];
-            // Body, number of its point, number of its cells here, and the sum of their fields.
-            let mut found: Vec<(i32, i32, f64, [f64; 3])> = Vec::with_capacity(2);
+            // For each body at the node: its id, the number of its point, the number of its cells around the
+            // node, and the sum of their fields.
+            let mut bodies_here: Vec<(i32, i32, f64, [f64; 3])> = Vec::with_capacity(2);
             // For each axis, whether the cell lies above the node.
             for above in (0..8).map(|bits| [0, 1, 2].map(|a| bits >> a & 1)) {
-                if (0..3).any(|a| at[a] + above[a] == 0 || at[a] + above[a] > cells[a]) {
+                if (0..3).any(|a| indices[a] + above[a] == 0 || indices[a] + above[a] > cells[a]) {
                     continue;
                 }
-                let [i, j, k] = [0, 1, 2].map(|a| at[a] + above[a] - 1);
+                let [i, j, k] = [0, 1, 2].map(|a| indices[a] + above[a] - 1);
                 let cell = (i * cells[1] + j) * cells[2] + k;
                 let body = self.body_id[cell];
-                let place = found.iter().position(|known| known.0 == body).unwrap_or(found.len());
-                if place == found.len() {
-                    found.push((body, out.potential.len() as i32, 0.0, [0.0; 3]));
-                    let straight = [0, 1, 2].map(|a| self.axes[a][at[a]]);
+                let entry = bodies_here.iter().position(|known| known.0 == body).unwrap_or(bodies_here.len());
+                if entry == bodies_here.len() {
+                    bodies_here.push((body, out.potential.len() as i32, 0.0, [0.0; 3]));
+                    let straight = [0, 1, 2].map(|a| self.axes[a][indices[a]]);
                     out.coordinates.extend(self.bent.as_ref().map_or(straight, |bent| bent[node]));
                     out.potential.push(self.potential[node]);
                 }
-                let (_, point, count, sum) = &mut found[place];
+                let (_, point, count, sum) = &mut bodies_here[entry];
                 *count += 1.0;
                 (0..3).for_each(|a| sum[a] += limits[above[a]][a]);
                 // A node is the upper corner of the cells below it.
                 let around = [[2, 1], [3, 0]][above[0]][above[1]];
                 out.connectivity[8 * cell + around + 4 * (1 - above[2])] = *point;
             }
-            for (.., count, sum) in found {
+            for (.., count, sum) in bodies_here {
                 out.electric_field.extend(sum.map(|e| (e / count) as f32));
             }
         }

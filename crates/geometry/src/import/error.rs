@@ -13,6 +13,7 @@ pub struct ImportError {
 }
 
 impl ImportError {
+    /// The error of a fault of this file.
     pub(super) fn new(file: &str, problem: ImportProblem) -> Self {
         Self { file: file.to_owned(), problem }
     }
@@ -143,7 +144,8 @@ pub enum ImportProblem {
     /// A closed part that encloses no volume.
     #[error("a closed part encloses no volume, {0}; remove it or give it a thickness")]
     NoVolume(Place),
-    /// A closed part inside another, turned the same way, so that it is unclear whether it is a hollow or a second body.
+    /// A closed part inside another, turned the same way, so that it is unclear whether it is a hollow or a
+    /// second body.
     #[error(
         "a closed part lies inside another and is turned the same way, {0}; turn its faces inwards if it is a hollow, \
          remove it if it is not"
@@ -236,8 +238,8 @@ pub enum ImportProblem {
     /// A body of the scene that is given as a shape instead of a physical group of the mesh.
     #[error("{0}; with a mesh every conductor and dielectric is a physical group of it")]
     NotPhysical(String),
-    /// An outer face that lies in no side of the mesh's bounding box, or that does not face away from the middle of the
-    /// conductors.
+    /// An outer face that lies in no side of the mesh's bounding box, or that does not face away from the
+    /// middle of the conductors.
     #[error("{what}, {place}; {cure}")]
     OuterFace {
         /// The fault.

@@ -18,7 +18,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-/// The largest file that is read, bytes.
+/// The largest file that is read, bytes. Not tuned: a limit that ordinary cases do not reach.
 const LARGEST_FILE: u64 = 512 << 20;
 
 /// Reads the bytes of a file. Anything but a regular file is refused before it is opened: a pipe would wait

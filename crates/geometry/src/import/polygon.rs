@@ -3,7 +3,8 @@
 use crate::intersect::{Point, flat_turn};
 
 /// Polygons with more corners than this are cut as a fan, which only some of them allow: the time of ear
-/// clipping grows with the third power of the number of corners.
+/// clipping grows with the third power of the number of corners. Not tuned: a limit that ordinary cases do
+/// not reach.
 const MAX_CLIPPED: usize = 256;
 
 /// The reason why a polygon cannot be cut into triangles.
@@ -17,11 +18,11 @@ pub(super) enum PolygonFault {
     LongAndNotConvex,
 }
 
-/// Appends the triangles of a plane polygon to `faces`, oriented as it is. `points` are the coordinates of all points,
-/// `corners` the indices of the polygon's, which are used up.
+/// Appends the triangles of a plane polygon to `faces`, oriented as the polygon is. `points` are the
+/// coordinates of all points, and `corners` the indices of those that are its corners; the list is used up.
 ///
-/// Repeated corners are dropped first. A triangle, or a polygon that has become one, is passed on as it is; one with
-/// fewer corners left gives no triangles.
+/// Repeated corners are dropped first. A triangle, or a polygon that has become one, is passed on as it is;
+/// one with fewer corners left gives no triangles.
 ///
 /// # Errors
 /// [`PolygonFault`] if the outline crosses itself or is too long to be cut.
@@ -42,9 +43,9 @@ pub(super) fn triangulate(
     if corners.len() < 4 {
         return Ok(());
     }
-    let at = |p: u32| points[p as usize];
-    let axes = view(points, corners);
-    let turn = |a: u32, b: u32, c: u32| flat_turn(axes, at(a), at(b), at(c));
+    let point = |p: u32| points[p as usize];
+    let axes = projection_axes(points, corners);
+    let turn = |a: u32, b: u32, c: u32| flat_turn(axes, point(a), point(b), point(c));
     if corners.len() > MAX_CLIPPED {
         let first = corners[0];
         if !corners[1..].windows(2).all(|w| turn(first, w[0], w[1]) > 0.0) {
@@ -59,7 +60,7 @@ pub(super) fn triangulate(
             let [a, b, c] = [corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]];
             turn(a, b, c) > 0.0
                 && corners.iter().all(|&p| {
-                    [a, b, c].iter().any(|&q| at(p) == at(q))
+                    [a, b, c].iter().any(|&q| point(p) == point(q))
                         || turn(a, b, p) < 0.0
                         || turn(b, c, p) < 0.0
                         || turn(c, a, p) < 0.0
@@ -73,8 +74,9 @@ pub(super) fn triangulate(
     Ok(())
 }
 
-/// The two axes onto which the polygon projects with the largest area, in the order in which it runs anticlockwise.
-fn view(points: &[Point], corners: &[u32]) -> [usize; 2] {
+/// The two axes onto which the polygon projects with the largest area, in the order in which the projection
+/// runs anticlockwise.
+fn projection_axes(points: &[Point], corners: &[u32]) -> [usize; 2] {
     let origin = points[corners[0] as usize];
     let local = |p: u32| [0, 1, 2].map(|a| points[p as usize][a] - origin[a]);
     let mut area = [0.0; 3];

@@ -1,6 +1,7 @@
 //! Indices as the meshers store them.
 
-/// An optional index in four bytes, where `Option<u32>` takes eight: tables of neighbours hold millions of them.
+/// An optional index in four bytes, where `Option<u32>` takes eight: tables of neighbours hold millions of
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct OptionalIndex(u32);
 
@@ -23,7 +24,9 @@ impl OptionalIndex {
 /// Consecutive new numbers for those points that are used, in the order of their first use.
 #[derive(Debug)]
 pub(crate) struct Renumbering {
+    /// The new number of each old one.
     numbers: Vec<OptionalIndex>,
+    /// The next new number.
     next: u32,
 }
 

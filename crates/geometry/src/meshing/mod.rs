@@ -1,4 +1,5 @@
-//! Meshes: graded grids of boxes ([`grid`]), triangulations in the plane, and conforming meshes of tetrahedra ([`tets`]).
+//! Meshes: graded grids of boxes ([`grid`]), triangulations in the plane, and conforming meshes of tetrahedra
+//! ([`tets`]).
 
 pub mod grid;
 mod indices;

@@ -1,10 +1,10 @@
 //! Recognition of surfaces of triangles that are polygons extruded along an axis.
 //!
-//! The test is exact up to rounding. Every triangle must be normal or parallel to the axis. A line along the
-//! axis enters or leaves the body at the triangles normal to it, so that the cross-section between two of
-//! their planes is the set of points that an odd number of the triangles below covers: the edges of these
-//! triangles that do not cancel in pairs are its outlines. Where outlines of one body touch, or edges of two
-//! of its steps overlap, their edges are divided so that they have corners in common.
+//! The test is exact up to rounding. Every triangle must lie in a plane normal or parallel to the axis. A
+//! line along the axis enters or leaves the body at the triangles normal to it, so that the cross-section
+//! between two of their planes is the set of points that an odd number of the triangles below covers: the
+//! edges of these triangles that do not cancel in pairs are its outlines. Where outlines of one body touch,
+//! or edges of two of its steps overlap, their edges are divided so that they have corners in common.
 
 use super::{ascending, encloses};
 use crate::outline;
@@ -13,7 +13,8 @@ use crate::shapes::TriangleSurface;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
-/// Distances below this share of the size of a surface are due to rounding.
+/// Distances below this share of the size of a surface are due to rounding. Not tuned: it only has to lie
+/// above rounding errors and below distances that matter.
 const NEAR: f64 = 1e-12;
 
 /// Polygons pulled along an axis.
@@ -26,7 +27,8 @@ pub struct Prism {
     pub ends: [f64; 2],
 }
 
-/// The prisms along an axis that a closed surface consists of, one on the other; `None` if it does not.
+/// The prisms along an axis that a closed surface consists of, stacked one on the other; `None` if it does
+/// not consist of such prisms.
 pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
     let [p, q] = across(axis);
     let near = NEAR * size(surface.points.iter());
@@ -40,7 +42,7 @@ pub fn prisms_of(surface: &TriangleSurface, axis: usize) -> Option<Vec<Prism>> {
             return None;
         }
     }
-    let levels = apart(flat.iter().map(|(at, _)| *at), near);
+    let levels = distinct(flat.iter().map(|(at, _)| *at), near);
     let level_of = |at: f64| levels.partition_point(|level| *level <= at).saturating_sub(1);
     flat.sort_by_key(|(at, _)| level_of(*at));
     let mut edges = Edges::between(flat.iter().flat_map(|(_, plan)| plan), near);
@@ -83,7 +85,7 @@ fn size<'a>(points: impl Iterator<Item = &'a [f64; 3]> + Clone) -> f64 {
     (0..3).map(extent).fold(0.0, f64::max)
 }
 
-/// Whether the points of a triangle lie on a line, up to rounding: its height over its longest side.
+/// Whether the points of a triangle lie on a line: its height over its longest side is at most `near`.
 fn is_on_a_line(plan: [[f64; 2]; 3], near: f64) -> bool {
     let side = |k: usize| {
         let [a, b] = [plan[k], plan[(k + 1) % 3]];
@@ -95,7 +97,7 @@ fn is_on_a_line(plan: [[f64; 2]; 3], near: f64) -> bool {
 }
 
 impl Prism {
-    /// m^3; outlines that lie in one another have areas of opposite signs.
+    /// The volume, m^3. The area of an outline in an odd number of others is that of a hole, and negative.
     fn volume(&self) -> f64 {
         let inside = |k: usize| {
             let others = (0..self.outlines.len()).filter(|other| *other != k);
@@ -116,23 +118,24 @@ impl Prism {
     }
 }
 
-/// Coordinates in ascending order, one for all that are nearly the same.
-fn apart(all: impl Iterator<Item = f64>, near: f64) -> Vec<f64> {
-    let mut out = ascending(all.collect());
+/// Coordinates in ascending order, one for each group of neighbours that differ by `near` at most.
+fn distinct(coordinates: impl Iterator<Item = f64>, near: f64) -> Vec<f64> {
+    let mut out = ascending(coordinates.collect());
     out.dedup_by(|above, below| *above - *below <= near);
     out
 }
 
-/// The number of a point: those of its coordinates among the ones that are apart.
+/// A point as the indices of its two coordinates among [`Edges::distinct`].
 type Key = [usize; 2];
 
 /// A set of edges in the plane.
 #[derive(Debug)]
 struct Edges {
-    /// Coordinates that are farther apart than rounding.
-    apart: [Vec<f64>; 2],
+    /// The distinct coordinates of all points along each of the two axes, ascending, m.
+    distinct: [Vec<f64>; 2],
     /// Coordinates that differ by less than this are the same, m.
     near: f64,
+    /// The position of each point, m.
     points: BTreeMap<Key, [f64; 2]>,
     /// For each point the other ends of its edges.
     neighbours: BTreeMap<Key, BTreeSet<Key>>,
@@ -141,19 +144,21 @@ struct Edges {
 impl Edges {
     /// An empty set; the ends of all future edges are among these points.
     fn between<'a>(points: impl Iterator<Item = &'a [f64; 2]> + Clone, near: f64) -> Self {
-        let apart = [0, 1].map(|k| apart(points.clone().map(|point| point[k]), near));
-        let mut edges = Self { apart, near, points: BTreeMap::new(), neighbours: BTreeMap::new() };
+        let distinct = [0, 1].map(|k| distinct(points.clone().map(|point| point[k]), near));
+        let mut edges = Self { distinct, near, points: BTreeMap::new(), neighbours: BTreeMap::new() };
         for point in points {
             let key = edges.key(*point);
             let known = edges.points.entry(key).or_insert(*point);
-            // The least of them, so that their order does not matter.
+            // The least of the coordinates that are the same, so that the order of the points does not
+            // matter.
             *known = [0, 1].map(|k| known[k].min(point[k]));
         }
         edges
     }
 
+    /// The key of one of the points that [`Edges::between`] was given.
     fn key(&self, point: [f64; 2]) -> Key {
-        [0, 1].map(|k| self.apart[k].partition_point(|at| *at <= point[k]).saturating_sub(1))
+        [0, 1].map(|k| self.distinct[k].partition_point(|at| *at <= point[k]).saturating_sub(1))
     }
 
     /// Adds an edge, or removes it if it is in the set.
@@ -172,12 +177,13 @@ impl Edges {
         }
     }
 
+    /// Flips the three edges of a triangle.
     fn flip_around(&mut self, triangle: &[[f64; 2]; 3]) {
         let [a, b, c] = triangle.map(|corner| self.key(corner));
         [(a, b), (b, c), (c, a)].into_iter().for_each(|(from, to)| self.flip(from, to));
     }
 
-    /// Divides edges at ends of others that lie on them: parts that lie on one another then cancel.
+    /// Divides edges at the ends of other edges that lie on them. Parts that lie on one another then cancel.
     fn divide(&mut self) {
         let ends: [Vec<Key>; 2] = [0, 1].map(|k| {
             let mut ends: Vec<Key> = self.neighbours.keys().copied().collect();
@@ -204,14 +210,15 @@ impl Edges {
             }
             on_it.sort_by_key(|key| if a[k] < b[k] { key[k] } else { usize::MAX - key[k] });
             self.flip(a, b);
-            let ways = [a].into_iter().chain(on_it.iter().copied()).zip(on_it.iter().copied().chain([b]));
-            ways.for_each(|(from, to)| self.flip(from, to));
+            let parts = [a].into_iter().chain(on_it.iter().copied()).zip(on_it.iter().copied().chain([b]));
+            parts.for_each(|(from, to)| self.flip(from, to));
         }
     }
 
-    /// Closed polygons of all edges, which neither cross nor pass a point twice, without corners where they go straight on.
+    /// Closed polygons of all edges, which neither cross nor pass a point twice, without corners where they
+    /// go straight on.
     fn loops(&self) -> Vec<Vec<[f64; 2]>> {
-        let mut left = self.neighbours.clone();
+        let mut remaining = self.neighbours.clone();
         let mut out = Vec::new();
         for start in self.neighbours.keys() {
             // At every point an even number of edges meets, so that a path always returns to its start.
@@ -219,11 +226,12 @@ impl Edges {
             let mut passed = BTreeMap::from([(*start, 0)]);
             let mut from = *start;
             while let Some(at) = path.last().copied() {
-                let Some(next) = left.get(&at).and_then(|others| self.first_from(from, at, others)) else {
+                let Some(next) = remaining.get(&at).and_then(|others| self.first_from(from, at, others))
+                else {
                     break;
                 };
                 for (one, other) in [(at, next), (next, at)] {
-                    if let Some(others) = left.get_mut(&one) {
+                    if let Some(others) = remaining.get_mut(&one) {
                         others.remove(&other);
                     }
                 }
@@ -233,12 +241,12 @@ impl Edges {
                     path.push(next);
                     continue;
                 };
-                let mut round = path.split_off(before + 1);
-                for key in &round {
+                let mut ring = path.split_off(before + 1);
+                for key in &ring {
                     passed.remove(key);
                 }
-                round.push(next);
-                let corners = round.iter().map(|key| self.points[key]).collect();
+                ring.push(next);
+                let corners = ring.iter().map(|key| self.points[key]).collect();
                 let polygon = straightened(corners, self.near);
                 if polygon.len() > 2 {
                     out.push(polygon);
@@ -285,8 +293,8 @@ mod tests {
     use super::*;
     use crate::outline::{contains, on_circle};
 
-    /// The surface of what lies between polygons of the same number of corners, one on each level; triangles of the ends as fans about
-    /// a corner.
+    /// The surface of what lies between polygons of the same number of corners, one on each level; triangles
+    /// of the ends as fans about a corner.
     fn pulled(outline: &[[f64; 2]], levels: &[f64], axis: usize) -> TriangleSurface {
         let n = outline.len() as u32;
         let [p, q] = across(axis);

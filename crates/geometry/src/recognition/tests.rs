@@ -10,7 +10,8 @@ fn volume(boxes: &[Box3]) -> f64 {
     boxes.iter().map(|b| b.extent(0) * b.extent(1) * b.extent(2)).sum()
 }
 
-/// The surface of the union of unit cells, two triangles for each face between a filled cell and an empty one.
+/// The surface of the union of unit cells, two triangles for each face between a filled cell and an empty
+/// one.
 fn surface_of(cells: &[[i32; 3]], at: impl Fn([i32; 3]) -> [f64; 3]) -> TriangleSurface {
     let mut known: BTreeMap<[i32; 3], u32> = BTreeMap::new();
     let mut surface = TriangleSurface::default();

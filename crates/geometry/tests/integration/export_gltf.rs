@@ -1,4 +1,5 @@
-//! `scene.glb` read back by the `gltf` crate. What Khronos' validator says of it: tests/readers/validate_glb.mjs.
+//! `scene.glb` read back by the `gltf` crate. What Khronos' validator says of it:
+//! tests/readers/validate_glb.mjs.
 
 use elastocap_geometry::export::gltf::{BodyRole, GltfError, SceneBody, glb, part_name};
 use elastocap_geometry::scene::Box3;

@@ -52,7 +52,8 @@ fn fields_come_back_as_they_went_in() {
     assert_eq!(values(&piece.data.point, "potential"), grid.potential);
     assert_eq!(values(&piece.data.cell, "relative_permittivity"), vec![f64::from(2.8_f32); 6]);
     assert_eq!(values(&piece.data.cell, "body_id"), vec![0.0; 6]);
-    // Within a body the field at a node is the mean of what it is on the node's sides; at an end of the axis there is one.
+    // Within a body the field at a node is the mean of what it is on the node's sides; at an end of the axis
+    // there is one.
     let field = values(&piece.data.point, "electric_field");
     let node = |i: usize, j: usize, k: usize| (3 * i + j) * 4 + k;
     for (at, x1, x3) in [((0, 1, 1), 100.0, 0.0), ((1, 1, 0), 0.0, 1e9), ((1, 2, 3), 0.0, -1e9)] {

@@ -110,7 +110,8 @@ fn what_does_not_concern_the_shape_changes_no_triangle() {
 
 #[test]
 fn points_keep_their_order_and_those_that_no_face_uses_their_place() {
-    // More points than are parsed at a time, more faces than one mesh of the parser holds, used from the last to the first.
+    // More points than are parsed at a time, more faces than one mesh of the parser holds, used from the last
+    // to the first.
     let mut text = String::new();
     for k in 0..2000 {
         text += &format!("v {k} {} 0.1\n", k % 7);

@@ -279,7 +279,8 @@ pub(crate) fn divide_edge(surface: &mut TriangleSurface, [a, b]: [u32; 2], share
     new
 }
 
-/// An OBJ file of a surface: points and faces in any order, points twice, points of no face, and faces turned.
+/// An OBJ file of a surface: points and faces in any order, points twice, points of no face, and faces
+/// turned.
 pub(crate) fn file(surface: &TriangleSurface, draw: &mut Draw) -> String {
     // Each point that the file has: the number of the one that it is in the surface.
     let mut listed: Vec<usize> = (0..surface.points.len()).collect();

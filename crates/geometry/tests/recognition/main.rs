@@ -1,4 +1,5 @@
-//! Random bodies that consist of boxes or prisms, meshed at random, are recognised as what they are, and bodies that nearly do are not.
+//! Random bodies that consist of boxes or prisms, meshed at random, are recognised as what they are, and
+//! bodies that nearly do are not.
 //!
 //! `RECOGNISED_BODIES` sets how many of each kind are drawn for each test, 60 if it is not set.
 

@@ -12,13 +12,14 @@ use pulp::{Simd, WithSimd};
 pub(super) struct Front<'a, T> {
     /// Row by row; only the lower triangle counts.
     pub entries: &'a [Lane<T>],
+    /// The number of rows of the front, and of its columns.
     pub rows: usize,
     /// The number of columns that are eliminated.
     pub columns: usize,
     /// Receives these columns of the factor, row by row, with the inverses of the diagonal entries on the
     /// diagonal.
     pub panel: &'a mut [Lane<T>],
-    /// The lower triangle of the other columns after the elimination, row by row.
+    /// Receives the lower triangle of the other columns after the elimination, row by row.
     pub rest: &'a mut Vec<Lane<T>>,
 }
 
@@ -29,7 +30,7 @@ impl<T: Real + Root> WithSimd for Front<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         // Processors have 32 registers of 64 bytes or 16 smaller ones; those with at least 32 bytes have
-        // fused products.
+        // fused products. The 16 sums of a block of four rows need a register each, hence 32 of them.
         let register = size_of::<S::f32s>();
         match register {
             64.. if size_of::<Lane<T>>() <= register => self.eliminate::<4, true>(),
@@ -40,6 +41,7 @@ impl<T: Real + Root> WithSimd for Front<'_, T> {
 }
 
 impl<T: Real + Root> Front<'_, T> {
+    /// Eliminates the columns in blocks of `B` rows and columns. Returns whether all pivots are positive.
     #[inline(always)]
     fn eliminate<const B: usize, const FUSED: bool>(self) -> bool {
         let Self { entries, rows, columns, panel, rest } = self;
@@ -50,9 +52,10 @@ impl<T: Real + Root> Front<'_, T> {
                 let height = B.min(rows - row);
                 let sums = {
                     let line = |i: usize| &panel[i * columns..][..first];
-                    let above: [&[Lane<T>]; B] = std::array::from_fn(|c| line(first + c.min(width - 1)));
+                    let column_lines: [&[Lane<T>]; B] =
+                        std::array::from_fn(|c| line(first + c.min(width - 1)));
                     let lines: [&[Lane<T>]; B] = std::array::from_fn(|r| line(row + r.min(height - 1)));
-                    products::<T, B, FUSED>(lines, above)
+                    products::<T, B, FUSED>(lines, column_lines)
                 };
                 let mut block = [[Lane::default(); B]; B];
                 for r in 0..height {

@@ -8,10 +8,11 @@ use super::{Elimination, Lane, LaneFactor, Root, Supernode};
 use crate::gemm::Real;
 use pulp::{Arch, Simd, WithSimd};
 
-/// The largest number of right-hand sides that are solved for together.
+/// The largest number of right-hand sides that are solved for together. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 pub const ABREAST: usize = 4;
 
-/// One number of each of `R` right-hand sides, at the same place in all of them: a lane for each.
+/// The lanes of one unknown in each of `R` right-hand sides.
 type Abreast<T, const R: usize> = [Lane<T>; R];
 
 impl Elimination {
@@ -30,6 +31,7 @@ impl Elimination {
     }
 }
 
+/// Overwrites `R` right-hand sides with their solutions, by one pass over the factor.
 fn solve_together<T: Real + Root, const R: usize>(
     plan: &Elimination,
     factor: &LaneFactor<T>,
@@ -38,10 +40,11 @@ fn solve_together<T: Real + Root, const R: usize>(
     Arch::new().dispatch(Substitution { plan, factor, vectors });
 }
 
-/// Forward and back substitution.
+/// Forward and back substitution for `R` right-hand sides.
 struct Substitution<'a, 'b, T, const R: usize> {
     plan: &'a Elimination,
     factor: &'a LaneFactor<T>,
+    /// The right-hand sides, then the solutions.
     vectors: [&'b mut [Lane<T>]; R],
 }
 
@@ -100,6 +103,7 @@ impl<T> LaneFactor<T> {
     }
 }
 
+/// Copies the entries at the unknowns of a supernode out of the vectors.
 #[inline(always)]
 fn gather<T: Real, const R: usize>(
     vectors: &[&mut [Lane<T>]; R],
@@ -114,6 +118,7 @@ fn gather<T: Real, const R: usize>(
     }
 }
 
+/// Copies the entries at the unknowns of a supernode back into the vectors.
 #[inline(always)]
 fn scatter<T: Real, const R: usize>(
     vectors: &mut [&mut [Lane<T>]; R],
@@ -146,7 +151,7 @@ fn forward<T: Real, const R: usize, const FUSED: bool>(square: &[Lane<T>], unkno
     }
 }
 
-/// Solves with the transposed triangle.
+/// Solves with the transpose of the lower triangle that [`forward`] solves with.
 #[inline(always)]
 fn backward<T: Real, const R: usize>(square: &[Lane<T>], unknowns: &mut [Abreast<T, R>]) {
     let columns = unknowns.len();
@@ -164,11 +169,12 @@ fn backward<T: Real, const R: usize>(square: &[Lane<T>], unknowns: &mut [Abreast
     }
 }
 
-/// Rows or columns that are summed at the same time.
+/// Rows or columns that are summed at the same time. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const AT_ONCE: usize = 4;
 
-/// Subtracts the products of the rows of a panel and the `unknowns` of its supernode from the entries at
-/// `below`.
+/// Subtracts the products of the rows of a panel and the `unknowns` of its supernode from the entries of
+/// `vectors` at the unknowns `below`.
 #[inline(always)]
 fn subtract_rows<T: Real, const R: usize, const FUSED: bool>(
     panel: &[Lane<T>],

@@ -1,4 +1,4 @@
-//! The next coarser level: aggregates of strongly connected unknowns.
+//! How the next coarser level is made: each of its unknowns is an aggregate of strongly connected unknowns.
 
 use crate::sparse::SparseMatrix;
 
@@ -6,32 +6,34 @@ use crate::sparse::SparseMatrix;
 struct Aggregates {
     /// The aggregate of each unknown.
     aggregate: Vec<u32>,
+    /// The number of aggregates.
     count: u32,
 }
 
 /// Marks an unknown that is in no aggregate yet.
 const NONE: u32 = u32::MAX;
 
-/// Entries of a symmetric matrix that couple their unknowns strongly: a_ij^2 > s^2 |a_ii a_jj|.
-struct Strong<'a> {
+/// A symmetric matrix and its strong connections, the entries with a_ij^2 > share^2 |a_ii a_jj|.
+struct StrongConnections<'a> {
     matrix: &'a SparseMatrix,
     diagonal: Vec<f64>,
     share: f64,
 }
 
-/// The map from values of aggregates to values of unknowns, constant on each aggregate and smoothed once by damped
-/// Jacobi; `None` if there are hardly fewer aggregates than unknowns.
+/// The map from values of aggregates to values of unknowns, constant on each aggregate and smoothed once by
+/// damped Jacobi; `None` if there are hardly fewer aggregates than unknowns.
 ///
-/// A connection is strong from the share `strong` of the geometric mean of the two diagonal entries on.
-pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<SparseMatrix> {
+/// A connection is strong if it exceeds the share `share` of the geometric mean of the two diagonal entries.
+pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, share: f64) -> Option<SparseMatrix> {
     let n = matrix.rows();
-    let strong = Strong { matrix, diagonal: matrix.diagonal(), share: strong };
+    let strong = StrongConnections { matrix, diagonal: matrix.diagonal(), share };
     let Aggregates { aggregate, count } = strong.aggregates();
     if f64::from(count) > 0.8 * n as f64 {
         return None;
     }
     Some(SparseMatrix::build(n, count as usize, |i, terms| {
-        // Weak connections are added to the diagonal, so that constants stay constants.
+        // Weak connections are added to the diagonal, so that constants stay constants. `size` is the sum of
+        // the magnitudes of the row without them, on which the damping depends.
         let (mut on_diagonal, mut size) = (0.0, 0.0);
         for (j, a) in matrix.terms(i) {
             if strong.is_strong(i, j, a) {
@@ -51,11 +53,13 @@ pub(super) fn smoothed_aggregates(matrix: &SparseMatrix, strong: f64) -> Option<
     }))
 }
 
-impl Strong<'_> {
+impl StrongConnections<'_> {
+    /// Whether the entry `a` of row `i` and column `j` is a strong connection.
     fn is_strong(&self, i: usize, j: usize, a: f64) -> bool {
         i != j && a * a > self.share * self.share * (self.diagonal[i] * self.diagonal[j]).abs()
     }
 
+    /// Partitions the unknowns into aggregates.
     fn aggregates(&self) -> Aggregates {
         let n = self.matrix.rows();
         let mut aggregate = vec![NONE; n];
@@ -75,16 +79,16 @@ impl Strong<'_> {
             count += 1;
         }
         // Other unknowns join the aggregate of their strongest neighbour.
-        let first = aggregate.clone();
-        for i in (0..n).filter(|&i| first[i] == NONE) {
+        let after_first_pass = aggregate.clone();
+        for i in (0..n).filter(|&i| after_first_pass[i] == NONE) {
             let weight = |j: usize, a: f64| a.abs() / self.diagonal[j].abs().sqrt();
             let best = self
                 .matrix
                 .terms(i)
-                .filter(|&(j, a)| first[j] != NONE && self.is_strong(i, j, a))
+                .filter(|&(j, a)| after_first_pass[j] != NONE && self.is_strong(i, j, a))
                 .max_by(|p, q| weight(p.0, p.1).total_cmp(&weight(q.0, q.1)));
             if let Some((j, _)) = best {
-                aggregate[i] = first[j];
+                aggregate[i] = after_first_pass[j];
             }
         }
         // The remaining unknowns begin aggregates with the remaining unknowns around them.

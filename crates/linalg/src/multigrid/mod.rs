@@ -1,5 +1,5 @@
-//! A preconditioner for conjugate gradients: one symmetric multigrid cycle for a sparse matrix that comes from an
-//! elliptic problem.
+//! A preconditioner for conjugate gradients: one symmetric multigrid cycle for a sparse matrix that comes
+//! from an elliptic problem.
 //!
 //! Levels are made by smoothed aggregation (Vanek, Mandel, Brezina 1996) of unknowns that are strongly
 //! connected; the caller may supply a better first level, say the potentials of order 1 below those of order
@@ -20,11 +20,14 @@ use aggregation::smoothed_aggregates;
 use faer::Mat;
 use rayon::prelude::*;
 
-/// Coarsening ends at a level with at most this many unknowns, which is solved exactly.
+/// Coarsening ends at a level with at most this many unknowns, which is solved exactly. Where coarsening
+/// stalls earlier, up to four times as many are. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_scaling`.
 const DIRECT: usize = 400;
 
-/// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a strong connection, on the finest
-/// level of aggregates.
+/// The share of the geometric mean of two diagonal entries beyond which the entry that couples them is a
+/// strong connection, on the finest level of which aggregates are made; half of it on each next level. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_scaling`.
 const STRONG: f64 = 0.08;
 
 /// A level that the caller knows, below the finest one.
@@ -41,23 +44,26 @@ pub struct CoarseLevel {
 #[derive(Debug)]
 pub struct Multigrid {
     levels: Vec<Level>,
-    /// The factor of the last level. `None` if that is too large or has none; it is then smoothed like the
-    /// others.
+    /// The factor of the last level. `None` if that level is too large or its matrix has no factor; the level
+    /// is then smoothed like the others.
     last: Option<Cholesky>,
 }
 
 #[derive(Debug)]
 struct Level {
     matrix: SparseMatrix,
+    /// The inverses of the diagonal entries; zero where an entry is not positive.
     inverse_diagonal: Vec<f64>,
+    /// `None` on the last level.
     transfer: Option<Transfer>,
 }
 
 /// Prolongation and restriction between a level and the next coarser one.
 #[derive(Debug)]
 struct Transfer {
+    /// Prolongation from the coarser level.
     up: SparseMatrix,
-    /// The transpose of `up`.
+    /// Restriction to the coarser level, the transpose of `up`.
     down: SparseMatrix,
 }
 
@@ -65,9 +71,11 @@ struct Transfer {
 #[derive(Debug)]
 struct Vectors {
     residual: Vec<f64>,
-    /// The next three belong to the coarser level.
+    /// The right-hand side on the coarser level.
     right: Vec<f64>,
+    /// The solution on the coarser level.
     coarse: Vec<f64>,
+    /// What a second visit of the coarser level adds to `coarse`.
     step: Vec<f64>,
 }
 
@@ -225,6 +233,7 @@ impl Level {
     }
 }
 
+/// The matrix with its zeros.
 fn dense(matrix: &SparseMatrix) -> Mat<f64> {
     let mut dense = Mat::zeros(matrix.rows(), matrix.columns());
     for i in 0..matrix.rows() {

@@ -2,7 +2,8 @@ use super::*;
 use crate::conjugate_gradients::{Goal, ITERATION_LIMIT, solve};
 use crate::reduction::dot;
 
-/// The seven-point Laplacian on n^3 points between zeros, with the coefficient `of` at each point to its next ones.
+/// The seven-point Laplacian on n^3 points between zeros, with the coefficient `of` at each point to its next
+/// ones.
 fn laplacian(n: usize, of: impl Fn([usize; 3]) -> f64 + Sync) -> SparseMatrix {
     SparseMatrix::build(n * n * n, n * n * n, |i, terms| {
         let at = [i / (n * n), i / n % n, i % n];
@@ -22,8 +23,8 @@ fn laplacian(n: usize, of: impl Fn([usize; 3]) -> f64 + Sync) -> SparseMatrix {
     })
 }
 
-/// Solves for a source of ones to 1e-10 of the energy and returns the iterations and the largest residual over that of
-/// the start.
+/// Solves for a source of ones to 1e-10 of the energy and returns the iterations and the largest residual
+/// over that of the start.
 fn iterations(grid: &Multigrid) -> (usize, f64) {
     let n = grid.matrix().rows();
     let b = vec![1.0; n];

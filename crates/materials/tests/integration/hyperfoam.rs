@@ -38,7 +38,8 @@ fn the_energy_in_plane_and_in_space_is_the_printed_one() {
 #[test]
 fn the_moduli_at_rest_are_those_of_the_terms() {
     for terms in foams() {
-        // With the same stretch l along all axes the pressure is dW/dJ, and the bulk modulus is its slope by J at J = 1.
+        // With the same stretch l along all axes the pressure is dW/dJ, and the bulk modulus is its slope by
+        // J at J = 1.
         let pressure = |j: f64| slope(1e-3, |s| foam_energy(&terms, [(j + s).cbrt(); 3]));
         let bulk = slope(1e-2, |s| pressure(1.0 + s));
         assert!((bulk / bulk_modulus(&terms) - 1.0).abs() < 1e-7, "{bulk} {}", bulk_modulus(&terms));
@@ -49,7 +50,8 @@ fn the_moduli_at_rest_are_those_of_the_terms() {
 
 #[test]
 fn a_foam_of_one_poissons_ratio_is_pressed_as_its_closed_form_says() {
-    // Zero lateral stress makes the lateral stretch l^-nu, and the nominal stress 2 mu / a (l^(a - 1) - l^(-a nu - 1)).
+    // Zero lateral stress makes the lateral stretch l^-nu, and the nominal stress 2 mu / a (l^(a - 1) - l^(-a
+    // nu - 1)).
     for (a, nu) in [(2.0, 0.0), (8.0, 0.0), (-3.0, 0.0), (2.0, 0.3), (-4.0, 0.1), (12.0, 0.45)] {
         let terms = [HyperfoamTerm { shear_modulus: 15e3, exponent: a, poisson_ratio: nu }];
         for compression in [1e-9, 1e-3, 0.1, 0.5, 0.9] {

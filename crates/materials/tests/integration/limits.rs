@@ -1,4 +1,5 @@
-//! Gent's law at its limits: without a limit of extension it is neo-Hookean, at the limit the energy is infinite.
+//! Gent's law at its limits: without a limit of extension it is neo-Hookean, at the limit the energy is
+//! infinite.
 
 use elastocap_materials::{HyperelasticLaw, Rubber, Volume};
 

@@ -5,7 +5,8 @@ use elastocap_materials::{HyperelasticLaw, Rubber, Volume};
 use crate::every_law::{rubbers, slope};
 use crate::hyperfoam::foam_energy;
 
-/// The energy in three dimensions, by principal stretches, without what holds the volume of an incompressible rubber.
+/// The energy in three dimensions, by principal stretches, without what holds the volume of an incompressible
+/// rubber.
 fn energy(rubber: &Rubber, l: [f64; 3]) -> f64 {
     let j = l[0] * l[1] * l[2];
     let split = matches!(rubber.volume, Volume::BulkModulus(_) | Volume::DisplacementOnly(_));
@@ -54,8 +55,9 @@ fn normal_stresses_are_the_slopes_of_the_energy_in_three_dimensions() {
             });
             l[k] * by_stretch / j
         };
-        // Where the volume is kept, the energy leaves an equal part of all three open: that of the pressure field and of the
-        // slope at rest that the energy does without. A bulk modulus acts through the pressure field.
+        // Where the volume is kept, the energy leaves an equal part of all three open: that of the pressure
+        // field and of the slope at rest that the energy does without. A bulk modulus acts through the
+        // pressure field.
         let open = match rubber.volume {
             Volume::Incompressible => s11 - of_energy(0),
             Volume::BulkModulus(_) => field,

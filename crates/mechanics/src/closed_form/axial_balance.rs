@@ -6,11 +6,11 @@
 //!
 //! `B / mu = M (1 + theta^2 a^2 / 2) - tanh(n) / (4n) - 1 / (4 lambda^2)`, `a = L / H`.
 //!
-//! `B` is `mu/2` without load. All functions here return what is left after that, as sums of parts that vanish
-//! with the compression, so that the smallest load keeps its digits.
+//! `B` is `mu/2` without load. The parts of `B` are computed here without this constant, as sums of terms
+//! that vanish with the compression, so that the smallest load keeps its digits.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use super::phase::Phase;
 use crate::numerics::{cosh_minus_sinh_ratio, sinh_ratio_excess};
@@ -46,9 +46,9 @@ pub(crate) fn constant_excess(phase: &Phase, shear_ratio: f64) -> f64 {
     stretch_part(phase.n) + 0.5 * sheared * sheared * mean_ratio(phase.n)
 }
 
-/// `L / H` for which the shear stress on the bonded bottom carries the compressive force `mu H axial_force` through the
-/// cross-section `x1 = 0`: from (43) and (44b), `N = mu alpha tan(theta) L^2 / 2`. `None` without compression, and where the
-/// section pulls.
+/// `L / H` for which the shear stress on the bonded bottom carries the compressive force `mu H axial_force`
+/// through the cross-section `x1 = 0`: from (43) and (44b), `N = mu alpha tan(theta) L^2 / 2`. `None` without
+/// compression, and where the section pulls.
 pub(crate) fn shear_ratio_for_axial_force(phase: &Phase, axial_force: f64) -> Option<f64> {
     let square = 2.0 * axial_force / (phase.theta * phase.n.sinh());
     (square >= 0.0).then(|| square.sqrt())

@@ -1,14 +1,15 @@
-//! The constants of the rubber as the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application" writes them, and as most books do.
+//! The constants of the rubber as the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application" writes them, and as most books do.
 
 use elastocap_materials::MooneyRivlin;
 
 use crate::error::{MechanicsError, require_positive};
 
-/// The constants `(C1, C2) = (2 c10, -2 c01)` in Pa of the paper's stress `sigma = -P I + C1 B + C2 B^-1` (17).
+/// The constants `(C1, C2) = (2 c10, -2 c01)` in Pa of the paper's stress `sigma = -P I + C1 B + C2 B^-1`
+/// (17).
 ///
-/// They differ by factors of two and a sign from those of the energy `W = c10 (I1 - 3) + c01 (I2 - 3)`, which the paper uses
-/// as well; `mu = C1 - C2` (16a, corrected).
+/// They differ by factors of two and a sign from those of the energy `W = c10 (I1 - 3) + c01 (I2 - 3)`, which
+/// the paper uses as well; `mu = C1 - C2` (16a, corrected).
 pub(crate) fn paper_constants(rubber: MooneyRivlin) -> (f64, f64) {
     // Not -2 c01: a neo-Hookean rubber has a C2 of plain zero.
     (2.0 * rubber.c10, 0.0 - 2.0 * rubber.c01)

@@ -1,16 +1,16 @@
 //! The force of the punch: section 5.1 of the paper.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use super::axial_balance::{mean_ratio, mean_ratio_slope, top_pressure_part, top_pressure_part_slope};
 use super::phase::Phase;
 
 /// The compressive force as a function of the state of compression, equation (50) with `B` from (45).
 ///
-/// Divided by `2 w L mu` it is
-/// `lambda [ B/mu - 1/(2 lambda^2) - theta^2 b^2 lambda^2 / 6 ]` with `b = L / H`, the contact half-length over
-/// the thickness. (50) gives it a minus sign; here compression counts as positive.
+/// Divided by `2 w L mu` it is `lambda [ B/mu - 1/(2 lambda^2) - theta^2 b^2 lambda^2 / 6 ]` with `b = L /
+/// H`, the contact half-length over the thickness. (50) gives it a minus sign; here compression counts as
+/// positive.
 ///
 /// It starts as `n^2 (3/2 + a^2/2 - b^2/6)`, rises to a single maximum and then falls through zero: the
 /// pressure that (45) finds grows as `lambda^2 / n`, the pull at the edge of the contact as `lambda^2`.
@@ -35,11 +35,12 @@ impl ForceCurve {
         phase.lambda() * self.mean_pressure(phase)
     }
 
-    /// `L / H` of (45) with which the force over `2 w L mu` on a contact of half-length `b H` is `normalised`. `None`
-    /// without compression, and where that force is below the one without any shear on the bottom.
+    /// The ratio `L / H` of (45) with which a contact of half-length `contact_ratio` times `H` has this
+    /// `normalised` force, over `2 w L mu`. `None` without compression, and where even without any shear on
+    /// the bottom the force would be larger.
     pub(crate) fn shear_ratio_for(phase: &Phase, contact_ratio: f64, normalised: f64) -> Option<f64> {
-        let none = Self { scale: 1.0, contact_ratio, shear_ratio: 0.0 };
-        let lacking = normalised / phase.lambda() - none.mean_pressure(phase);
+        let without_shear = Self { scale: 1.0, contact_ratio, shear_ratio: 0.0 };
+        let lacking = normalised / phase.lambda() - without_shear.mean_pressure(phase);
         let square = 2.0 * lacking / (phase.theta.powi(2) * mean_ratio(phase.n));
         (square >= 0.0).then(|| square.sqrt())
     }

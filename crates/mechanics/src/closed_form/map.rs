@@ -1,7 +1,7 @@
 //! The deformation of the layer: sections 2.1, 2.2 and 2.6 of the paper.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use nalgebra::Matrix3;
 
@@ -15,7 +15,9 @@ use crate::numerics::integrate_from_zero;
 /// rounding error outside is mapped smoothly, one far outside has no meaning and may give `NaN`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerMap {
+    /// Reference thickness `H` in m.
     thickness: f64,
+    /// The state of compression.
     phase: Phase,
 }
 
@@ -23,7 +25,8 @@ impl LayerMap {
     /// The deformation of a layer of reference `thickness` `H` (m) under a `compression` `U/H` in `[0, 1)`.
     ///
     /// # Errors
-    /// [`MechanicsError::NotPositive`] for the thickness, [`MechanicsError::Compression`] for the compression.
+    /// [`MechanicsError::NotPositive`] for the thickness, [`MechanicsError::Compression`] for the
+    /// compression.
     pub fn new(thickness: f64, compression: f64) -> Result<Self, MechanicsError> {
         let thickness = require_positive("thickness of the layer", thickness, "m")?;
         Ok(Self { thickness, phase: Phase::from_compression(compression)? })
@@ -134,7 +137,8 @@ impl LayerMap {
         [sideways, up, 0.0]
     }
 
-    /// Deformation gradient `F` at reference position `x` (m), `F_ij = dy_i / dx_j` (11); its determinant is 1.
+    /// Deformation gradient `F` at reference position `x` (m), `F_ij = dy_i / dx_j` (11); its determinant is
+    /// 1.
     pub fn deformation_gradient(&self, x: [f64; 3]) -> Matrix3<f64> {
         let stretch = self.stretch(x[1]);
         let shear = x[0] * self.stretch_slope(x[1]);

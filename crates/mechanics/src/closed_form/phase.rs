@@ -1,13 +1,13 @@
 //! The one unknown of the closed form: the phase angle `theta = alpha H` and its relatives (40), (46).
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use crate::error::MechanicsError;
 use crate::numerics::integrate_from_zero;
 
 /// Up to this angle `1 - h/H` is integrated (no cancellation); above it the direct form loses less than two
-/// bits. The 16-point rule is exact to rounding well beyond: its error falls as 4^-32 at 1 rad.
+/// bits. The 16-point rule is exact to rounding up to larger angles: at 1 rad its error is about 4^-32.
 const LARGEST_INTEGRATED_ANGLE: f64 = 1.0;
 
 /// The state of compression, as the numbers that the formulas contain. All without unit.
@@ -80,7 +80,8 @@ impl Phase {
     }
 }
 
-/// `f - 1` at the angle `alpha x2`, from (37): `2 sin(a) sin(theta - a) / cos(theta)` with `a = alpha x2 / 2`.
+/// `f - 1` at the angle `alpha x2`, from (37): `2 sin(a) sin(theta - a) / cos(theta)` with `a = alpha x2 /
+/// 2`.
 pub(crate) fn stretch_excess(theta: f64, n: f64, angle: f64) -> f64 {
     let half = 0.5 * angle;
     2.0 * n.cosh() * half.sin() * (theta - half).sin()

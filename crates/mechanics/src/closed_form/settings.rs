@@ -1,7 +1,7 @@
 //! The lengths that the closed form takes from outside the layer, and the force curve that they give.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use super::constants::valid_shear_modulus;
 use super::force::ForceCurve;

@@ -9,19 +9,22 @@
 //!
 //! `F1 = A mu s1 / H`, `F3 = A s3 / integral from 0 to H of dx2 / (2 c10 + 2 c01 f(x2)^2)`.
 //!
-//! `A` and `H` are those before loading. Along `x1` compression changes nothing, since the contact grows as the layer thins. Along `x3` it
-//! changes nothing in a neo-Hookean rubber, and stiffens one with a positive `c01`.
+//! `A` and `H` are those before loading. Along `x1` compression changes nothing, since the contact grows as
+//! the layer thins. Along `x3` it changes nothing in a neo-Hookean rubber, and stiffens one with a positive
+//! `c01`.
 
 use elastocap_materials::MooneyRivlin;
 
 use super::map::LayerMap;
 use crate::numerics::integrate_from_zero;
 
-/// Pieces of the thickness over which the rule of [`integrate_from_zero`] is used.
+/// The number of pieces of the thickness, over each of which [`integrate_from_zero`] is used. It is not
+/// tuned.
 const PIECES: u32 = 16;
 
-/// The force over the shift, along x1 and along x3, N/m, of a contact with this reference area, m^2. `None` along x3 where the rubber
-/// has no positive stiffness against that shear at some height: one of its constants is negative then.
+/// The force over the shift, along x1 and along x3, in N/m, of a contact with this reference `area` in m^2.
+/// `None` along x3 where the rubber has no positive stiffness against that shear at some height: one of its
+/// constants is negative then.
 pub(crate) fn shear_stiffness(map: &LayerMap, rubber: MooneyRivlin, area: f64) -> (f64, Option<f64>) {
     let thickness = map.thickness();
     let modulus = |stretch: f64| 2.0 * (rubber.c10 + rubber.c01 * stretch * stretch);

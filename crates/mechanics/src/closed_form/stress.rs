@@ -1,7 +1,7 @@
 //! The stress in the layer: sections 2.3 to 2.5 and 2.8 of the paper.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use nalgebra::Matrix3;
 
@@ -14,12 +14,16 @@ use elastocap_materials::MooneyRivlin;
 /// The stress of the compressed layer. Tension is positive; points are reference positions in m.
 ///
 /// The stresses are not evaluated as printed, as a pressure plus large parts that nearly cancel, but from
-/// combinations that vanish with the compression, so that a tiny load gives a tiny stress with all its digits.
+/// combinations that vanish with the compression, so that a tiny load gives a tiny stress with all its
+/// digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerStress {
+    /// The deformation that the stress belongs to.
     map: LayerMap,
+    /// The constants `C1` and `C2` of the paper in Pa; see [`paper_constants`].
     c1: f64,
     c2: f64,
+    /// Shear modulus `mu` of the layer in Pa.
     shear_modulus: f64,
     /// `B / mu - 1/2`.
     constant_excess: f64,

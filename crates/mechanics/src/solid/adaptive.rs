@@ -15,16 +15,19 @@ use super::press::{
 };
 use super::refinement::Refinable;
 
-/// The ratio of the numbers of elements of successive meshes, from the marks alone.
+/// The ratio of the numbers of elements of successive meshes, from the marks alone. Tuned:
+/// `benches/layer_growth.py`.
 const GROWTH: f64 = 1.8;
-/// The same ratio while every state found has a fault, so that none counts as reached yet.
+/// The ratio in place of [`GROWTH`] while every state found has a fault, so that none counts as reached yet.
+/// Tuned:
+/// `benches/layer_growth.py`.
 const GROWTH_BEFORE: f64 = 1.5;
 /// The smallest size to which elements are cut, over the thickness: stress is singular at the edges of stiff
-/// bodies, but its smallest scales do not matter to any result.
+/// bodies, but its smallest scales do not matter to any result. It is not tuned.
 const SMALLEST: f64 = 1e-3;
-/// An element is also cut along an axis where its length exceeds its shortest cut length by more than this
-/// factor. In a slender element the quadrature points hardly resolve a stress that is singular at one end,
-/// nor the axis along which it varies.
+/// An element is also cut along an axis on which it is longer, by more than this factor, than on the shortest
+/// axis along which it is marked. In a slender element the quadrature points hardly resolve a stress that is
+/// singular at one end, nor the axis along which it varies. Tuned: `benches/layer_errors.py`.
 const SLENDER: f64 = 3.0;
 
 /// A layer and the meshes that it may be pressed on.
@@ -35,7 +38,7 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
     pub(crate) first: &'a dyn Fn() -> Result<Mesh<S>, ModelError>,
     /// Makes the layer at rest on a mesh with the given index.
     pub(crate) model: &'a dyn Fn(Mesh<S>, usize) -> Result<LayerModel<S>, ModelError>,
-    /// Additional halvings of elements at the surface, so that it can bend around the indenter.
+    /// Additional halvings of elements at the surface, so that the surface can bend around the indenter.
     pub(crate) halvings: Option<&'a HalvingsAt<'a, S>>,
     /// Whether the indenter is a rounded body in contact with the surface.
     pub(crate) is_rounded: bool,
@@ -52,7 +55,9 @@ pub(crate) struct Adaptive<'a, S: Dimension> {
 /// The number of halvings that an element needs, and the axes along which it needs them, as bits.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Halvings {
+    /// The number of halvings.
     pub(crate) times: u8,
+    /// The axes, as bits.
     pub(crate) axes: u8,
 }
 
@@ -92,8 +97,8 @@ impl Limits {
                 [first.elements.len(), nodes].map(|n| (n as f64 * self.finer.powi(k as i32)) as usize);
             MeshSize { elements, unknowns: S::AXES * nodes + S::Pressure::COUNT * elements }
         };
-        let begun = |k: &usize| *k == 0 || size(k - 1).elements <= self.elements;
-        (0..self.meshes).take_while(begun).map(size).collect()
+        let is_begun = |k: &usize| *k == 0 || size(k - 1).elements <= self.elements;
+        (0..self.meshes).take_while(is_begun).map(size).collect()
     }
 }
 
@@ -114,7 +119,7 @@ impl<S: Dimension> Adaptive<'_, S> {
     ) -> Result<Pressing<S>, ModelError> {
         let meshed = |k: usize, levels: &[Arc<Level<S>>], unknown: &[usize]| {
             let Some(last) = levels.last() else {
-                return Some((self.first)().and_then(|mesh| self.on(Refinable::new(mesh), 0)));
+                return Some((self.first)().and_then(|mesh| self.layer_on(Refinable::new(mesh), 0)));
             };
             let mesh = last.mesh.as_ref()?;
             let count = mesh.mesh().elements.len();
@@ -135,7 +140,8 @@ impl<S: Dimension> Adaptive<'_, S> {
                 let smallest = if mesh.is_collapsed(e) { self.limits.smallest_at_corner } else { SMALLEST };
                 cut_along(&lengths, axes, 2.0 * smallest * self.thickness)
             };
-            // These states lie inside the indenter, since its corners are still too round. Their errors say little about later ones.
+            // States with a fault lie inside the indenter, since its corners are still too round on this
+            // mesh. Their errors say little about those of later states.
             let none_counts = unknown.iter().all(|&g| last.fault(g).is_some());
             let growth = if none_counts { GROWTH_BEFORE } else { GROWTH };
             let marks = marks(&estimates, growth, cut_along).unwrap_or_else(every_axis);
@@ -146,7 +152,7 @@ impl<S: Dimension> Adaptive<'_, S> {
                     halvings.iter_mut().zip(of_goal).for_each(|(needed, one)| *needed = needed.and(one));
                 }
             }
-            Some(self.on(cut(mesh, &marks, halvings), k))
+            Some(self.layer_on(cut(mesh, &marks, halvings), k))
         };
         let layers = Layers {
             meshed: &meshed,
@@ -160,7 +166,7 @@ impl<S: Dimension> Adaptive<'_, S> {
     }
 
     /// The layer at rest on mesh number `k`, where that fits into the memory.
-    fn on(&self, refinable: Refinable<S>, k: usize) -> Result<Meshed<S>, ModelError> {
+    fn layer_on(&self, refinable: Refinable<S>, k: usize) -> Result<Meshed<S>, ModelError> {
         let limit = self.memory_limit;
         let fits = |elements: usize, bytes: u64| match bytes <= limit {
             true => Ok(()),
@@ -173,8 +179,8 @@ impl<S: Dimension> Adaptive<'_, S> {
         let model = (self.model)(mesh, k)?;
         fits(elements, model.equations().memory_bytes())?;
         let size = 1.0 / model.equations().unknowns() as f64;
-        // A gap is given at the pressure of the shear modulus. One of 1e-5 of the thickness changes the force of a punch by 7e-6.
-        // The settings are parts of the shortest side of the mesh.
+        // Gaps are those where the pressure equals the shear modulus. A gap of 1e-5 of the thickness changes
+        // the force of a punch by 7e-6. The settings take gaps over the shortest side of the body.
         let gap = |of_thickness: f64| of_thickness * self.thickness / model.equations().shortest_side;
         let plain = if self.folds { NewtonSettings::through_folds() } else { NewtonSettings::default() };
         let settings = NewtonSettings {
@@ -211,7 +217,7 @@ fn cut<S: Dimension>(mesh: &Refinable<S>, marks: &[u8], mut halvings: Vec<Halvin
 }
 
 /// The axes, as bits, along which an element of these `lengths` (m) is cut if it is marked along `axes`. It
-/// is not cut along axes where it is no longer than `least` (m).
+/// is not cut along axes on which it is no longer than `least` (m).
 fn cut_along(lengths: &[f64], axes: u8, least: f64) -> u8 {
     let is_in = |axis: &usize| axes >> axis & 1 == 1;
     let every = || 0..lengths.len();

@@ -1,15 +1,17 @@
 //! Contact without friction between the surface of the body and rigid obstacles, by an interior-point method.
 //!
-//! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and forth
-//! between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of surface that
-//! belongs to the point and a small product `s` of gap and pressure. The forces are unknowns; their increments are
+//! Gap `g >= 0`, contact force `l >= 0` and `g l = 0` have a corner, at which Newton's method goes back and
+//! forth between sets of touching nodes. It is rounded off: `g l = w s` with `g, l > 0`, the length `w` of
+//! surface that belongs to the point and a small product `s` of gap and pressure. The forces are unknowns;
+//! their increments are
 //!
 //! `l + dl = (w s - l n'd) / g`, `d = du - (motion of the obstacle)`,
 //!
-//! so that a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian `H` of the distance, and the force `n w s / g`. The
-//! pattern of the matrix does not depend on which points touch. The steps of [`super::newton`] keep `g` and `l` positive and
-//! reduce `s` until the remaining gaps do not matter. The distance from a convex body is a convex function, so that a step
-//! that keeps the linear gap positive keeps the gap positive, around any corner.
+//! where `n` is the normal of the obstacle. So a pair adds the stiffness `(l/g) n n' - l H`, with the Hessian
+//! `H` of the distance, and the force `n w s / g`. The pattern of the matrix does not depend on which points
+//! touch. The steps of [`super::newton`] keep `g` and `l` positive and reduce `s` until the remaining gaps do
+//! not matter. The distance from a convex body is a convex function, so that a step that keeps the linear gap
+//! positive keeps the gap positive, around any corner.
 //!
 //! A guessed configuration has points inside obstacles, and gaps whose errors are larger than the gaps. From
 //! there the same solutions are found without the bounds `g, l > 0`: see [`Linearisation::Smoothed`].
@@ -18,29 +20,34 @@ use super::dimension::{Dimension, Numbers};
 use super::model::{Equations, Linearisation, Load, Pair, State};
 use super::obstacle::{Gap, IndenterProfile, ObstacleShape};
 
-/// The fraction of the way to `g = 0` or `l = 0` that one step may go.
+/// The fraction of the way to `g = 0` or `l = 0` that one step may go. Tuned:
+/// `cargo bench --bench mechanics`.
 const BOUNDARY_FRACTION: f64 = 0.995;
 
-/// The fraction that is tried of the longest step that the linearised gaps admit.
+/// The fraction that is tried of the longest step that the linearised gaps admit. Tuned:
+/// `cargo bench --bench mechanics`.
 const TOWARD_BOUNDARY: f64 = 0.98;
-/// The smallest factor by which a step is shortened at once.
+/// The smallest factor by which a step is shortened at once. Tuned: `cargo bench --bench mechanics`.
 const SHORTEST_PART: f64 = 0.1;
 
 /// Stiffness of the surface under one point, over the shear modulus times the share of the side that belongs
-/// to the point. The number of steps is about the same for values between 5 and 100.
+/// to the point. The number of steps is about the same for values between 5 and 100. Tuned:
+/// `cargo bench --bench mechanics`.
 const STIFFNESS: f64 = 30.0;
-/// The largest depth of a point inside an obstacle, over the radius of the obstacle's corners.
+/// The largest depth of a point inside an obstacle, over the radius of the obstacle's corners. It is not
+/// tuned.
 const DEEPEST: f64 = 0.5;
 
 /// Distance, force and tangent of one pair.
 struct PairState {
     gap: Gap,
+    /// The contact force `l`.
     force: f64,
     /// The force after a step in which the point stays where it is.
     staying: f64,
     /// The decrease of the force for each metre that the point moves away.
     slope: f64,
-    /// Derivative of the contact force by the distance vector, its sign changed.
+    /// Minus the derivative of the vector of the contact force by the position of the point.
     stiffness: [[f64; 3]; 3],
 }
 
@@ -74,6 +81,7 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
+    /// The gap of a pair in `state`.
     fn gap(&self, pair: &Pair<S>, state: &State<S>) -> Gap {
         let mut y = pair.reference;
         for &(d, k, factor) in &pair.slots {
@@ -85,6 +93,7 @@ impl<S: Dimension> Equations<S> {
         self.body.obstacles[pair.obstacle].shape.gap(S::in_space(&y))
     }
 
+    /// Distance, force and tangent of pair number `c` in `state`.
     fn pair_state(&self, c: usize, state: &State<S>) -> PairState {
         let pair = &self.pairs[c];
         let gap = self.gap(pair, state);
@@ -107,7 +116,7 @@ impl<S: Dimension> Equations<S> {
         PairState { gap, force, staying, slope, stiffness }
     }
 
-    /// Sets every contact force to the product `s` over the gap, as before the first contact.
+    /// Sets every contact force that is not positive, as before the first contact, to `w s` over the gap.
     pub(crate) fn start_contact(&self, state: &mut State<S>) {
         for (c, pair) in self.pairs.iter().enumerate() {
             if state.contact[c] <= 0.0 {
@@ -146,15 +155,16 @@ impl<S: Dimension> Equations<S> {
             let slots = &pair.slots;
             for (r, &(d, k, sign)) in slots.iter().enumerate() {
                 self.unbalanced[d] -= sign * force * gap.normal[k];
-                let for_way_up = sign * stiffness[k][1];
+                // When the obstacle moves up by 1 m.
+                let force_per_rise = sign * stiffness[k][1];
                 let Some(row) = self.unknowns.index(d) else {
                     if let Some(given) = &mut given {
-                        given.add_held(for_way_up, load.displacement[d] - state.displacement[d]);
+                        given.add_held(force_per_rise, load.displacement[d] - state.displacement[d]);
                     }
                     continue;
                 };
                 if let Some(given) = &mut given {
-                    given.add_to_column(row, for_way_up);
+                    given.add_to_column(row, force_per_rise);
                 }
                 self.right[row] += sign * right[k];
                 for (m, &(e, l, other)) in slots.iter().enumerate() {
@@ -171,7 +181,8 @@ impl<S: Dimension> Equations<S> {
         worst
     }
 
-    /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in m.
+    /// Increments of the contact forces for the displacement increments `du` and the obstacles' motions, in
+    /// m.
     pub(crate) fn contact_increment(&self, state: &State<S>, du: &[f64], motion: &[S::Point]) -> Vec<f64> {
         let increment = |(c, pair): (usize, &Pair<S>)| {
             let PairState { gap, force, staying, slope, .. } = self.pair_state(c, state);
@@ -183,17 +194,18 @@ impl<S: Dimension> Equations<S> {
         self.pairs.iter().enumerate().map(increment).collect()
     }
 
-    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of its value, or need
-    /// not, and otherwise the fraction of the step to try next. Contact forces that the step would make zero
-    /// or negative are each limited to a positive value, since they only weight the next step.
+    /// Returns 1 if the step from `before` to `after` keeps every gap above a fraction of its value, or if
+    /// the method takes gaps of any sign, and otherwise the fraction of the step to try next. A contact force
+    /// that the step would make zero or negative is set to a small positive value, since it only weights the
+    /// next step.
     pub(crate) fn clear_part(&self, before: &State<S>, after: &mut State<S>) -> f64 {
         if self.linearisation != Linearisation::Interior {
             return 1.0;
         }
         let least = 1.0 - BOUNDARY_FRACTION;
-        let left = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
-        let left =
-            self.pairs.iter().map(left).fold(f64::INFINITY, |m, r| if r.is_nan() { r } else { m.min(r) });
+        let ratio = |pair: &Pair<S>| self.gap(pair, after).distance / self.gap(pair, before).distance;
+        let smallest = |m: f64, r: f64| if r.is_nan() { r } else { m.min(r) };
+        let left = self.pairs.iter().map(ratio).fold(f64::INFINITY, smallest);
         if left.is_nan() || left <= least {
             // This is the fraction for a linear gap. The distance is convex, so that the gap closes no
             // earlier elsewhere.
@@ -221,8 +233,8 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// Sets every contact force to that of the nodal pressures `nodal` in Pa, or to the product `s` over the
-    /// gap where that is larger.
+    /// Sets every contact force to that of the nodal pressures `nodal` in Pa, or to `w s` over the gap where
+    /// that is larger.
     pub(crate) fn guess_contact(&self, state: &mut State<S>, nodal: &[f64]) {
         self.press_with_nodal(state, nodal);
         for (c, pair) in self.pairs.iter().enumerate() {
@@ -239,8 +251,8 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
-    /// Whether every point is outside the obstacles, or so little inside that the nearest face of the obstacle is the one that it came
-    /// through.
+    /// Whether every point is outside the obstacles, or so little inside that the nearest face of the
+    /// obstacle is the one that it came through.
     pub(crate) fn is_near_surface(&self, state: &State<S>) -> bool {
         self.pairs.iter().all(|pair| {
             let deepest = DEEPEST * self.body.obstacles[pair.obstacle].shape.radius();
@@ -248,7 +260,7 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// The force in N/m that obstacle `o` exerts on the body in `state`.
+    /// The force (N, in the plane N/m) that obstacle `o` exerts on the body in `state`.
     pub fn contact_force(&self, o: usize, state: &State<S>) -> S::Point {
         let mut sum = S::Point::default();
         for (pair, force) in self.pairs.iter().zip(&state.contact) {
@@ -262,21 +274,22 @@ impl<S: Dimension> Equations<S> {
         sum
     }
 
-    /// For each point that may touch obstacle `o`: its reference position, its distance in m and the contact pressure
-    /// in Pa of the reference area.
+    /// For each point that may touch obstacle `o`: its reference position, along `x1` relative to the carrier
+    /// of the obstacle if it has one, its distance in m and the contact pressure in Pa of the reference area.
     pub fn contact_pressure(&self, o: usize, state: &State<S>) -> Vec<(S::Point, f64, f64)> {
         let pairs = self.pairs.iter().zip(&state.contact).filter(|(pair, _)| pair.obstacle == o);
         pairs.map(|(p, force)| (p.reference, self.gap(p, state).distance, force / p.weight)).collect()
     }
 
-    /// Contact pressure at the nodes in Pa of the reference area: the mean over the points around a node, by its shape
-    /// function; zero where there is nothing to touch.
+    /// Contact pressure at the nodes in Pa of the reference area: the mean over the points around a node, by
+    /// its shape function; zero where there is nothing to touch.
     pub fn nodal_contact_pressure(&self, state: &State<S>) -> Vec<f64> {
         let nodes = self.body.mesh.nodes.len();
         let (mut force, mut area) = (vec![0.0; nodes], vec![0.0; nodes]);
         for (pair, l) in self.pairs.iter().zip(&state.contact) {
             for &(d, k, factor) in &pair.slots {
-                // Carriers and the far ends of a parabola have negative factors. Neither is near the point.
+                // Carriers have negative factors, and so have nodes at the far end of the side. Neither is
+                // near the point.
                 if k == 0 && factor > 0.0 {
                     force[d / S::AXES] += factor * l;
                     area[d / S::AXES] += factor * pair.weight;

@@ -1,6 +1,8 @@
-//! The interface that the plane and space have in common: the solver is written once, generic over a [`Dimension`].
+//! The interface that the plane and space have in common: the solver is written once, generic over a
+//! [`Dimension`].
 //!
-//! Code that has a type parameter `S: Dimension` works in plane strain with `S = Plane` and in three dimensions with `S = Space`:
+//! Code that has a type parameter `S: Dimension` works in plane strain with `S = Plane` and in three
+//! dimensions with `S = Space`:
 //!
 //! | | [`Plane`] | [`Space`] |
 //! |---|---|---|
@@ -11,7 +13,8 @@
 //! | `S::Pressure`, pressure coefficients of an element | 3 | 4 |
 //! | forces | N per metre of width | N |
 //!
-//! Lists of displacements and forces hold `S::AXES` numbers for each node: entry `S::AXES n + k` belongs to node `n` and axis `k`.
+//! Lists of displacements and forces hold `S::AXES` numbers for each node: entry `S::AXES n + k` belongs to
+//! node `n` and axis `k`.
 
 use std::fmt::Debug;
 use std::ops::IndexMut;
@@ -67,10 +70,10 @@ impl<const N: usize> Numbering for [u32; N] {
     }
 }
 
-/// The plane or space, with its element: sizes of arrays and the few functions that differ. The two are written down beside their elements,
-/// in [`super::element`] and [`super::space::element`].
+/// The plane or space, with its element: sizes of arrays and the few functions that differ. The two are
+/// written down beside their elements, in [`super::element`] and [`super::space::element`].
 pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
-    /// Displacements of a node.
+    /// The number of displacements of a node.
     const AXES: usize;
     /// A position or a vector.
     type Point: Numbers;
@@ -86,8 +89,8 @@ pub trait Dimension: Copy + Debug + Default + PartialEq + Send + Sync + 'static 
     const SIDES: &'static [&'static [usize]];
     /// The corners among the nodes of a side.
     const SIDE_CORNERS: &'static [usize];
-    /// The outward normal of a side, from the slopes along its first and second direction: as long as the side's size
-    /// over that of the reference side. In the plane there is no second direction.
+    /// The outward normal of a side, from the slopes along its first and second direction: as long as the
+    /// side's size over that of the reference side. In the plane there is no second direction.
     fn normal(first: Self::Point, second: Self::Point) -> Self::Point;
     /// A point in space; in the plane, its third coordinate is zero.
     fn in_space(point: &Self::Point) -> [f64; 3];
@@ -100,14 +103,15 @@ pub(crate) type Stress = [f64; 6];
 
 /// An element with continuous displacements and a discontinuous pressure, condensed out.
 ///
-/// Displacements of an element are `axes a + k` for node `a` and axis `k`, in m. Per metre of width in the plane.
+/// Displacement `axes a + k` of an element is that of its node `a` along axis `k`, in m. In the plane, forces
+/// and stiffnesses are per metre of width.
 pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
-    /// Nodes.
+    /// The number of nodes.
     const NODES: usize;
-    /// Quadrature points.
+    /// The number of quadrature points.
     const POINTS: usize;
-    /// Whether the element can be assembled with `J <= 0`, if the rubber [allows](Rubber::knows_inside_out)
-    /// it.
+    /// Whether the element can be assembled with `J <= 0` if the energy of the rubber [is defined
+    /// there](Rubber::knows_inside_out).
     const ANY_VOLUME_RATIO: bool;
 
     /// The element with nodes at `x` (m). Returns `None` if it is turned inside out at a quadrature point.
@@ -123,7 +127,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// `J` at quadrature point `q` under the displacements `u`.
     fn volume_ratio(&self, q: usize, u: &[f64]) -> f64;
 
-    /// Cauchy stress in Pa at quadrature point `q` under the displacements `u` and the pressure coefficients `p`: 11, 22, 33, 12, 23, 13.
+    /// Cauchy stress in Pa at quadrature point `q` under the displacements `u` and the pressure coefficients
+    /// `p`: 11, 22, 33, 12, 23, 13.
     fn stress(&self, rubber: &Rubber, q: usize, u: &[f64], p: &S::Pressure) -> Stress;
 
     /// Reference volume in m^3 that belongs to quadrature point `q`; area in m^2 in the plane.
@@ -136,12 +141,13 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
     /// Inverse of the pressure's mass matrix, row by row, in 1/m^3 (in the plane 1/m^2).
     fn mass_inverse(&self) -> &[S::Pressure];
 
-    /// Fills `out` with internal forces, coupling, volume error, smallest `J` and the upper triangle of the tangent with
-    /// the pressure held, under the displacements `u` and the pressure coefficients `p` (Pa, positive in tension).
+    /// Fills `out` with the internal forces, the coupling, the volume error, the smallest `J` and the upper
+    /// triangle of the tangent at constant pressure, under the displacements `u` and the pressure
+    /// coefficients `p` (Pa, positive in tension).
     fn integrate(&self, rubber: &Rubber, u: &[f64], p: &S::Pressure, out: &mut ElementSystem<S>);
 
-    /// Internal forces and tangent with the pressure eliminated, with the proximal modulus `kappa_0` (Pa); see
-    /// [`super::element`].
+    /// Internal forces and tangent with the pressure eliminated, with the proximal modulus `kappa_0` (Pa);
+    /// see [`super::element`].
     fn assemble(
         &self,
         rubber: &Rubber,
@@ -181,7 +187,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
         S::Pressure::from_fn(|m| modulus * self.mass_inverse()[m].dot(&right))
     }
 
-    /// Integral of the product of the reference gradients of shape functions `a` and `b`, in m; in the plane without unit.
+    /// Integral of the product of the reference gradients of shape functions `a` and `b`, in m; in the plane
+    /// without unit.
     fn gradient_product(&self, a: usize, b: usize) -> f64;
 
     /// Adds a drag: the forces and the tangent of the energy `drag/2 |grad(u - anchor)|^2` with `drag` in Pa.
@@ -201,7 +208,8 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
         }
     }
 
-    /// Smallest `J` over the quadrature points under `u`, and the smallest ratio to `J` under `before`.
+    /// The smallest `J` over the quadrature points under `u`, and the smallest ratio of `J` under `u` to `J`
+    /// under `before`.
     fn smallest_j(&self, u: &[f64], before: &[f64]) -> (f64, f64) {
         (0..Self::POINTS).fold((f64::INFINITY, f64::INFINITY), |(least, ratio), q| {
             let (now, then) = (self.volume_ratio(q, u), self.volume_ratio(q, before));
@@ -219,20 +227,21 @@ pub trait Element<S: Dimension>: Sized + Clone + Debug + Send + Sync {
 pub struct ElementSystem<S: Dimension = Plane> {
     /// Internal forces of the displacements in N.
     pub force: Vec<f64>,
-    /// Internal forces after the pressure is eliminated: the negative right-hand side.
+    /// Internal forces after the pressure is eliminated: the right-hand side with its sign changed.
     pub condensed_force: Vec<f64>,
     /// Tangent after the pressure is eliminated, row after row and symmetric, in N/m.
     pub stiffness: Vec<f64>,
     /// `G`: derivative of the internal forces by the pressure's coefficients, in m^2.
     pub coupling: Vec<S::Pressure>,
-    /// `r_p` in m^3; divided by the volume a mean volume error.
+    /// The residual `r_p` of the volume in m^3, see [`super::element`]. Its first entry over the volume of
+    /// the element is the mean volume error.
     pub volume_error: S::Pressure,
     /// Smallest `J` of the quadrature points.
     pub smallest_j: f64,
 }
 
 impl<S: Dimension> ElementSystem<S> {
-    /// The system of an element with `displacements`, all zero.
+    /// The system of an element with this number of `displacements`, all entries zero.
     pub fn new(displacements: usize) -> Self {
         Self {
             force: vec![0.0; displacements],
@@ -268,7 +277,8 @@ impl<S: Dimension> ElementSystem<S> {
     }
 }
 
-/// `1 / (1/kappa + 1/kappa_0)`, or `None` if the rubber has no pressure field.
+/// The modulus `1 / (1/kappa + 1/kappa_0)` by which the pressure is eliminated, or `None` if the rubber has
+/// no pressure field.
 fn proximal_modulus(rubber: &Rubber, kappa_0: f64) -> Option<f64> {
     rubber.pressure_compliance().map(|compliance| 1.0 / (compliance + 1.0 / kappa_0))
 }

@@ -8,8 +8,9 @@
 //! `[ G' -e M] [dp] = - [ r_p ]`,
 //!
 //! `e = 1/kappa + 1/kappa_0`, where the second term only appears on the left: a proximal term that lets the
-//! pressure be eliminated (`K + G M^-1 G' / e`) also if the rubber is exactly incompressible, and that is gone where the
-//! iteration has converged (`dp = 0`). It costs a factor `mu/kappa_0` of the convergence of Newton's method.
+//! pressure be eliminated (`K + G M^-1 G' / e`) also if the rubber is exactly incompressible, and that is
+//! gone where the iteration has converged (`dp = 0`). It costs a factor `mu/kappa_0` of the convergence of
+//! Newton's method.
 
 use elastocap_fem::quadrature::gauss_legendre;
 
@@ -35,7 +36,8 @@ pub struct ReferenceElement {
     pub mass_inverse: [[f64; 3]; 3],
     /// Centre of area in m.
     centre: [f64; 2],
-    /// The largest distance of a quadrature point from the centre along each axis, in m.
+    /// The largest distance of a quadrature point from the centre along each axis, in m: the unit of the
+    /// coordinates of the pressure.
     size: [f64; 2],
 }
 
@@ -50,7 +52,8 @@ pub(crate) struct Mapped {
 }
 
 impl Mapped {
-    /// The point `(s, t)` of the element with nodes at `x` (m); `None` where it is turned inside out or collapsed.
+    /// The point `(s, t)` of the element with nodes at `x` (m); `None` where it is turned inside out or
+    /// collapsed.
     pub(crate) fn new(x: &[[f64; 2]], s: f64, t: f64) -> Option<Self> {
         let ((a, da), (b, db)) = (quadratic(s), quadratic(t));
         let slopes: [[f64; 2]; 9] = std::array::from_fn(|n| [da[n % 3] * b[n / 3], a[n % 3] * db[n / 3]]);
@@ -81,6 +84,8 @@ impl Mapped {
     }
 }
 
+/// Deformation gradient at a point with the `gradients` of the shape functions (1/m) under the nodal
+/// displacements `u` (m).
 fn deformation_gradient(gradients: &[[f64; 2]; 9], u: &[f64]) -> Tensor {
     let mut f = [1.0, 0.0, 0.0, 1.0];
     for (a, g) in gradients.iter().enumerate() {
@@ -114,7 +119,8 @@ impl ReferenceElement {
         [1.0, (x[0] - self.centre[0]) / self.size[0], (x[1] - self.centre[1]) / self.size[1]]
     }
 
-    /// Stored energy in J per metre of width under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2 kappa)`.
+    /// Stored energy in J per metre of width under `u` with the pressure `p` held: `w + p (J - 1) - p^2/(2
+    /// kappa)`.
     pub fn energy(&self, rubber: &Rubber, u: &[f64], p: &[f64; 3]) -> f64 {
         (0..POINTS)
             .map(|q| {
@@ -312,7 +318,8 @@ mod tests {
             let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 };
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
             let (u, p) = (wobble(0.08), [0.4, -0.2, 0.3]);
-            // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
+            // Differences see the tangent without the pressure eliminated: with p held there is nothing to
+            // eliminate.
             let mut system = ElementSystem::new(18);
             let assemble = |u: &[f64], p: &[f64; 3]| {
                 let mut s = ElementSystem::new(18);

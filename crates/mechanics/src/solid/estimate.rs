@@ -20,27 +20,29 @@ use rayon::prelude::*;
 
 use super::dimension::{Dimension, Element, Numbers, Stress};
 use super::model::{Equations, State};
-use super::shape_functions::{on_a_line, shape};
+use super::shape_functions::{linear_fit_weights, shape};
 
 /// An element is cut along the axes where the curvature of the stress is at least this share of the largest
-/// curvature over its axes.
+/// curvature over its axes. Tuned: `benches/layer_errors.py`.
 const ALONG: f64 = 0.35;
 /// The assumed ratio of the relative error of a force to the energy of the stress error over the work of the
 /// force. For a smooth solution it is 1; around electrodes and rounded punches it was 0.7 to 4, under
-/// cylinders and balls, where the edge of the contact adds errors, 2 to 4.
+/// cylinders and balls, where the edge of the contact adds errors, 2 to 4. Tuned: `benches/layer_errors.py`.
 const OF_FORCE: f64 = 4.0;
-/// The error of a number over its estimate.
+/// The assumed ratio of the error of a number to its estimate. Tuned: `benches/layer_errors.py`.
 const OF_NUMBER: f64 = 1.5;
-/// The share of the sum of magnitudes that is added to the signed sum over the elements, whose terms may
-/// cancel wrongly on coarse meshes.
+/// The share of the sum of magnitudes over the elements that is added to the sum with signs, whose terms may
+/// cancel wrongly on coarse meshes. Tuned: `benches/layer_errors.py`.
 const WITHOUT_SIGNS: f64 = 0.5;
-/// The increase of the shear modulus of stretched rubber over its deviatoric stress, as for a neo-Hookean
-/// rubber under a large simple stretch.
+/// The ratio of the increase of the shear modulus of stretched rubber to the norm of its deviatoric stress,
+/// as for a neo-Hookean rubber under a large simple stretch.
 const STIFFER: f64 = 0.4;
-/// The largest displacement, over the shortest side of the box around the body, by which the stress of a response is
-/// computed from a difference.
+/// The largest displacement, over the shortest side of the box around the body, by which the stress of a
+/// response is computed from a difference. Not tuned: it only has to lie above rounding errors and below
+/// strains that matter.
 const SMALL: f64 = 1e-6;
-/// Residual of a response above which the factors count as those of another tangent.
+/// The residual of a linear solve for a response above which the factors count as those of another tangent.
+/// It is not tuned.
 const STALE: f64 = 1e-6;
 
 /// The numbers to be computed from an equilibrium, and their tolerances.
@@ -102,7 +104,7 @@ pub(crate) struct Share {
 
 /// A field of stresses, and the smooth field recovered from it.
 struct Recovered<S: Dimension> {
-    /// For each element the stress at its quadrature points.
+    /// For each element the stress of the finite elements at its quadrature points.
     points: Vec<Vec<Stress>>,
     /// For each element the smooth stress at its nodes.
     nodes: Vec<Vec<Stress>>,
@@ -112,8 +114,8 @@ struct Recovered<S: Dimension> {
 }
 
 impl<S: Dimension> Recovered<S> {
-    /// Recovers the smooth field from the `stress` at the quadrature points of the elements: number of the
-    /// element, then of the point.
+    /// Recovers the smooth field from `stress`, which takes the number of an element and that of one of its
+    /// quadrature points.
     fn new(equations: &Equations<S>, stress: impl Fn(usize, usize) -> Stress + Sync) -> Self {
         let mesh = &equations.body.mesh;
         let of_element = |e: usize| (0..S::Element::POINTS).map(|q| stress(e, q)).collect();
@@ -154,12 +156,12 @@ impl<S: Dimension> Recovered<S> {
     /// `l^2`.
     fn compliances(&self, equations: &Equations<S>, e: usize) -> Vec<f64> {
         let (element, modulus) = (&equations.elements[e], equations.rubber(e).shear_modulus());
-        let at = |(q, stress): (usize, &Stress)| {
+        let compliance = |(q, stress): (usize, &Stress)| {
             let stress = deviator(*stress);
             let stretched = STIFFER * double_dot(&stress, &stress).sqrt();
             element.point_volume(q) / (2.0 * (modulus + stretched))
         };
-        self.points[e].iter().enumerate().map(at).collect()
+        self.points[e].iter().enumerate().map(compliance).collect()
     }
 
     /// The energy product of the differences of two fields in element `e`.
@@ -190,8 +192,8 @@ impl<S: Dimension> Equations<S> {
         };
         let solution = Recovered::new(this, |e, q| stress(e, q, &state.displacement, &state.pressure[e]));
         let of_response = |(z, pressure): &(Vec<f64>, Vec<S::Pressure>)| {
-            let most = z.iter().fold(f64::MIN_POSITIVE, |m: f64, z| m.max(z.abs()));
-            let part = SMALL * this.shortest_side / most;
+            let largest = z.iter().fold(f64::MIN_POSITIVE, |m: f64, z| m.max(z.abs()));
+            let part = SMALL * this.shortest_side / largest;
             let moved: Vec<f64> = state.displacement.iter().zip(z).map(|(u, z)| u + part * z).collect();
             Recovered::new(this, |e, q| {
                 let p = S::Pressure::from_fn(|m| state.pressure[e][m] + part * pressure[e][m]);
@@ -206,8 +208,8 @@ impl<S: Dimension> Equations<S> {
             let compliances = solution.compliances(this, e);
             let energy = solution.product(&solution, &compliances, e);
             let product = |response: &Recovered<S>| {
-                let most = (energy * response.product(response, &compliances, e)).sqrt();
-                [solution.product(response, &compliances, e), most]
+                let bound = (energy * response.product(response, &compliances, e)).sqrt();
+                [solution.product(response, &compliances, e), bound]
             };
             (energy, responses.iter().map(product).collect())
         };
@@ -226,13 +228,13 @@ impl<S: Dimension> Equations<S> {
                 product[1] / (number.tolerance * number.value.abs())
             };
             let of_numbers: Vec<f64> = products.iter().zip(&wanted.numbers).map(of_number).collect();
-            let largest = (0..of_numbers.len()).max_by(|&a, &b| of_numbers[a].total_cmp(&of_numbers[b]));
+            let worst_number = (0..of_numbers.len()).max_by(|&a, &b| of_numbers[a].total_cmp(&of_numbers[b]));
             let mut curved = solution.curvatures(e);
-            if let Some(k) = largest.filter(|&k| of_numbers[k] > of_force) {
+            if let Some(k) = worst_number.filter(|&k| of_numbers[k] > of_force) {
                 curved.iter_mut().zip(responses[k].curvatures(e)).for_each(|(sum, more)| *sum += more);
             }
-            let most = curved.iter().copied().fold(0.0, f64::max);
-            let axes = (0..S::AXES).filter(|&a| curved[a] >= ALONG * most).map(|a| 1 << a).sum();
+            let largest = curved.iter().copied().fold(0.0, f64::max);
+            let axes = (0..S::AXES).filter(|&a| curved[a] >= ALONG * largest).map(|a| 1 << a).sum();
             Share { error: of_force + of_numbers.iter().sum::<f64>(), axes }
         };
         Estimate {
@@ -269,17 +271,17 @@ impl<S: Dimension> Equations<S> {
     }
 }
 
-/// For each element the axes along which to cut it, as bits, so that the mesh has about `growth` times as
-/// many elements: those with the largest shares in the errors are cut. `cut_along(element, axes)` returns
-/// those of `axes` along which the element may be cut. The `estimates` are those of the equilibria under
-/// several loads on one mesh; `None` if there are none.
+/// For each element the axes along which to cut it, as bits. The elements with the largest shares in the
+/// errors are cut, so that the mesh gets about `growth` times as many elements. `cut_along(element, axes)`
+/// returns the axes along which an element is cut that is marked along `axes`. The `estimates` are those of
+/// the equilibria under several loads on one mesh; the result is `None` if there are none.
 pub(crate) fn marks(
     estimates: &[&Estimate],
     growth: f64,
     cut_along: impl Fn(usize, u8) -> u8,
 ) -> Option<Vec<u8>> {
     let count = estimates.first()?.elements.len();
-    let together = |e: usize| {
+    let sum_of_shares = |e: usize| {
         let largest = estimates.iter().map(|estimate| estimate.elements[e].error).fold(0.0, f64::max);
         let mut total = Share::default();
         for share in estimates.iter().map(|estimate| &estimate.elements[e]) {
@@ -288,22 +290,23 @@ pub(crate) fn marks(
         }
         total
     };
-    let shares: Vec<Share> = (0..count).map(together).collect();
+    let shares: Vec<Share> = (0..count).map(sum_of_shares).collect();
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| shares[b].error.total_cmp(&shares[a].error));
     let mut marks = vec![0_u8; count];
-    let mut more = 0.0;
+    let mut added = 0.0;
     for e in order {
-        if more >= (growth - 1.0) * count as f64 {
+        if added >= (growth - 1.0) * count as f64 {
             break;
         }
         marks[e] = cut_along(e, shares[e].axes);
-        more += f64::from(1_u32 << u8::count_ones(marks[e])) - 1.0;
+        added += f64::from(1_u32 << u8::count_ones(marks[e])) - 1.0;
     }
     Some(marks)
 }
 
-/// A stress at a point minus the one interpolated there from the nodes.
+/// The `stress` at a point minus the stress interpolated there from the `nodes`, by the values of their shape
+/// functions.
 fn difference(stress: &Stress, nodes: &[Stress], shape: &[f64]) -> Stress {
     let mut difference = *stress;
     for (value, shape) in nodes.iter().zip(shape) {
@@ -321,14 +324,15 @@ fn deviator(mut stress: Stress) -> Stress {
     stress
 }
 
-/// The sum of the products of all nine components.
+/// The sum of the products of all nine components of two stresses.
 fn double_dot(a: &Stress, b: &Stress) -> f64 {
     (0..3).map(|k| a[k] * b[k]).sum::<f64>() + 2.0 * (3..6).map(|k| a[k] * b[k]).sum::<f64>()
 }
 
-/// The stress at node `n` of an element from that at its quadrature points, by a fit that is linear along each axis.
+/// The stress at node `n` of an element from that at its quadrature points, by a fit that is linear along
+/// each axis.
 fn extrapolated<S: Dimension>(points: &[Stress], n: usize) -> Stress {
-    let lines = [n % 3, n / 3 % 3, n / 9].map(on_a_line);
+    let lines = [n % 3, n / 3 % 3, n / 9].map(linear_fit_weights);
     let mut sum = [0.0; 6];
     for (q, stress) in points.iter().enumerate() {
         let weight: f64 =
@@ -343,8 +347,8 @@ fn extrapolated<S: Dimension>(points: &[Stress], n: usize) -> Stress {
 /// The shape functions of all nodes at each quadrature point.
 fn gauss_shapes<S: Dimension>() -> Vec<Vec<f64>> {
     let (points, _) = elastocap_fem::quadrature::gauss_legendre(3);
-    let at = |q: usize| shape::<S>([points[q % 3], points[q / 3 % 3], points[q / 9]]);
-    (0..S::Element::POINTS).map(|q| at(q).iter().take(S::Element::NODES).map(|s| s.0).collect()).collect()
+    let shapes = |q: usize| shape::<S>([points[q % 3], points[q / 3 % 3], points[q / 9]]);
+    (0..S::Element::POINTS).map(|q| shapes(q).iter().take(S::Element::NODES).map(|s| s.0).collect()).collect()
 }
 
 /// The deviation of the stress at the nodes of an element from a linear one along one of its axes: the root

@@ -8,14 +8,16 @@ use super::obstacle::IndenterProfile;
 /// The approximate ratio of the squared contact radius of a round indenter to its radius times its
 /// displacement: 1 on a half-space, and 2 where the surface around the contact does not move.
 const CONTACT: f64 = 1.5;
-/// Size of the elements at the edges of inclusions, over those where the layer is smooth.
+/// Size of the elements at the edges of inclusions, over those where the layer is smooth. Tuned:
+/// `benches/layer_growth.py`.
 const AT_EDGES: f64 = 0.4;
 /// Growth of the size of elements per distance, times the number of elements over the thickness, at more than
-/// a thickness from the indenter.
+/// a thickness from the indenter. Tuned: `benches/layer_errors.py`.
 const FAR_GROWTH: f64 = 2.0;
-/// Distance over which the elements grow, over the thickness.
+/// Distance over which the elements grow, over the thickness. Tuned: `benches/layer_errors.py`.
 const FARTHEST_GROWTH: f64 = 2.0;
-/// The largest half-length, over the thickness, of a layer with equal elements over its whole length.
+/// The largest half-length, over the thickness, of a layer with equal elements over its whole length. Tuned:
+/// `benches/forces_in_space.py`.
 const SHORT: f64 = 4.0;
 
 /// The data that the first mesh depends on. Lengths in m.
@@ -23,13 +25,13 @@ const SHORT: f64 = 4.0;
 pub(crate) struct FirstMesh {
     /// Thickness at rest.
     pub(crate) thickness: f64,
-    /// From the middle of the layer to its end.
+    /// The distance from the middle of the layer to its end.
     pub(crate) half_length: f64,
-    /// Ends of the inclusions along each axis.
+    /// The coordinates along each axis at which inclusions begin and end.
     pub(crate) edges: [Vec<f64>; 3],
     /// The indenter that presses.
     pub(crate) indenter: Indenter,
-    /// `x1` of its middle; off the middle of the layer, all of that is meshed.
+    /// `x1` of the middle of the indenter. Where that is not 0, the whole layer is meshed, and not one half.
     pub(crate) position: f64,
     /// The condition at the end.
     pub(crate) end: End,
@@ -37,8 +39,8 @@ pub(crate) struct FirstMesh {
     pub(crate) deepest: f64,
 }
 
-/// Fractions of the way from a bonded edge in a fan on the mesh with `n` elements over the thickness. Its smallest ring is halved
-/// where `n` grows by two.
+/// Where a fan around a bonded edge is cut into rings on the mesh with `n` elements over the thickness:
+/// fractions of the way from that edge. The smallest ring is halved where `n` grows by two.
 fn fan(n: usize) -> Vec<f64> {
     let rings = n.div_ceil(2);
     geometric(0.5_f64.powf(0.5 * n as f64 / rings as f64), rings)
@@ -49,7 +51,8 @@ impl FirstMesh {
     pub(crate) fn section(&self, n: usize) -> LayerMesh {
         let (height, length, end) = (self.thickness, self.half_length, self.end_reach());
         let mut section = match self.indenter {
-            // The fan takes up half the thickness, where an even number fits, or less above an inclusion.
+            // The fan takes up half the thickness, or less where an inclusion, the axis or the end of the
+            // layer is near.
             Indenter::Held { half_width } | Indenter::Bonded { half_width } => {
                 let highest = self.edges[1].iter().copied().fold(0.0, f64::max);
                 let room = 0.5 * (length - end - half_width).min(half_width);
@@ -83,13 +86,13 @@ impl FirstMesh {
             smallest,
         );
         if let (Some(punch), Some((ends, low))) = (punch, fan_edges) {
-            let at = |x: f64, places: &[f64]| places.iter().position(|y| *y == x).unwrap_or(0);
-            (punch.along, punch.up) = (ends.map(|x| at(x, along)), at(low, up));
+            let index = |x: f64, places: &[f64]| places.iter().position(|y| *y == x).unwrap_or(0);
+            (punch.along, punch.up) = (ends.map(|x| index(x, along)), index(low, up));
         }
         section
     }
 
-    /// Inward reach of the elements at the end of the layer, in m.
+    /// The distance over which the elements at the end of the layer extend inwards, in m.
     pub(crate) fn end_reach(&self) -> f64 {
         end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
     }
@@ -100,12 +103,14 @@ impl FirstMesh {
         part * self.thickness / n as f64
     }
 
-    /// Size in m of the elements as a function of the distance from the middle of the indenter along `x1` (`axis` 0) or `x3` (1). They are finer where
-    /// the surface bends around the indenter: under a round one that is pressed all over the
-    /// contact, where less of it is in contact at smaller loads.
+    /// Size in m of the elements as a function of the distance from the middle of the indenter along `x1`
+    /// (`axis` 0) or `x3` (1). They are finer where the surface bends around the indenter: for a round
+    /// indenter, at the edge of the contact under the largest load and up to a thickness inside it, where the
+    /// edge is under smaller loads.
     pub(crate) fn size(&self, n: usize, axis: usize) -> impl Fn(f64) -> f64 {
         let thickness = self.thickness;
         let depth = self.deepest * thickness;
+        // The edge of the contact, and the distance inside it over which elements are as fine.
         let round = |radius: f64| ((CONTACT * radius * depth).sqrt().min(radius), thickness);
         let along_x1 = |edge: (f64, f64)| (axis == 0).then_some(edge);
         let edge = match self.indenter {
@@ -141,15 +146,16 @@ impl FirstMesh {
     }
 }
 
-/// Makes the edges of inclusions along an axis breakpoints without moving those that are `kept`, and halves the steps that are longer
-/// than `smallest` (m) and their distance from the nearest edge: stress is singular at the edges of a stiff body, and a mesh that is
-/// coarse there makes it stiffer.
+/// Makes the `edges` of inclusions along an axis breakpoints, without moving the breakpoints that are `kept`,
+/// and halves steps until none is longer than the sum of `smallest` (m) and its distance from the nearest
+/// edge: stress is singular at the edges of a stiff body, and a mesh that is coarse there is too stiff.
 pub(super) fn fit_to_edges(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64], smallest: f64) {
     move_to(breakpoints, kept, edges);
     refine_toward(breakpoints, edges, smallest);
 }
 
-/// Halves steps between breakpoints until none is longer than `smallest` and its distance from the nearest of `edges`.
+/// Halves steps between breakpoints until none is longer than the sum of `smallest` and its distance from the
+/// nearest of `edges`.
 fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     let mut k = 1;
     while k < breakpoints.len() {
@@ -163,7 +169,8 @@ fn refine_toward(breakpoints: &mut Vec<f64>, edges: &[f64], smallest: f64) {
     }
 }
 
-/// Moves the nearest inner breakpoint to each of `edges`, or inserts one where the nearest is an edge already or one of `kept`.
+/// Moves the nearest breakpoint to each of `edges`. Inserts a new one where the nearest is the first or the
+/// last, one of `kept`, or on another edge already.
 fn move_to(breakpoints: &mut Vec<f64>, kept: &[f64], edges: &[f64]) {
     let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let tiny = 1e-9 * last;

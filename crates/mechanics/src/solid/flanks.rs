@@ -6,9 +6,10 @@ use super::obstacle::{Obstacle, ObstacleShape};
 use super::side::Side;
 use super::symmetry::Symmetry;
 
-/// Obstacles that keep the surface next to a sharp punch out of it: the free surface turns up, and the
-/// punch's flank moves with the last point under the punch. For the same reason the points under a punch
-/// without friction may not pass that point. In space there is one obstacle per strip of the surface.
+/// Obstacles that keep the surface next to a sharp punch out of it. The free surface turns up beside the
+/// punch, whose flank moves along `x1` with the last point under it. Unless the surface is `bonded` to the
+/// punch, the points under it slide; further obstacles keep them from passing that last point. In space there
+/// is one obstacle for each strip of the surface along `x1`.
 pub(super) fn flanks<S: Dimension>(
     body: &Body<S>,
     half_width: f64,
@@ -21,21 +22,24 @@ pub(super) fn flanks<S: Dimension>(
     let mut obstacles = Vec::new();
     let ends: &[f64] = if symmetry == Symmetry::None { &[1.0, -1.0] } else { &[1.0] };
     for &end in ends {
-        let out = |x: &S::Point| end * x[0] - half_width;
-        let corners = (0..nodes.len()).filter(|&n| nodes[n][1] > top - tiny && out(&nodes[n]).abs() < tiny);
+        let beyond_edge = |x: &S::Point| end * x[0] - half_width;
+        let is_corner = |n: &usize| nodes[*n][1] > top - tiny && beyond_edge(&nodes[*n]).abs() < tiny;
+        let corners = (0..nodes.len()).filter(is_corner);
         let corners: Vec<usize> = corners.collect();
-        // Outside the punch; under it only where the surface can slide.
+        // The surface beside the punch and, where it can slide, the surface under the punch.
         let parts: &[bool] = if bonded { &[true] } else { &[true, false] };
         for &outside in parts {
             let surface = body.mesh.boundary_where(|x| {
-                let on = if outside { out(&x) > -tiny } else { out(&x) < tiny && end * x[0] > -tiny };
-                x[1] > top - tiny && on
+                let beyond = beyond_edge(&x);
+                let is_in_part = if outside { beyond > -tiny } else { beyond < tiny && end * x[0] > -tiny };
+                x[1] > top - tiny && is_in_part
             });
             let mut strips: Vec<(usize, Vec<Side<S>>)> = corners.iter().map(|&n| (n, Vec::new())).collect();
             for side in surface {
                 let middle = nodes[side.middle()];
-                let along = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
-                if let Some(strip) = strips.iter_mut().min_by(|a, b| along(a.0).total_cmp(&along(b.0))) {
+                let distance = |n: usize| (2..S::AXES).map(|k| (nodes[n][k] - middle[k]).abs()).sum::<f64>();
+                if let Some(strip) = strips.iter_mut().min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)))
+                {
                     strip.1.push(side);
                 }
             }

@@ -1,37 +1,44 @@
 //! Continuation past loads at which an equilibrium ceases to exist: surfaces that fold and buckle.
 //!
-//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another one
-//! that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops there. Here the load
-//! is held instead, and the body moves against a *drag* that pulls each step back to the one before,
-//! `drag/2 |grad(u - u_before)|^2`. With a large drag this descends the energy, with none it is Newton's method.
-//! The drag rises until a step converges and fades while steps converge. The last step has no drag, so that the result
-//! is an equilibrium of the body alone.
+//! Where a compressed surface folds, an equilibrium ends at a certain load, and the body snaps into another
+//! one that may be far away at the scale of the fold. Newton's method with ever smaller load steps stops
+//! there. Here the load is held instead, and the body moves against a *drag* that pulls each step back to the
+//! one before, `drag/2 |grad(u - u_before)|^2`. With a large drag this descends the energy, with none it is
+//! Newton's method. The drag rises until a step converges and fades while steps converge. The last step has
+//! no drag, so that the result is an equilibrium of the body alone.
 
 use super::dimension::Dimension;
 use super::model::{Equations, Load, State};
 use super::newton::{Effort, Failure, NewtonSettings, StopReason, Stopped, Target};
 
-/// The smallest drag, over the shear modulus.
+/// The smallest drag, over the shear modulus. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example free_end`, which counts the linear systems solved.
 const MIN_DRAG: f64 = 0.1;
-/// Factor by which the drag grows after a step that failed.
+/// Factor by which the drag grows after a step that failed. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example free_end`, which counts the linear systems solved.
 const GROWTH: f64 = 4.0;
-/// Relative unbalanced force that is accepted while the body still moves.
+/// Relative unbalanced force that is accepted while the body still moves. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example free_end`, which counts the linear systems solved.
 const ON_THE_WAY: f64 = 1e-3;
-/// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative pivots are reported.
+/// Number of unstable equilibria under one load that are abandoned. The next one is accepted; its negative
+/// pivots are reported. Not tuned: a limit that ordinary cases do not reach.
 const MAX_UNSTABLE: usize = 3;
-/// The largest drag, over the shear modulus, and the largest number of steps under one load.
+/// The largest drag, over the shear modulus, and the largest number of steps under one load. Not tuned:
+/// limits that ordinary cases do not reach.
 const MAX_DRAG: f64 = 1e4;
 const MAX_STEPS: usize = 400;
 
 impl NewtonSettings<'_> {
-    /// For bodies whose surface folds: twelve steps, then a drag.
+    /// Settings for bodies whose surface folds. After twelve Newton steps without convergence a drag is
+    /// added.
     pub fn through_folds() -> Self {
         Self { through_folds: true, from_coarser: false, max_iterations: 12, ..Self::default() }
     }
 }
 
 impl<S: Dimension> Equations<S> {
-    /// [`Equations::advance`] with load steps of [`NewtonSettings::first_step`], none of them cut.
+    /// Does what [`Equations::advance`] does, in equal load steps of about [`NewtonSettings::first_step`],
+    /// none of which is cut.
     pub(crate) fn advance_through_folds(
         &mut self,
         state: &mut State<S>,

@@ -1,8 +1,8 @@
 //! Forecast of the memory and the time that pressing a layer takes, from the sizes of its meshes alone.
 //!
-//! The estimates are fitted to runs with every kind of indenter. The memory is an upper estimate, since the factors of longer and
-//! flatter layers are sparser than those of the runs. The times are those of two idle cores; they may be off by a factor of two,
-//! and by more for punches with rounded corners.
+//! The estimates are fitted to runs with every kind of indenter. The memory is an upper estimate, since the
+//! factors of longer and flatter layers are sparser than those of the runs. The times are those of two idle
+//! cores; they may be off by a factor of two, and by more for punches with rounded corners.
 
 use super::dimension::{Dimension, Numbers};
 use super::model::Equations;
@@ -10,9 +10,9 @@ use super::model::Equations;
 /// The size of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshSize {
-    /// Elements.
+    /// The number of elements.
     pub elements: usize,
-    /// Displacements, including prescribed ones, and pressures.
+    /// The number of displacements, including prescribed ones, and of pressures.
     pub unknowns: usize,
 }
 
@@ -27,27 +27,32 @@ pub enum PressingRegime {
     Folds,
 }
 
-/// Factor for memory that is not counted item by item.
+/// Factor for memory that is not counted item by item. Measured: `benches/forecast.py`.
 const SPARE: f64 = 1.25;
-/// Bytes that the program takes without a layer.
+/// Bytes that the program takes without a layer. Measured: `benches/forecast.py`.
 const PROGRAM: f64 = 32e6;
 
-/// Bytes for each row of the matrix, the memory that grows with it included: in the plane and in space.
+/// Bytes for each row of the matrix, including all memory in proportion to the number of rows, in the plane
+/// and in space. Measured: `benches/forecast.py`.
 const ROW: [f64; 2] = [560.0, 2800.0];
-/// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
+/// Entries of the factor are `a n^b` for `n` displacements: `(a, b)` in the plane and in space. Measured:
+/// `benches/forecast.py`.
 const FACTOR: [(f64, f64); 2] = [(7.5, 1.25), (6.0, 1.5)];
 
-/// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane and in space.
+/// Seconds for a linear system are a sum of two terms `a n^b` for `n` displacements: `(a, b)` in the plane
+/// and in space. Measured: `benches/forecast.py`.
 const SECONDS: [[(f64, f64); 2]; 2] = [[(1.9e-7, 1.2), (0.0, 1.0)], [(4e-6, 1.0), (5.5e-10, 2.0)]];
 
 /// The time of a load on all meshes but the first, over that on one thread: two loads are solved at the same
-/// time, or one on two threads.
+/// time, or one on two threads. Measured: `benches/forecast.py`.
 const ON_TWO_THREADS: f64 = 0.6;
 
 /// The approximate number of equilibria at prescribed displacements that are solved to meet one force.
+/// Measured: `benches/forecast.py`.
 const TRIES: f64 = 4.0;
 
 impl MeshSize {
+    /// The number of displacements.
     fn displacements<S: Dimension>(self) -> f64 {
         self.unknowns.saturating_sub(S::Pressure::COUNT * self.elements) as f64
     }
@@ -62,10 +67,11 @@ impl MeshSize {
 }
 
 /// Upper estimate of the bytes that pressing a layer to `loads` loads on all of `meshes` takes. On all meshes
-/// but the first, two loads are searched for at the same time on two layers, where that takes no more than
-/// `limit`.
+/// but the first, the equilibria under two loads are searched for at the same time on two layers, where that
+/// takes no more than `limit` bytes.
 pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64) -> u64 {
-    let each = |mesh: &MeshSize| {
+    // The bytes that are kept until the end, and those of the factors.
+    let of_one_mesh = |mesh: &MeshSize| {
         let displacements = mesh.displacements::<S>();
         // The equilibrium at each load is stored twice, with closed and with open gaps, and so is the load.
         let of_states = 8.0 * 5.0 * mesh.unknowns as f64 * loads as f64;
@@ -73,23 +79,23 @@ pub fn memory_bytes<S: Dimension>(meshes: &[MeshSize], loads: usize, limit: u64)
         let stored = Equations::<S>::element_bytes(mesh.elements) as f64 + ROW[S::AXES - 2] * displacements;
         (stored + of_states, 8.0 * factor * displacements.powf(power))
     };
-    // The factors of one mesh are released before the next mesh begins, and the second layer on it with them.
-    let at_once = |level: usize, (stored, factors): (f64, f64)| {
-        let two = stored + 2.0 * factors;
-        let fits = SPARE * (stored + two) <= limit as f64;
-        if level > 0 && loads > 1 && fits { two } else { factors }
+    // The factors of one mesh, and the second layer on it, are released before the next mesh begins.
+    let while_solving = |level: usize, (stored, factors): (f64, f64)| {
+        let two_layers = stored + 2.0 * factors;
+        let fits = SPARE * (stored + two_layers) <= limit as f64;
+        if level > 0 && loads > 1 && fits { two_layers } else { factors }
     };
     let (mut stored, mut passing) = (0.0, 0.0_f64);
     for (level, mesh) in meshes.iter().enumerate() {
-        let of_mesh = each(mesh);
+        let of_mesh = of_one_mesh(mesh);
         stored += of_mesh.0;
-        passing = passing.max(at_once(level, of_mesh));
+        passing = passing.max(while_solving(level, of_mesh));
     }
     (SPARE * (stored + passing) + PROGRAM) as u64
 }
 
-/// Estimate of the seconds that pressing a layer to `loads` loads takes on two cores if each needs all of `meshes`. `by_force` says
-/// that the loads are forces and not compressions.
+/// Estimate of the seconds that pressing a layer to `loads` loads takes on two cores if each needs all of
+/// `meshes`. `by_force` says that the loads are forces and not compressions.
 pub fn seconds<S: Dimension>(
     meshes: &[MeshSize],
     loads: usize,
@@ -125,8 +131,8 @@ mod tests {
         MeshSize { elements, unknowns: S::AXES * mesh.nodes.len() + S::Pressure::COUNT * elements }
     }
 
-    /// Checks that the estimate covers the memory that the equations report on each mesh, on the last one twice, and is less than
-    /// three times as much.
+    /// Checks that the estimate covers the memory that the equations report on each mesh, on the last one
+    /// twice, and is less than three times as much.
     fn covers(estimate: u64, meshes: &[u64]) {
         let twin = meshes[meshes.len() - 1];
         let (found, estimate) = ((meshes.iter().sum::<u64>() + twin) as f64, estimate as f64 - PROGRAM);

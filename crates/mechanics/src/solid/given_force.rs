@@ -1,12 +1,15 @@
 //! An indenter that is pressed with a given force: its place along `x2` is one more unknown.
 //!
-//! With the tangent `K` under an indenter that stays, the force `b` on the body for each metre that the indenter moves up, and the stiffness
-//! `s` of the contact, a step `du` of the body and `dh` of the indenter satisfy
+//! With the tangent `K` under an indenter that stays, the force `b` on the body for each metre that the
+//! indenter moves up, and the stiffness `s` of the contact, a step `du` of the body and `dh` of the indenter
+//! satisfy
 //!
 //! `K du - b dh = r`, `b' du - s dh = F - F0`,
 //!
-//! with the unbalanced force `r`, the given force `F` and the force `F0` after a step in which nothing moves. Two solutions with the
-//! factors of `K` give both, so that a load by a force takes no more factorisations than one by a displacement.
+//! with the unbalanced force `r`, the given force `F`, and the force `F0` that remains after a step in which
+//! neither the body nor the indenter moves.
+//! Two solutions with the factors of `K` give both, so that a load by a force takes no more factorisations
+//! than one by a displacement.
 
 use std::ops::Range;
 
@@ -15,9 +18,9 @@ use super::model::{Equations, GivenForce, Load, State};
 use super::newton::{Effort, NewtonSettings};
 
 impl<S: Dimension> Equations<S> {
-    /// Completes the step `x` of the unknown displacements, which is the one without a motion of the
-    /// obstacles, where their force is given. Returns the upward motion of the obstacles in m; `None` if
-    /// there is no such step, or if their force would not grow as they move down.
+    /// Where the force of obstacles is given, adds the effect of their motion to the step `x` of the unknown
+    /// displacements, which was computed for obstacles that stay. Returns the upward motion of the obstacles
+    /// in m; `None` if there is no such step, or if their force would not grow as they move down.
     pub(crate) fn move_with_force(&mut self, x: &mut [f64]) -> Option<f64> {
         let Some(given) = &self.given_force else { return Some(0.0) };
         let mut response = given.column.clone();
@@ -37,8 +40,9 @@ impl<S: Dimension> Equations<S> {
         self.given_force.as_ref().is_some_and(|given| given.moves(obstacle))
     }
 
-    /// Finds the equilibrium in which obstacles press with a `given` force from `state`, one under about this force, and closes the gaps there.
-    /// The `load` gets the places of these obstacles, and the `effort` is added to. `None` where there is no such equilibrium near.
+    /// Finds the equilibrium in which obstacles press with a `given` force, from `state`, an equilibrium
+    /// under about this force, and closes the gaps there. The `load` gets the places of these obstacles. The
+    /// returned effort includes the `effort` so far. `None` where there is no such equilibrium near.
     pub(crate) fn push(
         &mut self,
         state: &State<S>,
@@ -57,8 +61,8 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Finds a configuration in which `obstacles` press with `force`, where `find` searches for it under the
-    /// `load`. The load gets the positions of the obstacles along `x2`.
+    /// Finds a configuration in which `obstacles` press with `force`, by `find`, which searches for it under
+    /// `load`. The load gets the positions of the obstacles along `x2`. `None` where `find` finds none.
     pub(crate) fn with_force(
         &mut self,
         (obstacles, force): (Range<usize>, f64),

@@ -18,11 +18,11 @@ pub struct Hanging {
 pub struct HangingSide {
     /// The smaller side.
     pub fine: (u32, u32),
-    /// The larger one.
+    /// The larger side.
     pub coarse: (u32, u32),
 }
 
-/// Adds `weight` to the weight of a master.
+/// Adds `weight` to the weight of a `master`, which is appended if it is not among the `masters`.
 pub(super) fn add(masters: &mut Vec<(u32, f64)>, master: u32, weight: f64) {
     match masters.iter_mut().find(|known| known.0 == master) {
         Some(known) => known.1 += weight,

@@ -1,7 +1,7 @@
 //! The layer under an indenter: half of it or all of it, bonded to the substrate.
 //!
-//! With a free end it is the one of section 3.2 of the paper "Large deformation mechanics of a soft elastomeric layer under
-//! compressive loading for a MEMS tactile sensor application".
+//! With a free end it is the one of section 3.2 of the paper "Large deformation mechanics of a soft
+//! elastomeric layer under compressive loading for a MEMS tactile sensor application".
 //!
 //! Reference coordinates: the axis of symmetry at `x1 = 0`, the substrate at `x2 = 0`, the top at `x2 = H`.
 
@@ -23,15 +23,18 @@ pub use super::layer_step::LayerStep;
 /// The condition at the end of the layer, at `x1 = half_length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Free of traction everywhere: the face may fold below the plane of the substrate, as in the paper's model.
+    /// Free of traction everywhere: the face may fold below the plane of the substrate, as in the paper's
+    /// model.
     Free,
-    /// Free, on a substrate that continues beyond it and carries what folds over, by contact without friction.
+    /// Free, on a substrate that continues beyond it and carries what folds over, by contact without
+    /// friction.
     FreeOnSubstrate,
     /// The layer continues: no displacement along `x1` and no shear traction there.
     Far,
 }
 
-/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the later one wins.
+/// A box (in the plane a rectangle) of another rubber in the layer, bonded to it. Where two overlap, the
+/// later one wins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion<S: Dimension = Plane> {
     /// Lowest corner at rest in m.
@@ -47,10 +50,11 @@ pub struct Inclusion<S: Dimension = Plane> {
 pub enum Indenter {
     /// A smooth plate over the whole top: `u2 = -U` there.
     WholeTop,
-    /// A rigid body without friction that starts in contact with the top. The layer may separate from it and touch its flank.
+    /// A rigid body without friction that starts in contact with the top. The layer may separate from it and
+    /// touch its flank.
     Smooth(IndenterProfile),
-    /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by `U`, wherever they go
-    /// along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
+    /// A patch of the surface without friction: the points with `|x1| <= half_width` at rest are displaced by
+    /// `U`, wherever they go along `x1`. It is wider than a punch of that width once it spreads, and stiffer.
     Held {
         /// Half the width of the patch at rest in m.
         half_width: f64,
@@ -63,7 +67,8 @@ pub enum Indenter {
 }
 
 impl Indenter {
-    /// Whether it is a rounded body in contact with the surface, and not a prescribed displacement of the top.
+    /// Whether it is a rounded body in contact with the surface, and not a prescribed displacement of the
+    /// top.
     pub(crate) fn is_rounded(&self) -> bool {
         match self {
             Self::Smooth(_) => true,
@@ -98,18 +103,22 @@ impl Indenter {
     }
 }
 
-/// Height above the layer at which an indenter starts, over the thickness.
+/// Height above the layer at which an indenter starts, over the thickness. It is not tuned.
 const START: f64 = 0.02;
 
 /// The relative distance from a force within which the place of the indenter becomes an unknown. From farther
-/// away, the contact would grow by more than Newton's method can follow.
+/// away, the contact would grow too much at once for Newton's method. Tuned:
+/// `time elastocap run cases/comb-on-board.toml`.
 const ROUGHLY: f64 = 0.3;
 
 /// A safety factor on the errors that are estimated from stresses in the plane, where the surface passes a
 /// corner or leaves the indenter: they do not include the errors of the contact. In randomly drawn layers the
-/// ratio was up to 2.3. Meshes in space are coarser, and the errors of the stresses prevail there.
+/// true error was up to 2.3 times the estimate. Meshes in space are coarser, and there the errors of the
+/// stresses prevail. Tuned:
+/// `benches/layer_errors.py --plane`.
 const CAUTION: f64 = 3.0;
-/// The factor of [`CAUTION`] under a patch that is held or bonded, for the singular stress at its edge.
+/// The safety factor in place of [`CAUTION`] under a patch that is held or bonded, for the singular stress at
+/// its edge. Tuned: `benches/layer_errors.py --plane`.
 const CAUTION_AT_EDGE: f64 = 1.5;
 
 /// A layer under an indenter, ready to be pressed.
@@ -117,12 +126,17 @@ const CAUTION_AT_EDGE: f64 = 1.5;
 pub struct LayerModel<S: Dimension = Plane> {
     equations: Equations<S>,
     pub(super) indenter: Indenter,
+    /// The thickness at rest in m.
     pub(super) thickness: f64,
+    /// The last equilibrium.
     pub(super) state: State<S>,
+    /// The load of the last equilibrium.
     load: Load<S>,
     /// Indices of the obstacles of a smooth indenter: one for each side of its middle that the mesh covers.
     indenters: Range<usize>,
+    /// The index of the obstacle under an end that may fold over, if there is one.
     substrate: Option<usize>,
+    /// The part of the layer that is modelled.
     symmetry: Symmetry,
 }
 
@@ -135,8 +149,8 @@ impl LayerModel {
         Self::with_inclusions(mesh, &rubber, &[], indenter, end)
     }
 
-    /// The layer at rest with bodies of other rubbers in it. Each element belongs to the body that contains its centre, so that the
-    /// breakpoints of the mesh should include the edges of the bodies.
+    /// The layer at rest with bodies of other rubbers in it. Each element belongs to the body that contains
+    /// its centre, so that the breakpoints of the mesh should include the edges of the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -150,8 +164,9 @@ impl LayerModel {
         Self::with_indenter_at(0.0, mesh, rubber, inclusions, indenter, end)
     }
 
-    /// The layer at rest with bodies of other rubbers in it, as [`LayerModel::with_inclusions`] makes it, and with the middle of a
-    /// [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the layer that needs a mesh of the whole of it.
+    /// The layer at rest with bodies of other rubbers in it, as [`LayerModel::with_inclusions`] makes it, and
+    /// with the middle of a [smooth](Indenter::Smooth) indenter at `x1 = position` (m). Off the middle of the
+    /// layer that needs a mesh of the whole of it.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -187,8 +202,9 @@ pub(crate) fn include<S: Dimension>(body: &mut Body<S>, inclusions: &[Inclusion<
 }
 
 impl<S: Dimension> LayerModel<S> {
-    /// The layer `body` at rest; the faces that satisfy `outside` may fold over. Of the planes of symmetry
-    /// only `x1 = 0` is held here.
+    /// The layer `body` of thickness `top` (m) at rest, under an indenter whose middle is at `x1 = position`
+    /// (m). Faces that satisfy `outside` may fold over onto the substrate. Of the planes of symmetry only
+    /// `x1 = 0` is held here.
     pub(crate) fn with(
         mut body: Body<S>,
         top: f64,
@@ -206,18 +222,20 @@ impl<S: Dimension> LayerModel<S> {
             let length = body.mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
             body.hold(0, |x| x[0].abs() > length - tiny);
         }
-        let (mut substrate, mut hold) = (None, None);
+        // Of a part of the top that is held: its largest |x1|, and whether it is bonded to the indenter.
+        let mut held_part = None;
+        let mut substrate = None;
         let mut obstacles = match indenter {
             Indenter::WholeTop => {
-                hold = Some((f64::INFINITY, false));
+                held_part = Some((f64::INFINITY, false));
                 Vec::new()
             }
             Indenter::Held { half_width } => {
-                hold = Some((half_width + tiny, false));
+                held_part = Some((half_width + tiny, false));
                 flanks(&body, half_width, top, symmetry, false)
             }
             Indenter::Bonded { half_width } => {
-                hold = Some((half_width + tiny, true));
+                held_part = Some((half_width + tiny, true));
                 flanks(&body, half_width, top, symmetry, true)
             }
             Indenter::Smooth(profile) => {
@@ -238,7 +256,7 @@ impl<S: Dimension> LayerModel<S> {
             obstacles.push(Obstacle { shape: ObstacleShape::Substrate, sides, carrier: None });
         }
         body.obstacles = obstacles;
-        if let Some((limit, bonded)) = hold {
+        if let Some((limit, bonded)) = held_part {
             for axis in (0..S::AXES).filter(|&axis| axis == 1 || bonded) {
                 body.hold(axis, |x| x[1] > top - tiny && x[0].abs() <= limit);
             }
@@ -257,8 +275,9 @@ impl<S: Dimension> LayerModel<S> {
         Ok(Self { equations, indenter, thickness: top, state, load, indenters, substrate, symmetry })
     }
 
-    /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal stresses of `state` at the
-    /// nodes in Pa; they give the pressure where the displacement of the top is prescribed.
+    /// Pressure of indenter and substrate on each node in Pa, zero without contact. `s22` are the normal
+    /// stresses of `state` at the nodes in Pa; they give the pressure where the displacement of the top is
+    /// prescribed.
     pub fn contact_pressure(&self, state: &State<S>, s22: &[f64]) -> Vec<f64> {
         let body = self.equations.body();
         let mut pressure = self.equations.nodal_contact_pressure(state);
@@ -271,7 +290,8 @@ impl<S: Dimension> LayerModel<S> {
         pressure
     }
 
-    /// Lets the surface slide around corners of at least the radius `least` (m), or of half the width of a punch that is narrower.
+    /// Lets the surface slide around corners of at least the radius `least` (m), or of half the width of a
+    /// punch that is narrower.
     pub(crate) fn round_corners(&mut self, least: f64) {
         if let Some(radius) = self.indenter.corner_radius(least) {
             self.equations.set_corner_radius(radius);
@@ -322,8 +342,8 @@ impl<S: Dimension> LayerModel<S> {
         &self.state
     }
 
-    /// Sets the layer to an equilibrium that was found for another layer on the same mesh.
-    pub(super) fn put(&mut self, state: State<S>, load: Load<S>) {
+    /// Sets the layer to an equilibrium that was found on the same mesh, for this layer or a copy of it.
+    pub(super) fn set_equilibrium(&mut self, state: State<S>, load: Load<S>) {
         (self.state, self.load) = (state, load);
     }
 
@@ -348,9 +368,9 @@ impl<S: Dimension> LayerModel<S> {
         Ok(self.step(effort))
     }
 
-    /// Finds the equilibrium at `compression`, or near there under a given `force` (N, in the plane N per metre of width) on the whole layer,
-    /// from the `state` of `other`, a model of the same layer on another mesh at about that compression. Returns `None`, and leaves the model
-    /// as it was, if that fails.
+    /// Finds the equilibrium at `compression`, or near there under a given `force` (N, in the plane N per
+    /// metre of width) on the whole layer, from the `state` of `other`, a model of the same layer on another
+    /// mesh at about that compression. Returns `None`, and leaves the model as it was, if that fails.
     pub(crate) fn take_over(
         &mut self,
         other: &Self,
@@ -392,8 +412,8 @@ impl<S: Dimension> LayerModel<S> {
         next
     }
 
-    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of width); see
-    /// `meet_force`.
+    /// Moves the indenter until the force on the *whole* layer is `target` (N, in the plane N per metre of
+    /// width); see `meet_force`.
     ///
     /// # Errors
     /// [`Stopped`]; the model is then in the last equilibrium on the way.
@@ -421,7 +441,7 @@ impl<S: Dimension> LayerModel<S> {
     /// exactly that force from there. `None` if that fails; the model is then in an intermediate equilibrium.
     fn push(&mut self, target: f64, settings: &NewtonSettings, last: LayerStep) -> Option<LayerStep> {
         let mut effort = Effort::default();
-        // The effort is that of all attempts together, and so is its limit.
+        // The effort is counted over all attempts together, and so is the limit of linear systems.
         let roughly = meet_force(target, ROUGHLY, settings, last, &mut |next, _| {
             let to = self.load_at(next);
             self.equations.march(&mut self.state, &mut self.load, &to, settings, &mut effort)?;
@@ -438,7 +458,7 @@ impl<S: Dimension> LayerModel<S> {
     pub fn compression(&self) -> f64 {
         let top = self.thickness;
         let moved = match self.indenters.clone().next() {
-            Some(part) => top - self.load.shift[part][1],
+            Some(obstacle) => top - self.load.shift[obstacle][1],
             None => {
                 let axis = S::Point::from_fn(|k| if k == 1 { top } else { 0.0 });
                 let n = self.equations.body().mesh.nearest_node(axis);

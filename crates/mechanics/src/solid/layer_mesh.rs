@@ -6,50 +6,53 @@ use super::model::ModelError;
 /// The breakpoints and fans of a mesh of the layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerMesh {
-    /// Breakpoints along `x1` to where the elements at the end begin, in m: from the axis or, of a whole layer, from where those at its other
-    /// end begin.
+    /// Breakpoints along `x1` in m, up to where the elements at the end of the layer begin. They start at the
+    /// axis or, for a whole layer, where the elements at its other end begin.
     pub along: Vec<f64>,
     /// Breakpoints from the substrate to the top, in m.
     pub up: Vec<f64>,
-    /// Breakpoints along the top from there to the end, in m. A whole layer
-    /// has the same at its other end.
+    /// Breakpoints along the top in m, from the last one of `along` to the end. A whole layer has their
+    /// mirror images at its other end.
     pub end_top: Vec<f64>,
-    /// Fractions of the way from the bonded corner of the end, from 0 to 1. Empty for a mesh without a fan there: a
-    /// tensor product, which turns inside out at that corner.
+    /// Where the fan around the bonded corner of the end is cut into rings: fractions of the way from that
+    /// corner, from 0 to 1. Empty for a mesh without a fan there: a tensor product, which turns inside out at
+    /// that corner.
     pub radii: Vec<f64>,
     /// A fan around the point of the top where a patch that is held or bonded ends, if there is one.
     pub punch: Option<PunchFan>,
 }
 
-/// Sectors around the point where a patch that is held or bonded ends: the surface next to it turns up by 90 degrees and more, which two
-/// quadrilaterals that meet there cannot follow.
+/// Sectors around the point where a patch that is held or bonded ends: the surface next to it turns up by 90
+/// degrees and more, which two quadrilaterals that meet there cannot follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PunchFan {
-    /// First and last of the breakpoints along `x1` that the fan takes the place of; its centre is between them.
+    /// Indices of the breakpoints along `x1` at which the fan begins and ends; its centre is between them.
     pub along: [usize; 2],
-    /// First of the breakpoints upwards that it takes the place of.
+    /// Index of the breakpoint from the substrate to the top at which the fan begins.
     pub up: usize,
-    /// `x1` of its centre in m.
+    /// `x1` of the centre of the fan in m.
     pub corner: f64,
-    /// Fractions of the way from the centre, from 0 to 1.
+    /// Where the fan is cut into rings: fractions of the way from its centre, from 0 to 1.
     pub radii: Vec<f64>,
 }
 
-/// How far the elements at the end of a layer of this thickness and half length reach inward: by the thickness, and at most half the way
-/// to `from`, the middle of the layer or the edge of a patch on it. All in m.
+/// The distance from the end of a layer over which the elements at the end extend inwards: the `thickness`,
+/// but at most half the way to `from`, the middle of the layer or the edge of a patch on it. All lengths in
+/// m.
 pub(crate) fn end_reach(thickness: f64, half_length: f64, from: f64) -> f64 {
     thickness.min(0.5 * (half_length - from))
 }
 
-/// Breakpoints at ascending distances from `middle` (m), 0 the first of them, to the left and to the right.
+/// Breakpoints at the ascending distances `left` and `right` from `middle`, to the left and to the right of
+/// it, in m. The first distance is 0.
 pub(super) fn about(middle: f64, left: &[f64], right: &[f64]) -> Vec<f64> {
     let left = left.iter().skip(1).rev().map(|away| middle - away);
     left.chain(right.iter().map(|away| middle + away)).collect()
 }
 
 impl LayerMesh {
-    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the fan at
-    /// the bonded end has `rings` rings that shrink by `ratio`.
+    /// A mesh with `n` equal quadrilaterals over the thickness and as many over each thickness of length; the
+    /// fan at the bonded end has `rings` rings that shrink by `ratio`.
     pub fn uniform(thickness: f64, half_length: f64, n: usize, ratio: f64, rings: usize) -> Self {
         let body = half_length - thickness;
         let along = ((body / thickness) * n as f64).round().max(1.0) as usize;
@@ -62,8 +65,9 @@ impl LayerMesh {
         }
     }
 
-    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block` thicknesses of
-    /// the bonded corner, from there each `growth` times as large as the one before, to `thickness / n`.
+    /// A tensor product for an end that folds: equal quadrilaterals of `thickness / cells` within `block`
+    /// thicknesses of the bonded corner, from there each `growth` times as large as the one before, to
+    /// `thickness / n`.
     pub fn folding_end(
         thickness: f64,
         half_length: f64,
@@ -76,19 +80,19 @@ impl LayerMesh {
         let graded = |length: f64| {
             let count = (block * thickness / fine).round().max(1.0);
             let mut x = uniform(0.0, count * fine, count as usize);
-            let (mut at, mut size) = (count * fine, growth * fine);
-            // One of the last size has to fit in.
-            while size < coarse && at + (1.0 + growth) * size < length {
-                at += size;
-                x.push(at);
+            let (mut end, mut size) = (count * fine, growth * fine);
+            // After each of these, one more element of the next size has to fit in.
+            while size < coarse && end + (1.0 + growth) * size < length {
+                end += size;
+                x.push(end);
                 size *= growth;
             }
-            let rest = ((length - at) / coarse).round().max(1.0) as usize;
-            x.extend(uniform(at, length, rest).iter().skip(1));
+            let rest = ((length - end) / coarse).round().max(1.0) as usize;
+            x.extend(uniform(end, length, rest).iter().skip(1));
             x
         };
         let from_axis: Vec<f64> = graded(half_length).iter().rev().map(|x| half_length - x).collect();
-        // Any breakpoint will do between what `mesh` puts together again.
+        // Where the list is divided makes no difference: without a fan, `mesh` joins the two parts.
         let cut = from_axis.partition_point(|x| *x <= half_length - thickness).max(1);
         Self {
             along: from_axis[..cut].to_vec(),
@@ -99,8 +103,9 @@ impl LayerMesh {
         }
     }
 
-    /// A mesh with about `n` quadrilaterals over the thickness for a patch of the top that ends at `corner` (m), with a
-    /// fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink by `ratio`. The fan at the bonded end has one ring.
+    /// A mesh with about `n` quadrilaterals over the thickness for a patch of the top that ends at `corner`
+    /// (m), with a fan there that goes as far as `reach` (m), mostly half the thickness; its `rings` shrink
+    /// by `ratio`. The fan at the bonded end has one ring.
     pub fn under_punch(
         thickness: f64,
         half_length: f64,
@@ -132,13 +137,14 @@ impl LayerMesh {
         self.up[self.up.len() - 1]
     }
 
-    /// Half its length in m.
+    /// Half the length of the layer in m.
     pub fn half_length(&self) -> f64 {
         self.end_top[self.end_top.len() - 1]
     }
 
-    /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or one under a corner much
-    /// sharper than the layer is thick. Pressing the layer on the largest takes some 10 GB.
+    /// Meshes with more elements than this are not made: a layer much longer than thick would have them, or
+    /// one under a corner much sharper than the layer is thick. Pressing the layer on the largest takes some
+    /// 10 GB. It is not tuned.
     pub const MAX_ELEMENTS: usize = 1_000_000;
 
     /// Refuses breakpoints that do not ascend: the patches of such a mesh would lie over one another.
@@ -202,13 +208,13 @@ impl LayerMesh {
         Mesh::from_patches(&patches)
     }
 
-    /// Whether it covers the whole layer, and not one half of it.
+    /// Whether the mesh covers the whole layer, and not one half of it.
     pub fn is_whole(&self) -> bool {
         self.along[0] < 0.0
     }
 
-    /// The whole layer, one half of which is this and the other one its mirror image. For loads that are not symmetric. A fan under a
-    /// punch stays the only one.
+    /// A mesh of the whole layer, of this half and its mirror image, for loads that are not symmetric. A fan
+    /// under a punch is not mirrored.
     pub fn mirrored(mut self) -> Self {
         let before = self.along.len() - 1;
         self.along = about(0.0, &self.along, &self.along);
@@ -218,7 +224,7 @@ impl LayerMesh {
         self
     }
 
-    /// The half with `x1 > 0` of it.
+    /// The half of the mesh with `x1 > 0`.
     pub(super) fn half(mut self) -> Self {
         let before = self.along.partition_point(|x| *x <= 1e-9 * self.half_length());
         self.along.splice(..before, [0.0]);
@@ -229,7 +235,7 @@ impl LayerMesh {
     }
 }
 
-/// Refuses a mesh of so many elements, at most.
+/// Refuses a mesh that may have this number of `elements`, if that is too large.
 ///
 /// # Errors
 /// [`ModelError::TooManyElements`].

@@ -7,14 +7,14 @@ use super::newton::{Effort, NewtonSettings};
 pub struct LayerStep {
     /// Displacement of the indenter over the thickness.
     pub compression: f64,
-    /// Force of the indenter on the *whole* layer (all that symmetry adds) in N, positive in compression; in the plane in
-    /// N per metre of width.
+    /// Force of the indenter on the *whole* layer, including the parts that are not modelled for symmetry, in
+    /// N, positive in compression; in the plane in N per metre of width.
     pub force: f64,
     /// Force that the substrate carries by contact beyond the bonded bottom, of the whole layer, in N or N/m.
     pub end_contact_force: f64,
     /// Sum of all vertical forces on the layer over the largest of them.
     pub imbalance: f64,
-    /// Deepest penetration of a node in m, at least 0.
+    /// Deepest penetration of a contact point into an obstacle in m, at least 0.
     pub penetration: f64,
     /// The work spent on the step.
     pub effort: Effort,

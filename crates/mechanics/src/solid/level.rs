@@ -12,7 +12,7 @@ use super::newton::{Effort, NewtonSettings, StopReason, Stopped};
 use super::refinement::Refinable;
 use super::soundness::StateFault;
 
-/// The load to reach.
+/// A load to reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     /// Displacement of the indenter over the thickness.
@@ -22,6 +22,7 @@ pub enum Goal {
 }
 
 impl Goal {
+    /// The compression or the force.
     pub(super) fn value(self) -> f64 {
         match self {
             Self::Compression(value) | Self::Force(value) => value,
@@ -36,12 +37,13 @@ pub struct Level<S: Dimension = Plane> {
     pub model: LayerModel<S>,
     /// The mesh in a form that can be refined, if the next mesh is a refinement of it.
     pub(super) mesh: Option<Refinable<S>>,
-    /// Size of the elements, relative to that of the other meshes.
+    /// Size of the elements, relative to those of the other meshes.
     pub(super) size: f64,
     /// Wall-clock seconds spent on this mesh.
     pub seconds: f64,
     /// The equilibrium found for each goal; `None` for goals that were not reached.
     pub(super) reached: Vec<Option<Reached<S>>>,
+    /// For each goal, why it was not reached, if Newton's method stopped before it.
     pub(super) stopped: Vec<Option<Box<Stopped>>>,
     /// States found for goals that do not count as reached because of a fault. On a finer mesh, the
     /// equilibrium is searched for near them.
@@ -56,17 +58,25 @@ pub(super) type Estimator<'a, S> = dyn Fn(&mut LayerModel<S>, &LayerStep) -> Est
 /// The equilibrium found for a goal.
 #[derive(Debug, Clone)]
 pub(super) struct Reached<S: Dimension> {
+    /// Forces and contact.
     pub(super) step: LayerStep,
+    /// The configuration.
     pub(super) state: State<S>,
+    /// The load under which it is in equilibrium.
     pub(super) load: Load<S>,
 }
 
 /// A state found for a goal. It counts as reached if it has no fault.
 struct Candidate<S: Dimension> {
+    /// Forces and contact.
     step: LayerStep,
+    /// The configuration.
     state: State<S>,
+    /// The load under which it is in equilibrium.
     load: Load<S>,
+    /// The first fault that was found.
     fault: Option<StateFault>,
+    /// The estimated errors; `None` at rest.
     estimate: Option<Estimate>,
 }
 
@@ -75,6 +85,7 @@ struct Candidate<S: Dimension> {
 type SearchResult<S> = Option<Result<Candidate<S>, Box<Stopped>>>;
 
 impl<S: Dimension> Candidate<S> {
+    /// The last equilibrium of `model`, to which `step` belongs.
     fn of(model: &mut LayerModel<S>, step: LayerStep, estimator: &Estimator<'_, S>) -> Self {
         let estimate = Some(estimator(model, &step));
         let (state, load) = (model.state().clone(), model.load().clone());
@@ -135,25 +146,26 @@ impl<S: Dimension> Level<S> {
     /// Presses to the goals from the smallest up, until one is not reached. Equilibria of goals that are not
     /// `wanted` are not kept. Where one of the `coarser` meshes has an equilibrium under a load, the one on
     /// this mesh is searched for near it, two at a time where there is `room_for_two` layers; otherwise the
-    /// load is followed, unless the goal is in `good_enough` or [`NewtonSettings::only_near`] leaves it to
-    /// the next mesh. Returns the number of goals reached.
+    /// load is followed, unless its `force_is_known` or [`NewtonSettings::only_near`] leaves the goal to the
+    /// next mesh. Returns the number of goals in `order` before the one at which it ended, whether they were
+    /// reached or left out.
     pub(super) fn walk(
         &mut self,
         coarser: &[Arc<Self>],
         goals: &[Goal],
         order: &[usize],
         wanted: &[bool],
-        good_enough: &[bool],
+        force_is_known: &[bool],
         settings: &NewtonSettings,
         estimator: &Estimator<'_, S>,
         room_for_two: &dyn Fn(&LayerModel<S>) -> bool,
         report: &(dyn Fn(usize) + Sync),
     ) -> usize {
         let coarser = if settings.from_coarser { coarser } else { &[] };
-        let last = |g: usize| coarser.iter().rev().find(|level| level.to_start_from(g).is_some());
+        let finest = |g: usize| coarser.iter().rev().find(|level| level.to_start_from(g).is_some());
         let near =
-            |g: usize| last(g).and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
-        let is_sound = |g: usize| last(g).is_some_and(|level| level.reached[g].is_some());
+            |g: usize| finest(g).and_then(|level| level.to_start_from(g)).filter(|_| goals[g].value() != 0.0);
+        let is_sound = |g: usize| finest(g).is_some_and(|level| level.reached[g].is_some());
         let mut searched = self.side_by_side(&near, goals, order, settings, estimator, room_for_two, report);
         for (done, &g) in order.iter().enumerate() {
             if settings.cancelled() {
@@ -173,7 +185,7 @@ impl<S: Dimension> Level<S> {
                 if searched.is_none() && settings.only_near && is_sound(g) {
                     continue;
                 }
-                if searched.is_none() && good_enough[g] {
+                if searched.is_none() && force_is_known[g] {
                     self.stopped[g] = Some(Stopped::not_near());
                     continue;
                 }
@@ -187,7 +199,7 @@ impl<S: Dimension> Level<S> {
                         self.keep(goals, g, Reached { step, state, load }, fault);
                     }
                     // The next load is followed from this state, also if it was found on the twin.
-                    self.model.put(state, load);
+                    self.model.set_equilibrium(state, load);
                 }
                 // A goal that was cancelled may still be reachable.
                 Err(stopped) if stopped.reason == StopReason::Cancelled => return done,
@@ -241,7 +253,7 @@ impl<S: Dimension> Level<S> {
         let (even, odd) = rayon::join(|| each_second(&mut self.model, 0), || each_second(&mut twin, 1));
         // A load without an equilibrium near the coarser one is followed from the load before it, not from
         // the last one found above.
-        self.model.put(start.0, start.1);
+        self.model.set_equilibrium(start.0, start.1);
         for (g, found) in even.into_iter().chain(odd) {
             searched[g] = Some(found);
         }
@@ -267,7 +279,7 @@ impl<S: Dimension> Level<S> {
     }
 
     /// The layer and its equilibrium under goal `g`, if it was reached.
-    fn found(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
+    fn equilibrium(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
         let reached = self.reached.get(g)?.as_ref()?;
         Some((&self.model, reached))
     }
@@ -284,7 +296,8 @@ impl<S: Dimension> Level<S> {
 
     /// The state near which the equilibrium under goal `g` may be searched for on a finer mesh.
     fn to_start_from(&self, g: usize) -> Option<(&LayerModel<S>, &Reached<S>)> {
-        self.found(g).or_else(|| self.faulty.get(g)?.as_ref().map(|(reached, _)| (&self.model, reached)))
+        self.equilibrium(g)
+            .or_else(|| self.faulty.get(g)?.as_ref().map(|(reached, _)| (&self.model, reached)))
     }
 
     /// The layer and the state found for goal `g`, with or without a fault.
@@ -294,7 +307,7 @@ impl<S: Dimension> Level<S> {
 
     /// The layer and its configuration under goal `g`, if that was reached.
     pub fn state(&self, g: usize) -> Option<(&LayerModel<S>, &State<S>)> {
-        self.found(g).map(|(model, reached)| (model, &reached.state))
+        self.equilibrium(g).map(|(model, reached)| (model, &reached.state))
     }
 }
 

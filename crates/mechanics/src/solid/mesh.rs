@@ -1,10 +1,10 @@
 //! Meshes, and those of nine-node quadrilaterals put together from mapped patches.
 //!
-//! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share points
-//! share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is made, sectors
-//! around a corner, each of which takes its share of the angle by which the corner opens. One quadrilateral
-//! alone in a right angle must turn inside out when the angle passes 180 degrees, as it does where the bonded end of
-//! a compressed layer meets its free face.
+//! A [`Patch`] is a logical grid of corner points; its quadrilaterals have straight sides. Patches that share
+//! points share nodes. A side of a quadrilateral may be collapsed into one point: that is how a *fan* is
+//! made, sectors around a corner, each of which takes its share of the angle by which the corner opens. One
+//! quadrilateral alone in a right angle must turn inside out when the angle passes 180 degrees, as it does
+//! where the bonded end of a compressed layer meets its free face.
 
 use std::collections::HashMap;
 
@@ -16,17 +16,18 @@ use super::hanging::Hanging;
 pub struct Mesh<S: Dimension = Plane> {
     /// Reference positions of the nodes in m.
     pub nodes: Vec<S::Point>,
-    /// Nodes of each element, `3 j + i` at `(i - 1, j - 1)` of the reference square, `9 k + 3 j + i` at
-    /// `(i - 1, j - 1, k - 1)` of the reference cube.
+    /// Nodes of each element: node `3 j + i` is at `(i - 1, j - 1)` of the reference square, node
+    /// `9 k + 3 j + i` at `(i - 1, j - 1, k - 1)` of the reference cube.
     pub elements: Vec<S::Nodes>,
-    /// The hanging nodes and sides where elements are finer than their neighbours; none in a mesh that was not refined.
+    /// The hanging nodes and sides where elements are finer than their neighbours; none in a mesh that was
+    /// not refined.
     pub hanging: Hanging,
 }
 
 /// A grid of corner points: `points[j * columns + i]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
-    /// Points along the first logical direction.
+    /// The number of points along the first logical direction.
     pub columns: usize,
     /// Corner points in m, row after row.
     pub points: Vec<[f64; 2]>,
@@ -39,8 +40,8 @@ impl Patch {
         Self { columns: x1.len(), points }
     }
 
-    /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending, from 0 to 1)
-    /// of the way. At the fraction 0 the quadrilaterals collapse into the centre.
+    /// Sectors from `centre` to the points of the polyline `rim`, cut at the fractions `radii` (ascending,
+    /// from 0 to 1) of the way. At the fraction 0 the quadrilaterals collapse into the centre.
     pub fn fan(centre: [f64; 2], rim: &[[f64; 2]], radii: &[f64]) -> Self {
         let toward = |rim: &[f64; 2], r: f64| -> [f64; 2] {
             if r == 1.0 {
@@ -89,8 +90,8 @@ impl Mesh {
             let rows = patch.points.len() / patch.columns;
             for j in 1..rows {
                 for i in 1..patch.columns {
-                    let at = |a: usize, b: usize| patch.points[(j - 1 + b) * patch.columns + i - 1 + a];
-                    let mut c = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+                    let corner = |a: usize, b: usize| patch.points[(j - 1 + b) * patch.columns + i - 1 + a];
+                    let mut c = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
                     let cross = |o: [f64; 2], p: [f64; 2], q: [f64; 2]| {
                         (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])
                     };
@@ -121,9 +122,11 @@ impl Mesh {
         Self::from_patches(&[Patch::tensor(&uniform(0.0, length, n1), &uniform(0.0, height, n2))])
     }
 
-    /// The quadrilateral in which the reference position `x` (m) lies, and where in its reference square. Between two
-    /// quadrilaterals either may be named; `None` outside the mesh and where a collapsed side is.
+    /// The quadrilateral in which the reference position `x` (m) lies, and the coordinates of `x` in its
+    /// reference square. On the line between two quadrilaterals it is either of them. `None` outside the mesh
+    /// and at the point of a collapsed side.
     pub fn locate(&self, x: [f64; 2]) -> Option<(usize, [f64; 2])> {
+        // Not tuned: it only has to lie above rounding errors and below distances that matter.
         const SLACK: f64 = 1e-7;
         self.elements.iter().enumerate().find_map(|(e, nodes)| {
             let c = [0, 2, 6, 8].map(|k| self.nodes[nodes[k] as usize]);
@@ -188,7 +191,7 @@ impl<S: Dimension> Mesh<S> {
     }
 }
 
-/// Most steps along one axis. No mesh with so many is solved: each has more elements than
+/// The largest number of steps along one axis. No mesh with so many is solved: each has more elements than
 /// [`LayerMesh::MAX_ELEMENTS`](super::layer_mesh::LayerMesh::MAX_ELEMENTS), and is refused before it is made.
 const MAX_STEPS: usize = 2_000_000;
 
@@ -198,18 +201,21 @@ pub fn uniform(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| if k == n { b } else { a + (b - a) * k as f64 / n as f64 }).collect()
 }
 
-/// Breakpoints from `a` to `b` whose steps are about `size` (m) of where they are, scaled so that they fit; at most two
-/// million steps.
+/// Breakpoints from `a` to `b` whose steps near `x` are about `size(x)` (m) long, scaled so that they fit; at
+/// most two million steps.
 pub fn graded(a: f64, b: f64, size: impl Fn(f64) -> f64) -> Vec<f64> {
-    let fine = 4000;
-    let at = |k: usize| a + (b - a) * k as f64 / fine as f64;
-    let places: Vec<f64> = (0..=fine).map(|k| if k == fine { b } else { at(k) }).collect();
+    /// Not tuned: many more than an axis has steps.
+    const FINE: usize = 4000;
+    let place = |k: usize| if k == FINE { b } else { a + (b - a) * k as f64 / FINE as f64 };
+    let places: Vec<f64> = (0..=FINE).map(place).collect();
     graded_between(&places, |k| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1])))
 }
 
-/// Breakpoints from `a` to `b` (m) that include each of the `edges` between the two. Steps near `x` are about `size(x)` long: from one edge to the
-/// next, their number is rounded up, unless it is less than a quarter above a whole number.
+/// Breakpoints from `a` to `b` (m) that include each of the `edges` between the two. Steps near `x` are about
+/// `size(x)` long: from one edge to the next, their number is rounded up, unless it is less than a quarter
+/// above a whole number.
 pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// Not tuned: many more than an axis has steps.
     const FINE: usize = 1000;
     let tiny = 1e-9 * (b - a);
     let mut ends: Vec<f64> = edges.iter().copied().filter(|e| *e > a + tiny && *e < b - tiny).collect();
@@ -219,8 +225,8 @@ pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64)
     let mut breakpoints = vec![a];
     for (k, &to) in ends.iter().enumerate() {
         let from = if k == 0 { a } else { ends[k - 1] };
-        let at = |k: usize| if k == FINE { to } else { from + (to - from) * k as f64 / FINE as f64 };
-        let places: Vec<f64> = (0..=FINE).map(at).collect();
+        let place = |k: usize| if k == FINE { to } else { from + (to - from) * k as f64 / FINE as f64 };
+        let places: Vec<f64> = (0..=FINE).map(place).collect();
         let steps = |k: usize| (places[k + 1] - places[k]) / size(0.5 * (places[k] + places[k + 1]));
         let count: f64 = (0..FINE).map(steps).sum();
         let rounded = (count - 0.25).ceil().max(1.0) / count;
@@ -229,8 +235,8 @@ pub fn graded_to_edges(a: f64, b: f64, edges: &[f64], size: impl Fn(f64) -> f64)
     breakpoints
 }
 
-/// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie between place `k` and the next
-/// one, scaled so that they fit; at most two million.
+/// Breakpoints from the first to the last of the ascending `places` (m), of which about `steps(k)` lie
+/// between place `k` and the next one, scaled so that they fit; at most two million.
 pub fn graded_between(places: &[f64], steps: impl Fn(usize) -> f64) -> Vec<f64> {
     let last = places.len() - 1;
     // The number of steps up to each place.

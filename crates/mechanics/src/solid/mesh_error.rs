@@ -4,8 +4,8 @@
 /// grow, the meshes do not resolve the solution yet.
 const MIN_ORDER: f64 = 1.0 / 3.0;
 
-/// Factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng. 116, 405-413, 1994): observed orders are
-/// never exact.
+/// Factor of safety of Roache's grid convergence index for three meshes (J. Fluids Eng. 116, 405-413, 1994):
+/// observed orders are never exact.
 const SAFETY: f64 = 1.25;
 
 /// Error of a value on the finest of meshes with elements of the given sizes, `(size, value)`, coarse to

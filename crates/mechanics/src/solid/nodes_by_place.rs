@@ -4,18 +4,19 @@ use std::collections::HashMap;
 
 /// Finds nodes by their places.
 pub(super) struct NodesByPlace {
-    /// Points that are this close, m, are one node.
+    /// Points that are this close along each axis, m, are one node.
     tolerance: f64,
+    /// The place of each node, m.
     places: Vec<[f64; 3]>,
-    /// The last node in each cell of a grid.
+    /// The last node that was added to each cell of a grid.
     last: HashMap<[i64; 3], u32>,
-    /// The node before each one in the same cell.
+    /// For each node, the one that was added to the same cell before it.
     before: Vec<Option<u32>>,
 }
 
 impl NodesByPlace {
-    /// Length of a cell in tolerances. Cells are so large that a point is rarely within the tolerance of a face, where neighbouring cells have
-    /// to be searched as well.
+    /// Length of a cell in tolerances. Cells are so large that a point is rarely within the tolerance of a
+    /// face, where neighbouring cells have to be searched as well. It is not tuned.
     const CELL: f64 = 1e3;
 
     /// An empty list; points closer than `tolerance` (m) along each axis will be one node.
@@ -34,13 +35,13 @@ impl NodesByPlace {
         for i in low[0]..=high[0] {
             for j in low[1]..=high[1] {
                 for k in low[2]..=high[2] {
-                    let mut found = self.last.get(&[i, j, k]).copied();
-                    while let Some(node) = found {
-                        let at = self.places[node as usize];
-                        if (0..3).all(|a| (at[a] - place[a]).abs() <= self.tolerance) {
+                    let mut next = self.last.get(&[i, j, k]).copied();
+                    while let Some(node) = next {
+                        let known = self.places[node as usize];
+                        if (0..3).all(|a| (known[a] - place[a]).abs() <= self.tolerance) {
                             return Some(node);
                         }
-                        found = self.before[node as usize];
+                        next = self.before[node as usize];
                     }
                 }
             }
@@ -58,7 +59,8 @@ impl NodesByPlace {
         })
     }
 
-    /// The cell that a coordinate lies in: half a cell off, since many nodes have coordinates of zero.
+    /// The cell that a coordinate lies in. Cells are shifted by half a cell, since many nodes have
+    /// coordinates of zero.
     fn cell(&self, x: f64) -> i64 {
         (x / (Self::CELL * self.tolerance) + 0.5).floor() as i64
     }

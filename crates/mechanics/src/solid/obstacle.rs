@@ -5,6 +5,7 @@ use super::side::Side;
 
 /// Points along each direction of a side that are kept out of an obstacle. Nodes alone are not enough: the
 /// side between two of them would cut through a corner of the obstacle, and the layer would slide past it.
+/// Tuned: `benches/layer_errors.py --plane`.
 pub(crate) const SIDE_POINTS: usize = 4;
 
 /// A rigid body and the surface that may touch it.
@@ -14,8 +15,8 @@ pub struct Obstacle<S: Dimension = Plane> {
     pub shape: ObstacleShape,
     /// The sides of elements that may touch it.
     pub sides: Vec<Side<S>>,
-    /// A node of the rubber that carries the body along `x1` and takes its horizontal force; `None` for a body that moves only
-    /// with its load.
+    /// A node of the rubber that carries the body along `x1` and takes its horizontal force; `None` for a
+    /// body that moves only with its load.
     pub carrier: Option<u32>,
 }
 
@@ -53,8 +54,8 @@ pub enum IndenterProfile {
         /// Its radius in m.
         radius: f64,
     },
-    /// A flat-faced punch with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded; in plane strain a
-    /// [`IndenterProfile::Punch`].
+    /// A flat-faced punch with `|x1|` and `|x3|` at most the half widths, its edges and corners rounded; in
+    /// plane strain a [`IndenterProfile::Punch`].
     Block {
         /// Half the widths along `x1` and `x3` in m.
         half_widths: [f64; 2],
@@ -80,8 +81,9 @@ impl Gap {
         Self { distance, normal, hessian: [[0.0; 3]; 3] }
     }
 
-    /// The distance from a surface that is `radius` away from a point, line or plane: `from` is the way from its
-    /// nearest point, in which the coordinates along the line are zero and marked `false` in `across`.
+    /// The distance from a surface all of whose points are `radius` away from a point, line or plane. `from`
+    /// is the vector to the given point from the nearest point of these; its coordinates along the line or
+    /// plane are zero, and marked `false` in `across`.
     fn round(from: [f64; 3], across: [bool; 3], radius: f64) -> Self {
         let r = from.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         let normal = from.map(|x| x / r);
@@ -131,7 +133,8 @@ impl IndenterProfile {
         }
     }
 
-    /// Half the width along `x1` and the radius of the corners in m, of an indenter with a flat face in the plane `x3 = 0`.
+    /// Half the width along `x1` and the radius of the corners in m, of an indenter with a flat face in the
+    /// plane `x3 = 0`.
     pub fn flat_face(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Punch { half_width, corner_radius } => Some((half_width, corner_radius)),
@@ -147,8 +150,8 @@ impl IndenterProfile {
     }
 }
 
-/// Distance from a flat-faced block: from its rounded face where the point is below the middle of the edges' rounding,
-/// else from the nearest flank.
+/// Distance of the point `x` from a block with a flat lower face and with edges and corners of this `radius`.
+/// Above the centre lines of the rounded lower edges, it is the distance from the flank or upright edge.
 fn block(half_widths: [f64; 2], radius: f64, x: [f64; 3]) -> Gap {
     let side = [x[0], x[2]].map(|x| if x < 0.0 { -1.0 } else { 1.0 });
     let out = [side[0] * x[0] - (half_widths[0] - radius), side[1] * x[2] - (half_widths[1] - radius)];

@@ -1,7 +1,8 @@
 //! Cauchy stress at a point, from the deformation gradient there and the pressure field.
 //!
-//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane, `sigma_33`, is not
-//! in `w(I, J)`, which knows nothing of `F33`; it comes from the energy in three dimensions.
+//! In plane strain `sigma = (2 w_I / J) F F^T + (w_J + p) 1` in the plane. The stress across the plane,
+//! `sigma_33`, does not follow from `w(I, J)`, which does not depend on `F33`, but from the energy in three
+//! dimensions.
 
 use elastocap_materials::{Rubber, plane, space};
 
@@ -23,16 +24,16 @@ pub struct PointStress {
 }
 
 impl PointStress {
-    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at `pressure` (Pa,
-    /// positive in tension; without effect where the rubber has no such field).
+    /// The stress of `rubber` under the in-plane deformation gradient `f` with the pressure field at
+    /// `pressure` (Pa, positive in tension; without effect where the rubber has no such field).
     pub fn new(rubber: &Rubber, f: &plane::Tensor, pressure: f64) -> Self {
         let j = plane::determinant(f);
         let d = rubber.derivatives(f);
         let field = if rubber.pressure_compliance().is_some() { pressure } else { 0.0 };
-        let (along, all) = (2.0 * d.i / j, d.j + field);
-        let s11 = along * (f[0] * f[0] + f[1] * f[1]) + all;
-        let s22 = along * (f[2] * f[2] + f[3] * f[3]) + all;
-        let s12 = along * (f[0] * f[2] + f[1] * f[3]);
+        let (stretching, isotropic) = (2.0 * d.i / j, d.j + field);
+        let s11 = stretching * (f[0] * f[0] + f[1] * f[1]) + isotropic;
+        let s22 = stretching * (f[2] * f[2] + f[3] * f[3]) + isotropic;
+        let s12 = stretching * (f[0] * f[2] + f[1] * f[3]);
         Self { s11, s22, s12, s33: rubber.third_normal_stress(f, &d, field, s11 + s22), j, deformation: *f }
     }
 
@@ -41,8 +42,8 @@ impl PointStress {
         -(self.s11 + self.s22 + self.s33) / 3.0
     }
 
-    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with normal `i` in
-    /// direction `j`. Most books call it the nominal stress.
+    /// The paper's `T = J F^-1 sigma` in Pa, `[T11, T12, T21, T22]`: `T_ij` acts on the reference face with
+    /// normal `i` in direction `j`. Most books call it the nominal stress.
     pub fn nominal(&self) -> plane::Tensor {
         // J F^-1 is the cofactor transposed.
         let [a, b, c, d] = plane::cofactor(&self.deformation);
@@ -54,7 +55,7 @@ impl PointStress {
         ]
     }
 
-    /// `factor` times `other` is added.
+    /// Adds `factor` times `other`.
     pub(super) fn add(&mut self, factor: f64, other: &Self) {
         self.s11 += factor * other.s11;
         self.s22 += factor * other.s22;
@@ -86,8 +87,8 @@ pub struct SpaceStress {
 }
 
 impl SpaceStress {
-    /// The stress of `rubber` under the deformation gradient `f` with the pressure field at `pressure` (Pa, positive in
-    /// tension; without effect where the rubber has no such field).
+    /// The stress of `rubber` under the deformation gradient `f` with the pressure field at `pressure` (Pa,
+    /// positive in tension; without effect where the rubber has no such field).
     pub fn new(rubber: &Rubber, f: &space::Tensor, pressure: f64) -> Self {
         let j = space::determinant(f);
         let mut stress = rubber.response(f).stress;
@@ -106,7 +107,7 @@ impl SpaceStress {
         -(self.cauchy[0] + self.cauchy[1] + self.cauchy[2]) / 3.0
     }
 
-    /// `factor` times `other` is added.
+    /// Adds `factor` times `other`.
     pub(super) fn add(&mut self, factor: f64, other: &Self) {
         for (a, b) in self.cauchy.iter_mut().zip(&other.cauchy) {
             *a += factor * b;
@@ -134,7 +135,8 @@ mod tests {
 
     #[test]
     fn where_the_third_stretch_is_one_the_stress_is_that_of_plane_strain() {
-        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the materials.
+        // Functions of one invariant, of both, and of the stretches; the laws themselves are tested with the
+        // materials.
         let laws = [
             HyperelasticLaw::Yeoh { constants: [0.5, -0.04, 0.02] },
             HyperelasticLaw::MooneyRivlin { c10: 0.2, c01: 0.5 },

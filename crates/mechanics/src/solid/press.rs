@@ -38,7 +38,8 @@ pub struct Pressed<S: Dimension = Plane> {
     pub state: State<S>,
     /// The load of the equilibrium.
     pub load: Load<S>,
-    /// Error of the force (of the compression, where the goal is a force), absolute; `None` with too few meshes.
+    /// The absolute error of the force or, where the goal is a force, of the compression; `None` with too few
+    /// meshes.
     pub error: Option<f64>,
     /// The value that `error` belongs to, on each mesh that reached the goal, coarse to fine.
     pub refinement: Vec<f64>,
@@ -101,7 +102,7 @@ pub(crate) struct Meshed<S: Dimension> {
 }
 
 /// Makes the layer on the mesh with the given index, from the levels before it and the indices of the goals
-/// that are not known yet; `None` after the last mesh.
+/// whose results are not known yet; `None` after the last mesh.
 type NextMesh<'a, S> =
     dyn Fn(usize, &[Arc<Level<S>>], &[usize]) -> Option<Result<Meshed<S>, ModelError>> + 'a;
 
@@ -111,15 +112,15 @@ type NextMesh<'a, S> =
 pub(crate) struct LeastErrors {
     /// The least error of a force, or of a compression, from a compression of [`LeastErrors::SMALL`] on.
     pub(crate) force: f64,
-    /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of [`LeastErrors::SMALL`] it
-    /// falls in proportion to the compression.
+    /// The least error of a force, or of a compression, at the smallest loads; from there to a compression of
+    /// [`LeastErrors::SMALL`] it falls in proportion to the compression.
     pub(crate) force_at_rest: f64,
     /// The least error of the numbers besides the force.
     pub(crate) numbers: f64,
 }
 
 impl LeastErrors {
-    /// The compression below which [`LeastErrors::force_at_rest`] counts.
+    /// The compression below which [`LeastErrors::force_at_rest`] counts. It is not tuned.
     const SMALL: f64 = 0.05;
 
     /// The least error of a force, or of a compression, at this compression.
@@ -168,7 +169,8 @@ impl<S: Dimension> std::fmt::Debug for Places<'_, S> {
     }
 }
 
-/// The step of the difference quotients of the numbers, over the thickness of the layer.
+/// The step of the difference quotients of the numbers, over the thickness of the layer. Not tuned: it only
+/// has to lie above rounding errors and below strains that matter.
 const SMALL: f64 = 1e-6;
 
 impl<S: Dimension> Places<'_, S> {
@@ -237,21 +239,24 @@ pub(crate) fn press_on<S: Dimension>(
                 .is_some_and(|pressed| pressed.mesh_is_enough)
         };
         let known = |levels: &[Arc<Level<S>>], g: usize| {
-            // The number of further meshes for places is limited.
-            let many = || {
+            // Whether as many meshes as are allowed for places were made after the force was known.
+            let places_had_their_meshes = || {
                 let before = levels.len().saturating_sub(layers.for_places);
                 before > 0 && force_known(&levels[..before], g)
             };
-            let places_known =
-                || numbers_met(levels, g, layers.least_errors.numbers) || many() || numbers_stay(levels, g);
+            let places_known = || {
+                numbers_met(levels, g, layers.least_errors.numbers)
+                    || places_had_their_meshes()
+                    || errors_stay(levels, g)
+            };
             force_known(levels, g) && (goals[g].value() == 0.0 || places_known())
         };
         let wanted: Vec<bool> = (0..goals.len()).map(|g| !known(&levels, g)).collect();
-        let good_enough: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
+        let force_is_known: Vec<bool> = (0..goals.len()).map(|g| force_known(&levels, g)).collect();
         let (coarser, report) = (levels.as_slice(), &|done: usize| report(k, done));
         let room = layers.room_for_two;
         let further =
-            level.walk(coarser, goals, &order, &wanted, &good_enough, &settings, &estimate, room, report);
+            level.walk(coarser, goals, &order, &wanted, &force_is_known, &settings, &estimate, room, report);
         level.model.release();
         level.seconds = start.elapsed().as_secs_f64();
         levels.push(Arc::new(level));
@@ -275,12 +280,12 @@ pub(crate) fn press_on<S: Dimension>(
         (layers.drafted)(drafted(judged(levels.clone(), goals, refinement, layers.least_errors)));
     }
     let pressing = Pressing { too_large, ..judged(levels, goals, refinement, layers.least_errors) };
-    // The results of a run that was stopped are drafts.
+    // Also a run that was stopped on its first mesh states the errors estimated there.
     Ok(if cancel.load(Ordering::Relaxed) { drafted(pressing) } else { pressing })
 }
 
-/// Gives the results on the only mesh the errors that were estimated on this mesh, where no other error is
-/// known.
+/// If there is only one mesh so far, states the errors that were estimated on it for results whose errors are
+/// not known otherwise.
 fn drafted<S: Dimension>(mut pressing: Pressing<S>) -> Pressing<S> {
     if let [only] = pressing.levels.as_slice() {
         for (found, estimate) in pressing.goals.iter_mut().zip(&only.estimates) {
@@ -309,6 +314,7 @@ fn judged<S: Dimension>(
 
 /// The deepest compression among the goals; an upper guess where they are forces.
 pub fn deepest(goals: &[Goal]) -> f64 {
+    // Not tuned: it only shapes the first mesh.
     const OF_FORCES: f64 = 0.5;
     goals.iter().fold(0.0, |deepest: f64, goal| match *goal {
         Goal::Compression(compression) => deepest.max(compression),
@@ -357,7 +363,8 @@ impl<S: Dimension> Pressing<S> {
     }
 }
 
-/// The numbers besides the force on the last level, if they were estimated there under goal `g`.
+/// The numbers besides the force on the last of the `levels`, if they were estimated there under goal `g`,
+/// with errors of no less than `at_least`.
 fn numbers_of<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> Option<Vec<Estimated>> {
     let (last, before) = levels.split_last()?;
     let estimated = &last.estimates[g].as_ref()?.numbers;
@@ -370,7 +377,7 @@ fn numbers_of<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -
 }
 
 /// Whether the numbers besides the force are known on the finest level that reached goal `g`: to their
-/// tolerances, or to the least error that is stated.
+/// tolerances, or to `at_least`, the least error that is stated.
 fn numbers_met<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) -> bool {
     let met = |number: &Estimated| number.error <= number.tolerance.max(at_least);
     let finest = levels.iter().rposition(|level| level.reached[g].is_some());
@@ -378,9 +385,9 @@ fn numbers_met<S: Dimension>(levels: &[Arc<Level<S>>], g: usize, at_least: f64) 
     numbers.is_none_or(|numbers| numbers.iter().all(met))
 }
 
-/// Whether the errors of these numbers have not decreased over two meshes: a singular strain, as of rubber
-/// that folds at the edge of an electrode, has the same error on every mesh.
-fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
+/// Whether the errors of the numbers besides the force have not decreased over two meshes: a singular strain,
+/// as of rubber that folds at the edge of an electrode, has the same error on every mesh.
+fn errors_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     let error = |level: &Level<S>| {
         level.reached[g].as_ref()?;
         let numbers = &level.estimates[g].as_ref()?.numbers;
@@ -390,10 +397,12 @@ fn numbers_stay<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> bool {
     matches!((error(first), error(last)), (Some(first), Some(last)) if last > STAYS * first)
 }
 
-/// An error above this share of the one two meshes before has not decreased.
+/// An error above this share of the one two meshes before has not decreased. Tuned:
+/// `benches/layer_errors.py --plane`.
 const STAYS: f64 = 0.8;
 
-/// The result of all levels for goal `g`; `None` if none reached it.
+/// The result of all levels for goal `g`, with errors of no less than `at_least`; `None` if no level reached
+/// the goal.
 fn judge<S: Dimension>(
     levels: &[Arc<Level<S>>],
     goals: &[Goal],
@@ -415,7 +424,8 @@ fn judge<S: Dimension>(
         // Without a load the result is exact on any mesh.
         _ if goals[g].value() == 0.0 => Some(0.0),
         Some(estimate) => {
-            // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error than the force.
+            // A layer becomes stiffer as it is pressed, so that a compression has no larger relative error
+            // than the force.
             let of_estimate = estimate.force * now.abs();
             let before = Before::of(&levels[..level], g, |l| l.step(g).map(value_of));
             let scatter = at_least.of_force(reached.step.compression);
@@ -442,8 +452,10 @@ fn judge<S: Dimension>(
     })
 }
 
-/// Bounds of the remaining change of a value in the plane, over its last step from mesh to mesh.
-const LEFT: [f64; 2] = [1.5, 4.0];
+/// Bounds of the ratio of the remaining change of a value to its last step from mesh to mesh, in the plane.
+/// Tuned:
+/// `benches/layer_errors.py --plane`.
+const REMAINING: [f64; 2] = [1.5, 4.0];
 
 /// The values on the coarser meshes: a safeguard against underestimated errors on the finest one.
 struct Before {
@@ -455,6 +467,7 @@ struct Before {
 }
 
 impl Before {
+    /// The values on `levels` under goal `g`, where `value` gives that of a level.
     fn of<S: Dimension>(
         levels: &[Arc<Level<S>>],
         g: usize,
@@ -473,33 +486,35 @@ impl Before {
     /// needed, since two values may agree by accident; `None` with fewer. Steps within twice the relative
     /// `scatter` do not indicate a rate of convergence.
     fn least_error<S: Dimension>(&self, now: f64, scatter: f64) -> Option<f64> {
-        let most = |step: f64| if step.abs() <= 2.0 * scatter * now.abs() { LEFT[0] } else { LEFT[1] };
+        let largest =
+            |step: f64| if step.abs() <= 2.0 * scatter * now.abs() { REMAINING[0] } else { REMAINING[1] };
         match (S::AXES, self.meshes, self.sound.as_slice()) {
             (2, 2.., [last, first, ..]) => {
                 let (step, earlier) = (now - last, last - first);
-                let left = left_of(step, earlier).clamp(LEFT[0], most(step));
-                Some((left * step.abs()).max(0.5 * earlier.abs()))
+                let remaining = remaining_over_step(step, earlier).clamp(REMAINING[0], largest(step));
+                Some((remaining * step.abs()).max(0.5 * earlier.abs()))
             }
-            (2, 2.., [last]) => Some(most(now - last) * (now - last).abs()),
+            (2, 2.., [last]) => Some(largest(now - last) * (now - last).abs()),
             (3, _, [last, ..]) => Some(0.5 * (now - last).abs()),
             _ => None,
         }
     }
 }
 
-/// The remaining change of a value over its last `step` from mesh to mesh, if the steps go on to fall as from
-/// the `earlier` one. Before the meshes resolve the source of the error, they hardly fall. 0 where the value
-/// oscillates.
-fn left_of(step: f64, earlier: f64) -> f64 {
-    let falls = step / earlier;
-    match falls {
+/// The ratio of the remaining change of a value to its last `step` from mesh to mesh, if further steps shrink
+/// by the same factor as this one from the `earlier` one. It is infinite where they do not shrink, as before
+/// the meshes resolve the source of the error, and 0 where the value oscillates.
+fn remaining_over_step(step: f64, earlier: f64) -> f64 {
+    let ratio = step / earlier;
+    match ratio {
         // The ratio is NaN where both steps are zero.
-        _ if falls.is_nan() || falls <= 0.0 => 0.0,
-        _ if falls < 1.0 => falls / (1.0 - falls),
+        _ if ratio.is_nan() || ratio <= 0.0 => 0.0,
+        _ if ratio < 1.0 => ratio / (1.0 - ratio),
         _ => f64::INFINITY,
     }
 }
 
+/// The reason why goal `g` was not reached on any level.
 fn why_not<S: Dimension>(levels: &[Arc<Level<S>>], g: usize) -> PressError {
     // The mesh that came farthest is the most informative.
     let stopped = levels.iter().filter_map(|l| {

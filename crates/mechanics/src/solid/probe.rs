@@ -1,4 +1,4 @@
-//! The displacement of a configuration between its nodes.
+//! The displacements of a configuration at any points of the body, not only at its nodes.
 
 use super::dimension::Dimension;
 use super::model::{Equations, State};
@@ -19,21 +19,21 @@ impl<'a, S: Dimension> Probe<'a, S> {
 
     /// The displacement at the reference position `x`, both in m; `None` outside of the body.
     pub fn displacement(&self, x: S::Point) -> Option<S::Point> {
-        let (e, at) = self.finder.find(x)?;
-        let mut out = S::Point::default();
-        for (&node, (value, _)) in self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
+        let (e, local) = self.finder.find(x)?;
+        let mut displacement = S::Point::default();
+        for (&node, (value, _)) in self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(local)) {
             for k in 0..S::AXES {
-                out[k] += value * self.state.displacement[S::AXES * node as usize + k];
+                displacement[k] += value * self.state.displacement[S::AXES * node as usize + k];
             }
         }
-        Some(out)
+        Some(displacement)
     }
 
     /// The nodes from which the displacement at the reference position `x` (m) is interpolated, with their
     /// weights; `None` outside the body.
     pub fn weights(&self, x: S::Point) -> Option<Vec<(usize, f64)>> {
-        let (e, at) = self.finder.find(x)?;
-        let nodes = self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(at));
+        let (e, local) = self.finder.find(x)?;
+        let nodes = self.finder.mesh.elements[e].as_ref().iter().zip(shape::<S>(local));
         Some(nodes.map(|(&node, (value, _))| (node as usize, value)).collect())
     }
 }

@@ -24,11 +24,13 @@ pub struct Refinable<S: Dimension> {
     outside: Vec<u8>,
 }
 
-/// Points that are this close, over the extent of a mesh, are one node.
+/// Points that are this close, over the extent of a mesh, are one node. Not tuned: it only has to lie above
+/// rounding errors and below distances that matter.
 const SAME: f64 = 1e-9;
-/// The largest number of halvings of a side along either direction at which sides of neighbours are searched.
+/// The largest number of halvings of a side along either direction for which its parts are searched among the
+/// sides of neighbours.
 const MAX_HALVINGS: u32 = 2;
-/// Weights of masters below this are zeros of shape functions up to rounding.
+/// Weights of masters below this are zeros of shape functions, up to rounding. It is not tuned.
 const ZERO: f64 = 1e-13;
 
 /// An element during refinement: its nodes, its sides on the surface as bits, and the element of the initial
@@ -43,7 +45,9 @@ struct Leaf<S: Dimension> {
 /// A side of a leaf that is a part of a larger one.
 #[derive(Debug, Clone, Copy)]
 struct Within {
+    /// The smaller side: the number of its leaf, and of the side in the leaf.
     fine: (u32, usize),
+    /// The larger side, likewise.
     coarse: (u32, usize),
     /// The number of halvings of the larger side along its two directions, and the index of the part along
     /// each.
@@ -90,10 +94,10 @@ impl<S: Dimension> Refinable<S> {
     pub(crate) fn length(&self, element: usize, axis: usize) -> f64 {
         let (nodes, stride) = (self.mesh.elements[element].as_ref(), 3_usize.pow(axis as u32));
         let is_corner = |n: usize| [n % 3, n / 3 % 3, n / 9].iter().all(|k| *k != 1);
-        let at = |n: usize| S::in_space(&self.mesh.nodes[nodes[n] as usize]);
+        let place = |n: usize| S::in_space(&self.mesh.nodes[nodes[n] as usize]);
         let first = (0..nodes.len()).filter(|&n| is_corner(n) && n / stride % 3 == 0);
         let lengths = first.map(|n| {
-            let (a, b) = (at(n), at(n + 2 * stride));
+            let (a, b) = (place(n), place(n + 2 * stride));
             (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
         });
         lengths.sum::<f64>() / (1 << (S::AXES - 1)) as f64
@@ -126,7 +130,7 @@ impl<S: Dimension> Refinable<S> {
         let sides = Sides { leaves: &leaves, nodes: &nodes, by_corners: HashMap::new() };
         let hanging = Hanging {
             nodes: resolved(&sides.followed(&within)),
-            sides: within.iter().map(|w| sides.named(w)).collect(),
+            sides: within.iter().map(|w| sides.hanging_side(w)).collect(),
         };
         let mesh = Mesh {
             nodes: nodes.places().iter().map(|x| S::Point::from_fn(|k| x[k])).collect(),
@@ -147,7 +151,8 @@ fn axis_of(step: usize) -> usize {
     }
 }
 
-/// The axes of an element along the first and the second direction of its side `local`; in the plane there is no second one.
+/// The axes of an element along the first and the second direction of its side `local`; in the plane there is
+/// no second one.
 fn directions<S: Dimension>(local: &[usize]) -> [usize; 2] {
     let along = |n: usize| axis_of(local[n].abs_diff(local[0]));
     [along(1), if S::AXES == 3 { along(3) } else { 0 }]
@@ -170,11 +175,11 @@ impl<S: Dimension> Leaf<S> {
         [0, 1].map(|half| {
             let children = S::Nodes::from_fn(|n| {
                 let along = n / stride % 3;
-                let at = |along: usize| nodes_before[n - n / stride % 3 * stride + along * stride];
+                let node_at = |along: usize| nodes_before[n - n / stride % 3 * stride + along * stride];
                 if along != 1 {
-                    return at(half + along / 2);
+                    return node_at(half + along / 2);
                 }
-                let [a, b] = [half, half + 1].map(|k| nodes.places()[at(k) as usize]);
+                let [a, b] = [half, half + 1].map(|k| nodes.places()[node_at(k) as usize]);
                 nodes.node_at([0, 1, 2].map(|k| 0.5 * (a[k] + b[k])))
             });
             // The side at which the two halves meet is inside.
@@ -189,14 +194,16 @@ impl<S: Dimension> Leaf<S> {
 /// Corners of a side in ascending order; in the plane each of the two is repeated.
 type Corners = [u32; 4];
 
-/// The sides that have these corners.
+/// The sides of leaves with given corners: the number of each leaf, and of the side in the leaf.
 type ByCorners = HashMap<Corners, Vec<(u32, usize)>>;
 
+/// The corners in ascending order.
 fn sorted(mut corners: Corners) -> Corners {
     corners.sort_unstable();
     corners
 }
 
+/// The sides of all `leaves` by their corners.
 fn by_corners<S: Dimension>(leaves: &[Leaf<S>]) -> ByCorners {
     let mut sides = ByCorners::new();
     for (e, leaf) in leaves.iter().enumerate() {
@@ -222,6 +229,7 @@ struct Sides<'a, S: Dimension> {
 }
 
 impl<S: Dimension> Sides<'_, S> {
+    /// Node number `k` of a side.
     fn node(&self, (e, side): (u32, usize), k: usize) -> u32 {
         self.leaves[e as usize].nodes.as_ref()[S::SIDES[side][k]]
     }
@@ -258,20 +266,20 @@ impl<S: Dimension> Sides<'_, S> {
     /// The sides that are parts of larger ones.
     fn all_within(&self) -> Vec<Within> {
         let second = if S::AXES == 3 { MAX_HALVINGS } else { 0 };
-        let mut found = Vec::new();
+        let mut parts = Vec::new();
         for coarse in self.unmatched() {
             for first in 0..=MAX_HALVINGS {
                 for halvings in (0..=second).map(|second| [first, second]).filter(|h| *h != [0, 0]) {
                     for n in 0..1_u32 << (halvings[0] + halvings[1]) {
                         let part = [n % (1 << halvings[0]), n >> halvings[0]];
                         if let Some(fine) = self.part(coarse, halvings, part) {
-                            found.push(Within { fine, coarse, halvings, part });
+                            parts.push(Within { fine, coarse, halvings, part });
                         }
                     }
                 }
             }
         }
-        found
+        parts
     }
 
     /// The side of another leaf that is the given part of a side.
@@ -354,7 +362,8 @@ impl<S: Dimension> Sides<'_, S> {
         followed
     }
 
-    fn named(&self, w: &Within) -> HangingSide {
+    /// The two sides by their elements and middle nodes.
+    fn hanging_side(&self, w: &Within) -> HangingSide {
         let name = |side: (u32, usize)| (side.0, self.node(side, S::SIDES[side.1].len() / 2));
         HangingSide { fine: name(w.fine), coarse: name(w.coarse) }
     }

@@ -12,11 +12,12 @@
 //!   the closed form's pressure profile at the edge of the contact; the curve C(F) is then right in F, the
 //!   stress less so.
 //!
-//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It does not depend on
-//! the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin one.
+//! `L/H` depends on `U/H`, on the contact's half-length over `H`, and on the layer outside the contact. It
+//! does not depend on the material as long as the rubber is an incompressible neo-Hookean or Mooney-Rivlin
+//! one.
 //!
-//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under compressive loading
-//! for a MEMS tactile sensor application".
+//! Equation numbers are those of the paper "Large deformation mechanics of a soft elastomeric layer under
+//! compressive loading for a MEMS tactile sensor application".
 
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -37,14 +38,15 @@ use elastocap_materials::Rubber;
 pub struct ShearLength {
     /// `U/H`.
     pub compression: f64,
-    /// `L/H` from the balance along `x1`, eq. (43). `None` without compression, and where the section `x1 = 0` pulls.
+    /// `L/H` from the balance along `x1`, eq. (43). `None` without compression, and where the section `x1 =
+    /// 0` pulls.
     pub from_balance: Option<f64>,
-    /// `L/H` from the force, eq. (50). `None` without compression, and where the force is below what the closed form
-    /// gives with no shear at all on the bottom.
+    /// `L/H` from the force, eq. (50). `None` without compression, and where the force is below what the
+    /// closed form gives with no shear at all on the bottom.
     pub from_force: Option<f64>,
     /// Compressive force `N` through the cross-section `x1 = 0` over `mu H`, per width.
     pub axial_force: f64,
-    /// Force of the indenter over `mu H`, per width, both halves.
+    /// Force of the indenter on both halves of the layer, over `mu H`, per width.
     pub force: f64,
 }
 
@@ -65,8 +67,8 @@ impl ShearLength {
         Self::from_forces(step.compression, contact_half_length / thickness, axial_force, step.force / unit)
     }
 
-    /// The shear length with which the closed form has these forces (over `mu H`, per width) at the compression `U/H` on a
-    /// contact of half-length `contact_ratio` (over `H`).
+    /// The shear length with which the closed form has these forces (over `mu H`, per width) at the
+    /// compression `U/H` on a contact of half-length `contact_ratio` (over `H`).
     ///
     /// # Errors
     /// [`MechanicsError::Compression`] if it is not in `[0, 1)`.
@@ -100,11 +102,14 @@ pub enum Contact {
     Punch(f64),
 }
 
-/// The elements around the singular corner, at the end of the layer or of the punch: the ratio in which the rings of
-/// the fan shrink, and their number. The finer the fan, the more exact and the earlier the solver stops.
+/// The fans of elements around the singular corner at the end of the layer or of the punch, from fine to
+/// coarse: the ratio in which the rings of each shrink, and their number. With a finer fan the result is more
+/// exact, but the solver stops at a smaller compression. Measured:
+/// `cargo run --release -p elastocap-mechanics --example shear_length`.
 pub const FANS: [(f64, usize); 3] = [(0.5, 5), (0.7, 6), (0.5, 1)];
 
-/// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer by 0.01 %.
+/// Length of the layer beyond the punch, in thicknesses. Four would make `L` shorter by 0.2 %, eight longer
+/// by 0.01 %. Measured: `cargo run --release -p elastocap-mechanics --example shear_length`.
 pub const LENGTH_BEYOND_PUNCH: f64 = 6.0;
 
 impl Contact {
@@ -114,8 +119,9 @@ impl Contact {
         ratio
     }
 
-    /// The layer, of thickness 1 m and shear modulus 1 Pa, with about `n` quadrilaterals over the thickness and `fan` of
-    /// [`FANS`] at the singular corner. Under a punch it continues for [`LENGTH_BEYOND_PUNCH`] thicknesses beyond it.
+    /// The layer, of thickness 1 m and shear modulus 1 Pa, with about `n` quadrilaterals over the thickness
+    /// and `fan` of [`FANS`] at the singular corner. Under a punch it continues for [`LENGTH_BEYOND_PUNCH`]
+    /// thicknesses beyond it.
     ///
     /// # Errors
     /// See [`ModelError`]; the half-length must be larger than 1 under the whole top, and positive.
@@ -136,7 +142,7 @@ impl Contact {
     }
 }
 
-/// The meshes that [`shear_lengths`] solves on, one for each of [`FANS`], side by side.
+/// The sizes of the meshes that [`shear_lengths`] solves on at the same time, one for each of [`FANS`].
 ///
 /// # Errors
 /// See [`ModelError`].
@@ -150,7 +156,8 @@ pub fn mesh_sizes(contact: Contact, end: End, n: usize) -> Result<Vec<MeshSize>,
     FANS.iter().map(size).collect()
 }
 
-/// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses longer than the punch.
+/// A mesh of a layer of thickness 1 under a punch of any half-width, [`LENGTH_BEYOND_PUNCH`] thicknesses
+/// longer than the punch.
 ///
 /// The fan around the end of the punch is as wide as fits between it and the axis, half a thickness at most.
 fn under_punch(corner: f64, n: usize, (ratio, rings): (f64, usize)) -> LayerMesh {
@@ -181,10 +188,11 @@ pub struct ShearLengths {
     pub contact: Contact,
     /// The layer, once for each of [`FANS`] that was used.
     pub models: Vec<LayerModel>,
-    /// One for each compression that was reached.
+    /// The results, one for each compression that was reached.
     pub points: Vec<StudiedPoint>,
-    /// Relative differences of `from_balance` and of the force between the coarsest fan and the finest that got as far as
-    /// a finer one did at all, there: how much the points of the coarsest may be wrong.
+    /// The relative differences of `from_balance` and of the force between the coarsest fan and the finest
+    /// one that got equally far, at the largest compression that the coarsest and a finer fan both reached.
+    /// They indicate the errors of the points that only the coarsest fan reached.
     pub disagreement: Option<[f64; 2]>,
     /// Why not all compressions were reached.
     pub stopped: Option<Box<Stopped>>,
@@ -195,7 +203,7 @@ pub struct ShearLengths {
 pub struct StudiedPoint {
     /// The shear length.
     pub shear: ShearLength,
-    /// Place in [`FANS`] and in [`ShearLengths::models`] of the finest fan that reached the compression.
+    /// Index in [`FANS`] and in [`ShearLengths::models`] of the finest fan that reached the compression.
     pub fan: usize,
     /// The state of that model.
     pub state: State,
@@ -227,9 +235,9 @@ pub fn shear_lengths(
     n: usize,
     cancel: Option<&AtomicBool>,
 ) -> Result<ShearLengths, ModelError> {
-    // Load steps so small that nobody would want to wait for them are not tried.
+    // Smaller load steps would take too long.
     let settings = NewtonSettings { smallest_step: 1e-2, cancel, ..NewtonSettings::default() };
-    let each = |fan: (f64, usize)| -> Result<_, ModelError> {
+    let run = |fan: (f64, usize)| -> Result<_, ModelError> {
         let mut model = contact.model(n, end, fan)?;
         let mut points = Vec::new();
         for compression in compressions {
@@ -242,26 +250,26 @@ pub fn shear_lengths(
         }
         Ok((model, points, None))
     };
-    let runs = FANS.par_iter().map(|fan| each(*fan)).collect::<Result<Vec<_>, _>>()?;
-    let mut found =
+    let runs = FANS.par_iter().map(|fan| run(*fan)).collect::<Result<Vec<_>, _>>()?;
+    let mut lengths =
         ShearLengths { contact, models: Vec::new(), points: Vec::new(), disagreement: None, stopped: None };
     for (fan, (model, points, stopped)) in runs.into_iter().enumerate() {
         for (k, (shear, state)) in points.into_iter().enumerate() {
-            if let Some(finer) = found.points.get(k) {
+            if let Some(finer) = lengths.points.get(k) {
                 let relative = |a: f64, b: f64| (b / a - 1.0).abs();
                 let pair = finer.shear.from_balance.zip(shear.from_balance);
                 let difference =
                     pair.map(|(a, b)| [relative(a, b), relative(finer.shear.force, shear.force)]);
-                found.disagreement = difference.or(found.disagreement);
+                lengths.disagreement = difference.or(lengths.disagreement);
             } else {
-                found.points.push(StudiedPoint { shear, fan, state });
+                lengths.points.push(StudiedPoint { shear, fan, state });
             }
         }
-        found.models.push(model);
-        found.stopped = stopped;
+        lengths.models.push(model);
+        lengths.stopped = stopped;
     }
-    if found.points.len() == compressions.len() {
-        found.stopped = None;
+    if lengths.points.len() == compressions.len() {
+        lengths.stopped = None;
     }
-    Ok(found)
+    Ok(lengths)
 }

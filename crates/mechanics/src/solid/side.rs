@@ -11,8 +11,9 @@ use super::shape_functions::quadratic;
 /// One side of an element that no other element shares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Side<S: Dimension> {
-    /// In the plane first end, middle and second end, with the material on the left. In space `3 b + a` at
-    /// `(a - 1, b - 1)` of the reference square; first direction, second and outward normal are right-handed.
+    /// In the plane, the first end, the middle and the second end, with the material on the left. In space,
+    /// node `3 b + a` is at `(a - 1, b - 1)` of the reference square, and the first direction, the second one
+    /// and the outward normal are right-handed.
     pub nodes: S::SideNodes,
     /// The element that the side belongs to.
     pub element: u32,
@@ -40,7 +41,7 @@ pub struct SidePoint<S: Dimension> {
     pub position: S::Point,
     /// Outward unit normal of the reference configuration.
     pub normal: S::Point,
-    /// Area that belongs to it in m^2; in the plane length in m.
+    /// Area that belongs to the point in m^2; in the plane, a length in m.
     pub weight: f64,
 }
 
@@ -50,6 +51,8 @@ impl<S: Dimension> Mesh<S> {
     pub fn boundary(&self) -> Vec<Side<S>> {
         let middle = |nodes: &S::SideNodes| nodes.as_ref()[nodes.as_ref().len() / 2];
         let side = |element: &S::Nodes, side: &[usize]| S::SideNodes::from_fn(|n| element.as_ref()[side[n]]);
+        // The number of sides with each middle node. Sides that are next to a larger or smaller one count
+        // twice.
         let mut shared: HashMap<u32, u32> =
             self.hanging.sides.iter().flat_map(|s| [(s.fine.1, 1), (s.coarse.1, 1)]).collect();
         for element in &self.elements {

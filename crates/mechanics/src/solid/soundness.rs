@@ -14,16 +14,19 @@ use super::obstacle::ObstacleShape;
 use super::side::Side;
 
 /// The largest accepted depth of the surface inside an indenter or the substrate, over the thickness of the
-/// layer.
+/// layer. Tuned: `benches/layer_errors.py`.
 const DEPTH: f64 = 2e-3;
-/// The least and the largest stretch of a side of the surface.
+/// The least and the largest stretch of a side of the surface. Not tuned: limits that ordinary cases do not
+/// reach.
 const STRETCHES: [f64; 2] = [5e-3, 200.0];
 /// The largest accepted pressure in the layer, over the sum of the shear modulus and the force on an area as
-/// wide as the layer is thick.
+/// wide as the layer is thick. Not tuned: a limit that ordinary cases do not reach.
 const PRESSURE: f64 = 1000.0;
-/// The least distance between points of the surface that define a direction, over the thickness.
+/// The least distance between successive points of the surface, over the thickness, for the line between them
+/// to count as a direction of the surface. It is not tuned.
 const APART: f64 = 1e-3;
-/// Points per side of the surface that are checked. They differ from the points of contact.
+/// The number of points, along each direction of a side of the surface, that are checked. They are not the
+/// points of the contact conditions. It is not tuned.
 const POINTS: usize = 5;
 
 /// The reason why an equilibrium is not one of a layer under its indenter.
@@ -35,13 +38,13 @@ pub enum StateFault {
     Penetration {
         /// Depth in m.
         depth: f64,
-        /// Where, in m, after loading.
+        /// `x1` of the place after loading, in m.
         x1: f64,
     },
     /// The surface crosses itself.
     #[error("the surface of the layer crosses itself at x1 = {x1:.3e} m")]
     Fold {
-        /// Where, in m, after loading.
+        /// `x1` of the place after loading, in m.
         x1: f64,
     },
     /// A side of the surface has shrunk to nothing, or is stretched without bounds.
@@ -49,7 +52,7 @@ pub enum StateFault {
     Stretch {
         /// Length after loading over the length at rest.
         stretch: f64,
-        /// Where, in m, after loading.
+        /// `x1` of the place after loading, in m.
         x1: f64,
     },
     /// A pressure far beyond that of the load.
@@ -59,14 +62,14 @@ pub enum StateFault {
     Pressure {
         /// The largest magnitude of the pressure in Pa.
         pressure: f64,
-        /// The sum of the shear modulus and the force over the thickness, in Pa.
+        /// The sum of the shear modulus and the force over the thickness (in space, over its square), in Pa.
         explained: f64,
     },
 }
 
 impl<S: Dimension> LayerModel<S> {
-    /// The first fault that the last equilibrium has, if it has any. `force` is that of the indenter on the whole layer in N, in the
-    /// plane in N/m.
+    /// The first fault that the last equilibrium has, if it has any. `force` is that of the indenter on the
+    /// whole layer in N, in the plane in N/m.
     pub fn fault(&self, force: f64) -> Option<StateFault> {
         self.penetration_fault().or_else(|| self.surface_fault()).or_else(|| self.pressure_fault(force))
     }
@@ -81,10 +84,11 @@ impl<S: Dimension> LayerModel<S> {
         })
     }
 
+    /// The deepest penetration of the surface into a rigid body, if it is too deep.
     fn penetration_fault(&self) -> Option<StateFault> {
         let body = self.equations().body();
         let mut deepest = (0.0, 0.0);
-        let mut see = |depth: f64, x1: f64| {
+        let mut note = |depth: f64, x1: f64| {
             if depth > deepest.0 {
                 deepest = (depth, x1);
             }
@@ -103,7 +107,7 @@ impl<S: Dimension> LayerModel<S> {
                 for point in body.mesh.side_points(side, POINTS) {
                     let place = self.place(side, &point.shape);
                     let y = S::Point::from_fn(|k| place[k] - shift[k]);
-                    see(-shape.gap(S::in_space(&y)).distance, place[0]);
+                    note(-shape.gap(S::in_space(&y)).distance, place[0]);
                 }
             }
         }
@@ -118,7 +122,7 @@ impl<S: Dimension> LayerModel<S> {
             for side in self.top_sides() {
                 for point in body.mesh.side_points(&side, POINTS) {
                     let place = self.place(&side, &point.shape);
-                    see((half_width - place[0].abs()).min(place[1] - face), place[0]);
+                    note((half_width - place[0].abs()).min(place[1] - face), place[0]);
                 }
             }
         }
@@ -132,7 +136,8 @@ impl<S: Dimension> LayerModel<S> {
         self.equations().body().mesh.boundary_where(|x| x[1] > top)
     }
 
-    /// Whether the top is stretched too much or too little, and, in the plane, whether it crosses itself.
+    /// A side of the top that is stretched too much or too little or, in the plane, a place where the top
+    /// crosses itself.
     fn surface_fault(&self) -> Option<StateFault> {
         let body = self.equations().body();
         let mut sides = self.top_sides();
@@ -142,17 +147,19 @@ impl<S: Dimension> LayerModel<S> {
         };
         sides.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
         let (nodes, u) = (&body.mesh.nodes, &self.state().displacement);
-        let after = |n: usize| S::Point::from_fn(|k| nodes[n][k] + u[S::AXES * n + k]);
+        let place_after = |n: usize| S::Point::from_fn(|k| nodes[n][k] + u[S::AXES * n + k]);
         for side in &sides {
             let corners: Vec<usize> =
                 S::SIDE_CORNERS.iter().map(|&k| side.nodes.as_ref()[k] as usize).collect();
             let pairs = || corners.iter().flat_map(|&a| corners.iter().map(move |&b| [a, b]));
-            let ratio = |[a, b]: [usize; 2]| apart::<S>(after(a), after(b)) / apart::<S>(nodes[a], nodes[b]);
+            let ratio = |[a, b]: [usize; 2]| {
+                distance::<S>(place_after(a), place_after(b)) / distance::<S>(nodes[a], nodes[b])
+            };
             let stretch = pairs().filter(|[a, b]| a < b).map(ratio).fold(0.0, f64::max);
             // The points of a held patch crowd towards its edge, and are kept from passing it.
             let least = if matches!(self.indenter, Indenter::Held { .. }) { 0.0 } else { STRETCHES[0] };
             if !(least..=STRETCHES[1]).contains(&stretch) {
-                return Some(StateFault::Stretch { stretch, x1: after(corners[0])[0] });
+                return Some(StateFault::Stretch { stretch, x1: place_after(corners[0])[0] });
             }
         }
         if S::AXES > 2 {
@@ -168,9 +175,9 @@ impl<S: Dimension> LayerModel<S> {
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (_, [x, y, _]) in points {
-                let far = |last: &[f64; 2]| (x - last[0]).hypot(y - last[1]) > APART * self.thickness;
+                let is_apart = |last: &[f64; 2]| (x - last[0]).hypot(y - last[1]) > APART * self.thickness;
                 // Coincident points do not define a direction.
-                if curve.last().is_none_or(far) {
+                if curve.last().is_none_or(is_apart) {
                     curve.push([x, y]);
                 }
             }
@@ -178,6 +185,7 @@ impl<S: Dimension> LayerModel<S> {
         crossing(&curve).map(|x1| StateFault::Fold { x1 })
     }
 
+    /// The largest pressure in the rubber of the layer, if it is too large for the `force`.
     fn pressure_fault(&self, force: f64) -> Option<StateFault> {
         let equations = self.equations();
         let body = equations.body();
@@ -191,7 +199,8 @@ impl<S: Dimension> LayerModel<S> {
     }
 }
 
-fn apart<S: Dimension>(a: S::Point, b: S::Point) -> f64 {
+/// The distance between two points, m.
+fn distance<S: Dimension>(a: S::Point, b: S::Point) -> f64 {
     (0..S::AXES).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
@@ -223,6 +232,7 @@ fn crossing(curve: &[[f64; 2]]) -> Option<f64> {
 }
 
 /// A surface turns back on itself where the cosine of the angle between successive segments is below this.
+/// Not tuned: a limit that ordinary cases do not reach.
 const TURNS_BACK: f64 = -0.95;
 
 /// Whether the insides of two segments cross at a point.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::element::{Mapped, POINTS, shape_functions};
 use super::mesh::Mesh;
 use super::model::{Equations, State};
-use super::shape_functions::on_a_line;
+use super::shape_functions::linear_fit_weights;
 
 pub use super::point_stress::PointStress;
 
@@ -32,6 +32,7 @@ pub struct Sample {
 pub struct Fields<'a> {
     mesh: &'a Mesh,
     state: &'a State,
+    /// The stress at each node.
     nodal: Vec<PointStress>,
 }
 
@@ -50,7 +51,7 @@ impl Equations {
         Some(PointStress::new(
             &body.rubbers[body.material[e] as usize],
             &f,
-            value(&basis, &state.pressure[e]),
+            pressure_value(&basis, &state.pressure[e]),
         ))
     }
 
@@ -64,7 +65,7 @@ impl Equations {
         let u = self.gather(e, &state.displacement);
         let at_points: [PointStress; POINTS] = std::array::from_fn(|q| {
             let f = element.deformation_gradient(q, &u);
-            PointStress::new(rubber, &f, value(&element.pressure[q], &state.pressure[e]))
+            PointStress::new(rubber, &f, pressure_value(&element.pressure[q], &state.pressure[e]))
         });
         std::array::from_fn(|n| PointStress::blend(&at_points, &extrapolation(n)))
     }
@@ -75,14 +76,14 @@ impl Equations {
     /// If `state` is not one of this body.
     pub fn fields<'a>(&'a self, state: &'a State) -> Fields<'a> {
         let mesh = &self.body().mesh;
-        let each: Vec<[PointStress; 9]> = (0..mesh.elements.len())
+        let of_elements: Vec<[PointStress; 9]> = (0..mesh.elements.len())
             .into_par_iter()
             .with_min_len(64)
             .map(|e| self.element_stress(state, e))
             .collect();
         let mut nodal = vec![PointStress::default(); mesh.nodes.len()];
         let mut area = vec![0.0; mesh.nodes.len()];
-        for (e, values) in each.iter().enumerate() {
+        for (e, values) in of_elements.iter().enumerate() {
             let weight = self.elements[e].area();
             for (n, value) in mesh.elements[e].iter().zip(values) {
                 nodal[*n as usize].add(weight, value);
@@ -129,16 +130,16 @@ impl Fields<'_> {
         Some(Sample { reference: x, displacement, stress })
     }
 
-    /// Samples at `count` equal distances on the straight reference line between `from` and `to` (m), both included;
-    /// those outside the body are left out.
+    /// Samples at `count` equal distances on the straight reference line between `from` and `to` (m), both
+    /// included; those outside the body are left out.
     pub fn along(&self, from: [f64; 2], to: [f64; 2], count: usize) -> Vec<Sample> {
         let part = |k: usize| k as f64 / (count.max(2) - 1) as f64;
         let point = |r: f64| std::array::from_fn(|k| (1.0 - r) * from[k] + r * to[k]);
         (0..count).filter_map(|k| self.at(point(part(k)))).collect()
     }
 
-    /// Samples at the nodes of the boundary whose reference position satisfies `on`, by ascending `x1`, then `x2`: the
-    /// bonded edge with `|x| x[1] == 0.0`, for instance.
+    /// Samples at the nodes of the boundary whose reference position satisfies `on`, by ascending `x1`, then
+    /// `x2`: the bonded edge with `|x| x[1] == 0.0`, for instance.
     pub fn on_boundary(&self, on: impl Fn([f64; 2]) -> bool) -> Vec<Sample> {
         let mut nodes: Vec<usize> =
             self.mesh.boundary_where(on).iter().flat_map(|edge| edge.nodes).map(|n| n as usize).collect();
@@ -154,14 +155,15 @@ impl Fields<'_> {
 }
 
 /// The pressure field's value from its basis and its coefficients.
-fn value(basis: &[f64; 3], coefficients: &[f64; 3]) -> f64 {
+fn pressure_value(basis: &[f64; 3], coefficients: &[f64; 3]) -> f64 {
     basis.iter().zip(coefficients).map(|(b, c)| b * c).sum()
 }
 
-/// The weights of the nine quadrature points in the value at node `n` of the bilinear fit: least squares with the weights
-/// of the quadrature, that is the projection onto `1, s, t, st`.
+/// The weights with which the values at the nine quadrature points give the value at node `n` of their
+/// bilinear fit: least squares with the weights of the quadrature, that is, the projection onto
+/// `1, s, t, st`.
 fn extrapolation(n: usize) -> [f64; POINTS] {
-    let (a, b) = (on_a_line(n % 3), on_a_line(n / 3));
+    let (a, b) = (linear_fit_weights(n % 3), linear_fit_weights(n / 3));
     std::array::from_fn(|q| a[q % 3] * b[q / 3])
 }
 

@@ -1,9 +1,9 @@
-//! The symmetry of a layer.
+//! The part of a layer that has to be meshed, by its planes of symmetry.
 
 /// Which part of the layer the mesh covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Symmetry {
-    /// All of it.
+    /// The whole layer.
     None,
     /// One side of `x1 = 0`.
     Half,
@@ -12,7 +12,7 @@ pub(crate) enum Symmetry {
 }
 
 impl Symmetry {
-    /// How many such parts the layer has.
+    /// The number of equal parts of the layer, one of which is meshed.
     pub(super) fn parts(self) -> f64 {
         match self {
             Self::None => 1.0,

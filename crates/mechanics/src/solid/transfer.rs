@@ -18,21 +18,26 @@ use super::shape_functions::shape;
 use elastocap_materials::space::{Tensor, cofactor, determinant};
 
 /// The largest number of Newton steps from the guess to the equilibrium. With more, following the load takes
-/// no longer.
+/// no longer. Tuned: `benches/layer_errors.py`.
 const MAX_ITERATIONS: usize = 12;
 
-/// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the shear modulus.
+/// Smallest distance of an obstacle from the guessed surface, over the gap where the pressure equals the
+/// shear modulus. Tuned: `benches/layer_errors.py`.
 const CLEARANCE: f64 = 0.3;
 /// The largest number of times that an obstacle is moved out of the surface, each time at least twice as far.
+/// Not tuned: a limit that ordinary cases do not reach.
 const MAX_MOVES: usize = 8;
 
-/// Distance from an element, over its size, within which a point still belongs to it.
+/// Distance from an element, over its size, within which a point still belongs to it. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const SLACK: f64 = 1e-7;
 
-/// Largest coordinate in a reference element at which a point inside the element is searched.
+/// Largest coordinate in a reference element at which a point inside the element is searched. It is not
+/// tuned.
 const FARTHEST: f64 = 1.5;
 
-/// The largest number of intervals of an axis for the sorting of elements.
+/// The largest number of intervals of an axis for the sorting of elements. Not tuned: a limit that ordinary
+/// cases do not reach.
 const MAX_INTERVALS: usize = 256;
 
 /// Finds the elements in which points lie.
@@ -40,14 +45,17 @@ pub(super) struct Finder<'a, S: Dimension> {
     pub(super) mesh: &'a Mesh<S>,
     /// Lower and upper ends of the box around each element.
     boxes: Vec<(S::Point, S::Point)>,
-    /// Numbers of the elements that reach into each of equal rectangles along the first two axes, those of the second axis side by side.
+    /// For each of the equal rectangles that divide the extent along the first two axes, the numbers of the
+    /// elements that overlap it. Rectangles that are neighbours along the second axis are neighbours in the
+    /// list.
     bins: Vec<Vec<u32>>,
-    /// The start of the first rectangle along each of these axes, the number of rectangles per metre, and
-    /// their total number.
+    /// Along each of these axes: where the first rectangle begins, the number of rectangles per metre, and
+    /// the total number of rectangles.
     intervals: [(f64, f64, usize); 2],
 }
 
 impl<'a, S: Dimension> Finder<'a, S> {
+    /// A finder of the elements of `mesh`.
     pub(super) fn new(mesh: &'a Mesh<S>) -> Self {
         let around = |e: &S::Nodes| {
             let end = |start: f64, pick: fn(f64, f64) -> f64| {
@@ -105,7 +113,7 @@ impl<'a, S: Dimension> Finder<'a, S> {
             if (0..S::AXES).any(outside) {
                 return None;
             }
-            self.within(e as usize, x).map(|at| (e as usize, at))
+            self.within(e as usize, x).map(|local| (e as usize, local))
         })
     }
 
@@ -113,9 +121,9 @@ impl<'a, S: Dimension> Finder<'a, S> {
     fn within(&self, e: usize, x: S::Point) -> Option<[f64; 3]> {
         let (low, high) = &self.boxes[e];
         let size = (0..S::AXES).fold(0.0, |m: f64, k| m.max(high[k] - low[k]));
-        let mut at = [0.0f64; 3];
+        let mut local = [0.0f64; 3];
         for _ in 0..30 {
-            let shape = shape::<S>(at);
+            let shape = shape::<S>(local);
             let mut miss = [0.0; 3];
             let mut jacobian = [[0.0; 3]; 3];
             for k in 0..S::AXES {
@@ -129,10 +137,11 @@ impl<'a, S: Dimension> Finder<'a, S> {
                 }
             }
             if miss.iter().all(|m| m.abs() < SLACK * size) {
-                let inside = at.iter().all(|s| s.abs() <= 1.0 + SLACK.sqrt());
-                return inside.then(|| at.map(|s| s.clamp(-1.0, 1.0)));
+                let inside = local.iter().all(|s| s.abs() <= 1.0 + SLACK.sqrt());
+                return inside.then(|| local.map(|s| s.clamp(-1.0, 1.0)));
             }
-            // The shortest step of least squares: in the centre of a fan the jacobian is singular.
+            // The shortest step that minimises the squared miss: in the centre of a fan the Jacobian is
+            // singular.
             let product = |a: usize, b: usize| (0..3).map(|k| jacobian[k][a] * jacobian[k][b]).sum::<f64>();
             let mut normal: Tensor = std::array::from_fn(|n| product(n / 3, n % 3));
             let trace = normal[0] + normal[4] + normal[8];
@@ -146,7 +155,7 @@ impl<'a, S: Dimension> Finder<'a, S> {
                 if step.is_nan() {
                     return None;
                 }
-                at[m] = (at[m] + step).clamp(-FARTHEST, FARTHEST);
+                local[m] = (local[m] + step).clamp(-FARTHEST, FARTHEST);
             }
         }
         None
@@ -163,6 +172,7 @@ struct Source<'a, S: Dimension> {
 }
 
 impl<'a, S: Dimension> Source<'a, S> {
+    /// The configuration `state` of the body of `equations`.
     fn new(equations: &'a Equations<S>, state: &'a State<S>) -> Self {
         let pressed = equations.nodal_contact_pressure(state);
         Self { finder: Finder::new(&equations.body.mesh), equations, state, pressed }
@@ -170,9 +180,10 @@ impl<'a, S: Dimension> Source<'a, S> {
 
     /// The displacement in m and the contact pressure in Pa at the reference position `x` (m).
     fn at(&self, x: S::Point) -> Option<(S::Point, f64)> {
-        let (e, at) = self.finder.find(x)?;
+        let (e, local) = self.finder.find(x)?;
         let (mut displacement, mut contact) = (S::Point::default(), 0.0);
-        for (&node, (value, _)) in self.equations.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(at)) {
+        for (&node, (value, _)) in self.equations.body.mesh.elements[e].as_ref().iter().zip(shape::<S>(local))
+        {
             contact += value * self.pressed[node as usize];
             for k in 0..S::AXES {
                 displacement[k] += value * self.state.displacement[S::AXES * node as usize + k];
@@ -185,24 +196,25 @@ impl<'a, S: Dimension> Source<'a, S> {
     fn pressure(&self, centre: S::Point, size: S::Point) -> Option<S::Pressure> {
         let (near, _) = self.finder.find(centre)?;
         let (from, unit) = self.equations.elements[near].pressure_frame();
-        let old = &self.state.pressure[near];
+        let known = &self.state.pressure[near];
         Some(S::Pressure::from_fn(|m| match m {
-            0 => old[0] + (0..S::AXES).map(|k| old[k + 1] * (centre[k] - from[k]) / unit[k]).sum::<f64>(),
-            m => old[m] * size[m - 1] / unit[m - 1],
+            0 => known[0] + (0..S::AXES).map(|k| known[k + 1] * (centre[k] - from[k]) / unit[k]).sum::<f64>(),
+            m => known[m] * size[m - 1] / unit[m - 1],
         }))
     }
 }
 
 impl<S: Dimension> Equations<S> {
-    /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh, and the contact pressures at its nodes in
-    /// Pa; points may lie inside obstacles. `None` where the meshes do not cover the same body, or where an element would be turned
-    /// inside out or extended beyond the limit of its rubber.
+    /// A configuration of this body for `load`, from the `state` of the same body on `other` mesh, and the
+    /// contact pressures at its nodes in Pa; points may lie inside obstacles. `None` where the meshes do not
+    /// cover the same body, or where an element would be turned inside out or extended beyond the limit of
+    /// its rubber.
     fn read_off(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, Vec<f64>)> {
         let source = Source::new(other, state);
         let mut guess = self.body.at_rest();
         guess.shift.clone_from(&load.shift);
         let contact =
-            self.read(&mut guess, |x| source.at(x), |centre, size| source.pressure(centre, size))?;
+            self.interpolate(&mut guess, |x| source.at(x), |centre, size| source.pressure(centre, size))?;
         for (d, u) in guess.displacement.iter_mut().enumerate() {
             if self.body.held[d] {
                 *u = load.displacement[d];
@@ -220,8 +232,8 @@ impl<S: Dimension> Equations<S> {
         Some((guess, contact))
     }
 
-    /// The configuration that [`Equations::read_off`] gives, with the obstacles moved out of the surface, and with contact forces. `None`
-    /// also where the obstacles cannot be moved out.
+    /// The configuration that [`Equations::read_off`] gives, with the obstacles moved out of the surface, and
+    /// with contact forces. `None` also where the obstacles cannot be moved out.
     fn guess(&self, other: &Self, state: &State<S>, load: &Load<S>) -> Option<State<S>> {
         let (mut guess, contact) = self.read_off(other, state, load)?;
         if !self.clear_obstacles(&mut guess) {
@@ -231,10 +243,10 @@ impl<S: Dimension> Equations<S> {
         Some(guess)
     }
 
-    /// Sets the displacements and contact pressures of the `guess` to those `at` its nodes, and the
-    /// coefficients of its pressure to those of `pressure` for elements of given centres and sizes (m).
-    /// Returns the contact pressures of the nodes in Pa.
-    fn read(
+    /// Sets the displacements of the `guess` by `at`, which gives the displacement and the contact pressure
+    /// at a reference position, and its pressures by `pressure`, which gives the coefficients for an element
+    /// with a given centre and size (m). Returns the contact pressures at the nodes in Pa.
+    fn interpolate(
         &self,
         guess: &mut State<S>,
         at: impl Fn(S::Point) -> Option<(S::Point, f64)>,
@@ -253,8 +265,8 @@ impl<S: Dimension> Equations<S> {
         Some(contact)
     }
 
-    /// The configuration from [`Equations::guess`], with the gaps of a moving load, or with smaller ones by
-    /// [`NewtonSettings::first_gap`].
+    /// The configuration from [`Equations::guess`] with the gaps of a moving load or, if that is smaller,
+    /// with [`NewtonSettings::first_gap`].
     fn guess_in_motion(
         &mut self,
         other: &Self,
@@ -278,7 +290,7 @@ impl<S: Dimension> Equations<S> {
                 if least >= 0.5 * clearance {
                     return true;
                 }
-                // Where the obstacle is oblique, or steep, it has to go farther than the gap has to.
+                // Where its surface is oblique or steep, the obstacle has to move farther than the gap grows.
                 away = (2.0 * away).max(clearance - least);
                 match self.body.obstacles[o].shape {
                     ObstacleShape::Substrate => guess.shift[o][1] -= away,
@@ -298,8 +310,8 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Along each axis, the direction in which an obstacle at `place` (m) can be moved sideways without
-    /// meeting a surface, because all sides that may touch it are on one side of its middle. 0 where there is
+    /// Along each axis, the direction (1 or -1) in which an obstacle at `place` (m) can be moved sideways
+    /// away from all sides that may touch it, because these are on one side of its middle. 0 where there is
     /// none.
     fn sideways(&self, obstacle: usize, place: S::Point) -> S::Point {
         let nodes = &self.body.mesh.nodes;
@@ -315,8 +327,9 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the same load. Where the force of
-    /// obstacles is `given`, the load gets the places in which they press with it. `None` where that fails.
+    /// Finds an equilibrium under `load` from `state`, one of the same body on `other` mesh under about the
+    /// same load. Where the force of obstacles is `given`, the load gets the places in which they press with
+    /// it. `None` where that fails.
     pub(crate) fn equilibrium_from(
         &mut self,
         other: &Self,
@@ -340,8 +353,8 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
     ) -> Option<(State<S>, Effort)> {
         let mut effort = Effort::default();
-        // Where the gaps have to be closed much farther than is small enough for the displacements, as in the plane, the interior method takes
-        // as few systems.
+        // With a first gap that is no smaller than that of a moving load, the method without bounds would
+        // have little advantage: the interior method takes as few systems.
         let is_shorter = settings.first_gap < settings.moving_gap;
         if is_shorter
             && let Some(found) = self.settled_without_bounds(other, state, load, settings, &mut effort)
@@ -352,8 +365,8 @@ impl<S: Dimension> Equations<S> {
         Some((found, effort))
     }
 
-    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by the interior method alone, which keeps all gaps
-    /// open on the way.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by the interior
+    /// method alone, which keeps all gaps open on the way.
     fn settled_within_bounds(
         &mut self,
         other: &Self,
@@ -370,8 +383,8 @@ impl<S: Dimension> Equations<S> {
         (found.is_ok() && effort.negative_pivots == 0).then_some(state)
     }
 
-    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by Newton's method without bounds alone, which
-    /// takes about half as many steps.
+    /// Finds an equilibrium under `load` near the `state` of the same body on `other` mesh by Newton's method
+    /// without bounds alone, which takes about half as many steps.
     fn settled_without_bounds(
         &mut self,
         other: &Self,
@@ -380,7 +393,8 @@ impl<S: Dimension> Equations<S> {
         settings: &NewtonSettings,
         effort: &mut Effort,
     ) -> Option<State<S>> {
-        // Where there are equilibria with ripples beside the one that the surface reaches, long steps may lead to them.
+        // Where there are equilibria with ripples beside the one that the surface reaches, long steps may
+        // lead to them.
         if !self.has_contact() {
             return None;
         }
@@ -462,7 +476,8 @@ mod tests {
         linear_fields_stay(&in_space(2), &in_space(3));
     }
 
-    /// Following the load and starting from a coarser mesh give the same force; the second takes fewer systems.
+    /// Following the load and starting from a coarser mesh give the same force; the second takes fewer
+    /// systems.
     fn both_ways_agree<S: Dimension>(mut coarse: LayerModel<S>, model: impl Fn() -> LayerModel<S>) {
         let settings = NewtonSettings::default();
         coarse.press(0.2, &settings).unwrap();
@@ -485,8 +500,8 @@ mod tests {
         both_ways_agree(in_space(2), || in_space(3));
     }
 
-    /// Newton's method without bounds and the interior method, from `coarse` to `fine` at a compression: the same state. Returns the numbers
-    /// of systems that they take.
+    /// Newton's method without bounds and the interior method, from `coarse` to `fine` at a compression: the
+    /// same state. Returns the numbers of systems that they take.
     fn without_and_within_bounds<S: Dimension>(
         mut coarse: LayerModel<S>,
         fine: &LayerModel<S>,

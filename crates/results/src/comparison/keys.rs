@@ -21,32 +21,33 @@ pub(super) fn keys(text: &str) -> Option<BTreeMap<String, String>> {
     Some(values)
 }
 
-fn add_table(table: &DeTable<'_>, path: &str, all: &mut BTreeMap<String, String>) {
+fn add_table(table: &DeTable<'_>, path: &str, values: &mut BTreeMap<String, String>) {
     for (key, value) in table.iter() {
         let key = key.get_ref();
         let path = if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
-        add(value.get_ref(), path, all);
+        add(value.get_ref(), path, values);
     }
 }
 
-fn add(value: &DeValue<'_>, path: String, all: &mut BTreeMap<String, String>) {
+fn add(value: &DeValue<'_>, path: String, values: &mut BTreeMap<String, String>) {
     match value {
-        DeValue::Table(table) => add_table(table, &path, all),
+        DeValue::Table(table) => add_table(table, &path, values),
         // An array of numbers or texts is one value; an array of tables has as many values as tables have
         // keys.
         DeValue::Array(entries)
             if entries.iter().any(|entry| matches!(entry.get_ref(), DeValue::Table(_))) =>
         {
             for (k, entry) in entries.iter().enumerate() {
-                add(entry.get_ref(), format!("{path}[{k}]"), all);
+                add(entry.get_ref(), format!("{path}[{k}]"), values);
             }
         }
         other => {
-            all.insert(path, shown(other));
+            values.insert(path, shown(other));
         }
     }
 }
 
+/// The value as text: strings without quotes, numbers as they are written in the file.
 fn shown(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => text.to_string(),
@@ -58,7 +59,7 @@ fn shown(value: &DeValue<'_>) -> String {
             let entries: Vec<String> = entries.iter().map(|entry| shown(entry.get_ref())).collect();
             format!("[{}]", entries.join(", "))
         }
-        // Inside of arrays of arrays only.
+        // Only a table inside an array of arrays gets here.
         DeValue::Table(_) => "{ .. }".to_owned(),
     }
 }

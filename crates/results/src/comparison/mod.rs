@@ -37,6 +37,7 @@ pub struct OneResult {
     /// Largest number of unknowns of a step.
     pub unknowns: Option<u64>,
     steps: Vec<Step>,
+    /// The keys of the case file with their values; `None` where the result does not have its text.
     keys: Option<BTreeMap<String, String>>,
 }
 
@@ -72,19 +73,20 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Whether the bounds of the two overlap, so that both may be the same number.
+    /// Whether the bounds of the two capacitances overlap, so that both may be the same number.
     pub fn agrees(&self) -> bool {
         self.range[0] <= 0.0 && 0.0 <= self.range[1]
     }
 
-    /// By how much they differ at least, F; zero where they agree.
+    /// The least difference of the two capacitances, by size, F; zero where they agree.
     pub fn at_least(&self) -> f64 {
         if self.agrees() { 0.0 } else { self.range[0].abs().min(self.range[1].abs()) }
     }
 }
 
 impl ComparedStep {
-    /// The difference of the result with this number from the first; `None` where one of the two capacitances is not known.
+    /// The difference of the result with this number from the first; `None` where one of the two capacitances
+    /// is not known.
     pub fn difference(&self, result: usize) -> Option<Difference> {
         let capacitance =
             |k: usize| self.values.get(k).copied().flatten().and_then(|value| value.capacitance);
@@ -108,6 +110,7 @@ pub struct Comparison {
     pub steps: Vec<ComparedStep>,
 }
 
+/// The parts of `result.json` that are compared.
 #[derive(Deserialize)]
 struct Document {
     title: String,
@@ -171,10 +174,10 @@ struct Step {
     geometry_error_estimate: Option<f64>,
     unknowns: Option<u64>,
     seconds: StepSeconds,
-    /// The load that the case asks for; filled in from the plan.
+    /// The load and the pose that the case asks for, as a key that pairs steps; filled in from the plan.
     #[serde(skip)]
     load: String,
-    /// Displacement of the attached bodies besides the load; filled in from the plan.
+    /// Displacement of the attached bodies in addition to that by the load; filled in from the plan.
     #[serde(skip)]
     pose: Pose,
 }
@@ -203,8 +206,8 @@ impl Step {
         let estimates =
             self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
         let widened = |((value, lower), upper): ((f64, f64), f64)| {
-            let by = estimates * value.abs();
-            [value, lower - by, upper + by]
+            let margin = estimates * value.abs();
+            [value, lower - margin, upper + margin]
         };
         StepValue {
             force_n: self.force_n,

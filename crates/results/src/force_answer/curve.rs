@@ -18,7 +18,8 @@ pub struct CurveStep {
     pub lower: f64,
     /// The upper limit of the capacitance, F.
     pub upper: f64,
-    /// The estimated errors in the distance to either limit, F. They vary slowly from step to step.
+    /// The part of the distance to either limit that is estimated errors, F. It varies slowly from step to
+    /// step.
     pub estimated: f64,
 }
 
@@ -26,7 +27,7 @@ pub struct CurveStep {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveError {
-    /// There is only one force.
+    /// There are fewer than two different forces.
     #[error(
         "the result has {0} steps with a force and a capacitance, of different forces; a curve needs two at least: give `[load]` of the \
          case more of them"
@@ -68,10 +69,11 @@ pub struct ForceCurve {
     /// 1 where the capacitance grows with the force, -1 where it falls. The capacitances below are multiplied
     /// by it.
     pub(super) sign: f64,
-    /// The least capacitance at each step, F, times `sign`. Neither it nor `middle`, the value, nor `upper`,
-    /// the greatest, decreases.
+    /// The least capacitance at each step, F, times `sign`; like the two lists below, it does not decrease.
     pub(super) lower: Vec<f64>,
+    /// The reported capacitance at each step, F, times `sign`.
     pub(super) middle: Vec<f64>,
+    /// The greatest capacitance at each step, F, times `sign`.
     pub(super) upper: Vec<f64>,
     /// The limits of the curve between the steps.
     pub(super) limits: CurveLimits,
@@ -107,13 +109,13 @@ impl ForceCurve {
         if let Some([step, _]) = turn {
             let (before, after) = if step.index == first.index { (after, before) } else { (before, after) };
             // If the curve begins in the wrong direction, the message names the later turn.
-            let at = if step.index == first.index {
+            let turn = if step.index == first.index {
                 let back = |pair: &&[CurveStep]| sign * (pair[1].capacitance - pair[0].capacitance) > 0.0;
                 steps.windows(2).find(back).map_or(*step, |pair| pair[0])
             } else {
                 *step
             };
-            return Err(CurveError::NotMonotonic { step: at.index, force: at.force, before, after });
+            return Err(CurveError::NotMonotonic { step: turn.index, force: turn.force, before, after });
         }
         // The limits of one step limit the others, since the curve is monotone.
         let mut lower: Vec<f64> = steps.iter().map(|s| if sign > 0.0 { s.lower } else { -s.upper }).collect();

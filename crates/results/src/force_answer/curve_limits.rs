@@ -1,14 +1,15 @@
 //! Limits of a smooth curve between known points.
 //!
-//! Let the derivative of order n of a curve keep its sign over n + 1 neighbouring points. Between any two of these points the curve
-//! then lies between two polynomials of degree n - 1, the one through the first n of the points and the one through the last n: the
-//! error of each is a divided difference of order n, which has the sign of the derivative, times the product of the distances from
-//! the points of the polynomial, and the two products have opposite signs. Order 1 says that a monotone curve lies between the values of
-//! its neighbouring points, and order 2 that a convex curve lies between a chord and the neighbouring chords, continued. The distances
-//! between the points are part of the argument, so that unequal ones do no harm.
+//! Let the derivative of order n of a curve keep its sign over n + 1 neighbouring points. Between any two of
+//! these points the curve then lies between two polynomials of degree n - 1, the one through the first n of
+//! the points and the one through the last n: the error of each is a divided difference of order n, which has
+//! the sign of the derivative, times the product of the distances from the points of the polynomial, and the
+//! two products have opposite signs. Order 1 says that a monotone curve lies between the values of its
+//! neighbouring points, and order 2 that a convex curve lies between a chord and the neighbouring chords,
+//! continued. The distances between the points are part of the argument, so that unequal ones do no harm.
 //!
-//! Points do not prove that a derivative keeps its sign. The divided differences of order n are means of that derivative, and the order is
-//! used where several of them around an interval have one sign.
+//! Points do not prove that a derivative keeps its sign. The divided differences of order n are means of that
+//! derivative, and the order is used where several of them around an interval have one sign.
 
 use std::ops::Range;
 
@@ -16,7 +17,8 @@ use std::ops::Range;
 /// errors of the points farther.
 const MAX_ORDER: usize = 3;
 
-/// The number of places in an interval at which limits are compared.
+/// The number of places in an interval at which limits are compared. Not tuned: they only have to be close
+/// together.
 const PLACES: usize = 32;
 
 /// A safe bound of the relative rounding of a sum of a few products.
@@ -35,8 +37,8 @@ pub struct CurveLimits {
 }
 
 impl CurveLimits {
-    /// The limits of a curve that has values between `y` at the points `x`, which ascend. `is_monotone` says that the curve is known to be
-    /// monotone; otherwise the points have to show it.
+    /// The limits of a curve that has values between `y` at the points `x`, which ascend. `is_monotone` says
+    /// that the curve is known to be monotone; otherwise the points have to show it.
     pub fn through(x: Vec<f64>, y: Vec<[f64; 2]>, is_monotone: bool) -> Self {
         let mut limits = Self { shared_errors: vec![0.0; x.len()], x, y, orders: Vec::new() };
         let used = |k: usize, order: &usize| (*order == 1 && is_monotone) || limits.keeps_sign(*order, k);
@@ -53,7 +55,7 @@ impl CurveLimits {
         Self { shared_errors: errors, ..self }
     }
 
-    /// Whether the points limit the curve between point `k` and the next beyond its being monotone.
+    /// Whether the points limit the curve between point `k` and the next by more than that it is monotone.
     pub fn is_curved(&self, k: usize) -> bool {
         self.orders[k].iter().any(|order| *order > 1)
     }
@@ -63,7 +65,7 @@ impl CurveLimits {
     pub fn at(&self, k: usize, at: f64) -> Option<[f64; 2]> {
         let mut known = [f64::NEG_INFINITY, f64::INFINITY];
         for order in &self.orders[k] {
-            // Of the windows of order + 1 points, those that hold the interval.
+            // The first points of those windows of order + 1 points that hold the interval.
             let last = k.min(self.x.len() - 1 - order);
             let windows = (k + 1).saturating_sub(*order)..=last;
             let narrowed = windows.fold(known, |[low, high], first| {
@@ -88,14 +90,14 @@ impl CurveLimits {
         excesses.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
     }
 
-    /// Where a curve that does not decrease may reach `value` first, in the interval from point `k` to the next; the end of the interval if
-    /// it does not.
+    /// Where a curve that does not decrease may reach `value` first, in the interval from point `k` to the
+    /// next; the end of the interval if it does not.
     pub fn first_reach(&self, k: usize, value: f64) -> f64 {
         self.first(k, self.places(k), |[_, high]| high >= value)
     }
 
-    /// Where a curve that does not decrease may have `value` last, in the interval from point `k` to the next; the beginning of the interval
-    /// if it is above the value everywhere.
+    /// Where a curve that does not decrease may have `value` last, in the interval from point `k` to the
+    /// next; the beginning of the interval if it is above the value everywhere.
     pub fn last_hold(&self, k: usize, value: f64) -> f64 {
         self.first(k, self.places(k).rev(), |[low, _]| low <= value)
     }
@@ -103,36 +105,38 @@ impl CurveLimits {
     /// The first argument along `places` whose limits meet a condition, and otherwise the last place.
     fn first(&self, k: usize, places: impl Iterator<Item = f64>, meets: impl Fn([f64; 2]) -> bool) -> f64 {
         let meets = |at: f64| self.at(k, at).is_none_or(&meets);
-        let mut before = None;
+        let mut last_failing = None;
         for place in places {
-            match before {
-                _ if !meets(place) => before = Some(place),
+            match last_failing {
+                _ if !meets(place) => last_failing = Some(place),
                 None => return place,
-                Some(mut out) => {
-                    let mut inside = place;
+                Some(mut failing) => {
+                    let mut meeting = place;
                     // Bisection ends where no number is left between the two.
                     loop {
-                        let middle = out + 0.5 * (inside - out);
-                        if middle == out || middle == inside {
-                            return inside;
+                        let middle = failing + 0.5 * (meeting - failing);
+                        if middle == failing || middle == meeting {
+                            return meeting;
                         }
-                        if meets(middle) { inside = middle } else { out = middle }
+                        if meets(middle) { meeting = middle } else { failing = middle }
                     }
                 }
             }
         }
-        before.unwrap_or(self.x[k])
+        last_failing.unwrap_or(self.x[k])
     }
 
+    /// Evenly spaced arguments from point `k` to the next.
     fn places(&self, k: usize) -> impl DoubleEndedIterator<Item = f64> {
         let [from, to] = [self.x[k], self.x[k + 1]];
         (0..=PLACES)
             .map(move |i| if i == PLACES { to } else { from + (to - from) * i as f64 / PLACES as f64 })
     }
 
-    /// Whether the derivative of an order may keep its sign around the interval from point `k` to the next: whether the divided
-    /// differences of the windows that hold the interval, and of two more on either side, may all have one sign. Of these, as many as the
-    /// order are needed, and two at least.
+    /// Whether the derivative of an order may keep its sign around the interval from point `k` to the next:
+    /// whether the divided differences of the windows that hold the interval, and of two more windows on
+    /// either side, may all have one sign. There must be at least as many such windows as the order, and at
+    /// least two.
     fn keeps_sign(&self, order: usize, k: usize) -> bool {
         let Some(last) = self.x.len().checked_sub(order + 1) else { return false };
         let windows = k.saturating_sub(order + 1)..=last.min(k + 2);

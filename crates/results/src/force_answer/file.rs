@@ -54,7 +54,7 @@ pub enum CurveFileError {
     Curve(#[from] CurveError),
 }
 
-/// A curve, and the further content of its file that concerns a force read from it.
+/// A curve, and what else its file says that matters to a force read from the curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveOnFile {
     /// The title of the case.
@@ -65,6 +65,7 @@ pub struct CurveOnFile {
     pub warnings: Vec<String>,
 }
 
+/// The parts of `result.json` that make the curve.
 #[derive(Deserialize)]
 struct Document {
     title: String,
@@ -127,16 +128,16 @@ impl Step {
         let (force, capacitance) = (self.force_n?, self.capacitance_f?);
         let estimates =
             self.mechanics_error_estimate.unwrap_or(0.0) + self.geometry_error_estimate.unwrap_or(0.0);
-        let more = capacitance.abs() * estimates;
+        let estimated = capacitance.abs() * estimates;
         let relative = self.layer.as_ref().and_then(|layer| layer.relative_error_estimate).unwrap_or(0.0);
         Some(CurveStep {
             index: self.index,
             force,
             force_error: force * relative,
             capacitance,
-            lower: self.capacitance_lower_f? - more,
-            upper: self.capacitance_upper_f? + more,
-            estimated: more,
+            lower: self.capacitance_lower_f? - estimated,
+            upper: self.capacitance_upper_f? + estimated,
+            estimated,
         })
     }
 }
@@ -186,7 +187,7 @@ pub fn read_document<T: DeserializeOwned>(result: &Path) -> Result<T, CurveFileE
 /// limits do not include it.
 const NOTABLE: f64 = 0.02;
 
-/// Warnings of errors that the limits of a force do not include.
+/// Warnings of errors that the limits of a force do not include; `used` is the number of steps in the curve.
 fn warnings(document: &Document, used: usize) -> Vec<String> {
     let mut out = Vec::new();
     if document.status != "complete" {
@@ -219,7 +220,8 @@ fn warnings(document: &Document, used: usize) -> Vec<String> {
     });
     if of_capacitance.max(of_force) > NOTABLE {
         out.push(format!(
-            "the limits are those of the model of the layer, which is off besides by up to {:.0} % of the capacitance              (`model_error_estimate`) and {:.0} % of the force (`force_error_estimate`)",
+            "the limits are those of the model of the layer, which is off besides by up to {:.0} % of the capacitance \
+             (`model_error_estimate`) and {:.0} % of the force (`force_error_estimate`)",
             1e2 * of_capacitance,
             1e2 * of_force
         ));

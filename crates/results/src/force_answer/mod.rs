@@ -132,7 +132,8 @@ impl ForceCurve {
         self.limits.largest(k, excess).filter(|_| self.limits.is_curved(k))
     }
 
-    /// The last step whose capacitance is certainly less than `least`, and the first whose capacitance is certainly more than `greatest`.
+    /// The last step whose capacitance is certainly less than `least`, and the first whose capacitance is
+    /// certainly more than `greatest`.
     fn around(&self, [least, greatest]: [f64; 2]) -> [Option<usize>; 2] {
         [self.upper.iter().rposition(|c| *c < least), self.lower.iter().position(|c| *c > greatest)]
     }
@@ -142,8 +143,9 @@ impl ForceCurve {
         self.force_errors[k].max(self.force_errors[k + 1])
     }
 
-    /// The least and the greatest force at which the capacitance may be between two values, by the limits of the curve between its
-    /// steps; the ends of the curve where it may be beyond them. Errors of the steps' forces are counted.
+    /// The least and the greatest force at which the capacitance may be between two values, by the limits of
+    /// the curve between its steps; the ends of the curve where it may be beyond them. Errors of the steps'
+    /// forces are counted.
     fn by_limits(&self, values: [f64; 2]) -> [f64; 2] {
         self.between(
             values,
@@ -152,14 +154,15 @@ impl ForceCurve {
         )
     }
 
-    /// The least and the greatest force at which the capacitance may be between two values, by the steps alone. Errors of the steps' forces are
-    /// counted.
+    /// The least and the greatest force at which the capacitance may be between two values, by the steps
+    /// alone. Errors of the steps' forces are counted.
     fn by_steps(&self, values: [f64; 2]) -> [f64; 2] {
         self.between(values, |k, _| self.forces[k], |k, _| self.forces[k + 1])
     }
 
-    /// The least and the greatest force at which the capacitance may be between two values. In the interval after step `k`, `first` gives the
-    /// first force at which a value may be reached, and `last` the last force at which the curve may have it.
+    /// The least and the greatest force at which the capacitance may be between two values. In the interval
+    /// after step `k`, `first` gives the first force at which a value may be reached, and `last` the last
+    /// force at which the curve may have it.
     fn between(
         &self,
         values: [f64; 2],

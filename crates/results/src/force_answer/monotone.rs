@@ -1,7 +1,8 @@
 //! Monotone cubic interpolation.
 
-/// A function through given points, cubic between neighbours and monotone wherever the points are: the derivative at a point is that
-/// of the parabola through three points, limited as Fritsch and Carlson (1980) and de Boor and Swartz (1977) do.
+/// A function through given points, cubic between neighbours and monotone wherever the points are: the
+/// derivative at a point is that of the parabola through three points, limited as Fritsch and Carlson (1980)
+/// and de Boor and Swartz (1977) do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MonotoneCubic {
     x: Vec<f64>,

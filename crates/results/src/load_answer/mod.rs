@@ -23,18 +23,21 @@ const QUANTITIES: [(&str, &str); 5] = [
     ("tilt about x3", "rad"),
     ("tilt about x1", "rad"),
 ];
+/// Names and units of the horizontal forces.
 const SIDEWAYS: [(&str, &str); 2] = [("force along x1", "N"), ("force along x3", "N")];
 
-/// The largest number of steps of the iteration for the load.
+/// The largest number of steps of the iteration for the load. Not tuned: a limit that ordinary cases do not
+/// reach.
 const MAX_ITERATIONS: usize = 100;
-/// The distance from the middle up to which loads are looked for, in halves of the range of the steps.
+/// The distance from the middle up to which loads are looked for, in halves of the range of the steps. Not
+/// tuned: a limit that ordinary cases do not reach.
 const FARTHEST: f64 = 100.0;
 /// The distance beyond the steps up to which a load is accepted, as a share of half their range and in
-/// addition to the load's error.
+/// addition to the load's error. It is not tuned.
 const BEYOND: f64 = 0.02;
 /// The largest accepted sum of squared differences between measurements and polynomials, over their standard
-/// deviations, with so many measurements to spare: consistent measurements exceed it in one of some ten
-/// thousand cases.
+/// deviations, where there are `to_spare` more measurements than unknown quantities: consistent measurements
+/// exceed it in one of some ten thousand cases.
 fn accepted(to_spare: f64) -> f64 {
     to_spare + 5.0 * (2.0 * to_spare).sqrt() + 10.0
 }
@@ -141,8 +144,11 @@ pub enum NoLoad {
 
 /// A quantity that differs between the steps.
 struct Axis {
+    /// The position of the quantity among [`QUANTITIES`].
     index: usize,
+    /// The middle of the range of the steps, in the unit of the quantity.
     middle: f64,
+    /// Half of that range, in the same unit.
     half: f64,
 }
 
@@ -161,6 +167,7 @@ impl LoadTable {
             axes.iter().map(|axis| (step.load[axis.index] - axis.middle) / axis.half).collect::<Vec<f64>>()
         };
         let places: Vec<Vec<f64>> = self.steps.iter().map(scaled).collect();
+        // An entry at all steps: its lower bounds, its values or its upper bounds, for k = 0, 1 or 2.
         let entry_values = |entry: &MeasuredEntry, k: usize| -> Vec<f64> {
             let value = |step: &table::LoadStep| match entry.other {
                 None => step.maxwell[k][entry.terminal][entry.terminal],
@@ -206,6 +213,7 @@ impl LoadTable {
         Ok(self.answer(&axes, &places, &place, &covariance, (chi_squared, to_spare)))
     }
 
+    /// The quantities that differ between the steps.
     fn axes(&self) -> Vec<Axis> {
         let axis = |index: usize| {
             let values = || self.steps.iter().map(|step| step.load[index]);
@@ -279,10 +287,12 @@ impl Search<'_> {
         found
     }
 
+    /// The sum of the squared excesses at a place.
     fn misses(&self, place: &[f64]) -> f64 {
         self.excess(place).norm_squared()
     }
 
+    /// The derivatives of the excesses: a row for each capacitance.
     fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
         let mut slopes = self.surfaces.slopes(place);
         for (k, deviation) in self.deviations.iter().enumerate() {

@@ -9,9 +9,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The least ratio of singular values at which steps still determine a polynomial.
+/// The least ratio of singular values at which steps still determine a polynomial. Not tuned: it only has to
+/// lie above rounding errors and below errors that matter.
 const LEAST_RATIO: f64 = 1e-7;
-/// The largest difference of scaled values of a quantity that count as one.
+/// The largest difference of scaled values of a quantity that count as one. Not tuned: it only has to lie
+/// above rounding errors and below differences that matter.
 const SAME: f64 = 1e-6;
 
 /// The exponents of one term, one exponent for each quantity.
@@ -53,7 +55,7 @@ impl Surfaces {
     /// step); `None` if the steps overdetermine no set of terms.
     pub(super) fn fitted(places: &[Vec<f64>], values: &[Vec<f64>]) -> Option<Self> {
         let count = places.first()?.len();
-        let fits = candidates(count).into_iter().filter_map(|terms| Self::with(terms, places, values));
+        let fits = candidates(count).into_iter().filter_map(|terms| Self::with_terms(terms, places, values));
         let miss = |fit: &Self| {
             let scaled = fit.errors.iter().zip(values).map(|(error, values)| {
                 let size = values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
@@ -64,7 +66,8 @@ impl Surfaces {
         fits.min_by(|a, b| miss(a).total_cmp(&miss(b)))
     }
 
-    fn with(terms: Vec<Term>, places: &[Vec<f64>], values: &[Vec<f64>]) -> Option<Self> {
+    /// Polynomials of these terms, fitted to all steps, with their errors by cross-validation.
+    fn with_terms(terms: Vec<Term>, places: &[Vec<f64>], values: &[Vec<f64>]) -> Option<Self> {
         let steps: Vec<usize> = (0..places.len()).collect();
         let coefficients = coefficients(&terms, places, values, &steps)?;
         let mut errors = vec![0.0_f64; values.len()];
@@ -162,6 +165,7 @@ fn coefficients(
     values.iter().map(fit).collect()
 }
 
+/// The value of a term at a scaled place.
 fn monomial(term: &[i32], place: &[f64]) -> f64 {
     term.iter().zip(place).map(|(exponent, x)| x.powi(*exponent)).product()
 }

@@ -37,10 +37,12 @@ pub(super) struct LoadStep {
     pub(super) load: [f64; 5],
     /// Horizontal forces along x1 and x3, N, where they are known.
     pub(super) sideways: Option<[f64; 2]>,
-    /// Lower bounds, values and upper bounds of the Maxwell matrix, with the errors of mechanics and geometry in the bounds, F.
+    /// Lower bounds, values and upper bounds of the Maxwell matrix, with the errors of mechanics and geometry
+    /// in the bounds, F.
     pub(super) maxwell: [Vec<Vec<f64>>; 3],
 }
 
+/// The parts of `result.json` that make the table.
 #[derive(Deserialize)]
 struct Document {
     title: String,
@@ -97,7 +99,7 @@ pub fn read_table(result: &Path) -> Result<LoadTable, LoadTableError> {
     let Document { title, conductors, steps, plan }: Document = read_document(result)?;
     let count = conductors.len();
     let is_square = |m: &Vec<Vec<f64>>| m.len() == count && m.iter().all(|row| row.len() == count);
-    let known = |(k, step): (usize, Step)| {
+    let load_step = |(k, step): (usize, Step)| {
         if step.distance_m.is_some_and(|distance| distance > 0.0) {
             return None;
         }
@@ -123,7 +125,7 @@ pub fn read_table(result: &Path) -> Result<LoadTable, LoadTableError> {
             maxwell,
         })
     };
-    let steps: Vec<LoadStep> = steps.into_iter().enumerate().filter_map(known).collect();
+    let steps: Vec<LoadStep> = steps.into_iter().enumerate().filter_map(load_step).collect();
     if steps.is_empty() {
         return Err(LoadTableError::NoSteps);
     }

@@ -25,6 +25,7 @@ const OLD: &str = "old";
 /// The file with the plan, inside that folder.
 const PLAN: &str = ".plan";
 
+/// The moves to be made.
 #[derive(Debug, Serialize, Deserialize)]
 struct Plan {
     /// The files that leave the folder: those of an earlier run, and replaced ones.
@@ -48,7 +49,7 @@ impl From<io::Error> for NotPlaced {
     }
 }
 
-/// Puts the files `names`, which are in `staging`, in place in `target`, from where the files `remove` go.
+/// Moves the files `names` from `staging` to `target`, and removes the files `remove` from there.
 pub(super) fn place(
     staging: &Path,
     target: &Path,
@@ -67,7 +68,7 @@ pub(super) fn place(
         Err(error) if error.kind() == io::ErrorKind::CrossesDevices => {
             copy_across(staging, target, names, &commit)?;
         }
-        moved => moved?,
+        result => result?,
     }
     carry_out(&commit, target, &plan).map_err(|source| {
         let undone = undo(&commit, target, &plan).is_ok();
@@ -80,7 +81,7 @@ pub(super) fn place(
 /// Moves the files of `staging` to `commit` by copying, for a `staging` on another disk.
 fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: &Path) -> io::Result<()> {
     let copies = Staging::inside(target, &[], &mut |_| ())?;
-    let copied = || {
+    let copy = || {
         let names: Vec<&str> = names.iter().map(String::as_str).chain([PLAN]).collect();
         for name in &names {
             fs::copy(staging.join(name), copies.path.join(name))?;
@@ -90,7 +91,7 @@ fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: 
         sync_folder(&copies.path)?;
         fs::rename(&copies.path, commit)
     };
-    let copied = copied();
+    let copied = copy();
     match copied {
         Ok(()) => remove_files(staging),
         Err(_) => remove_files(&copies.path),
@@ -98,8 +99,8 @@ fn copy_across(staging: &Path, target: &Path, names: &BTreeSet<String>, commit: 
     copied
 }
 
-/// Completes the commit of a process that ended in between. `false` if `left` is not a folder of such a
-/// commit.
+/// Completes the moves of a process that ended before it had made them all. `false` if `left` is not a folder
+/// of such moves.
 pub(super) fn complete(left: &Path, target: &Path) -> io::Result<bool> {
     if left.file_name().is_none_or(|name| name != COMMIT) {
         return Ok(false);
@@ -132,9 +133,9 @@ fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     }
     let waits = |name: &String| commit.join(name).symlink_metadata().is_ok();
     // The index leaves first and comes last: a folder without it holds no result.
-    let first = |name: &&String| *name != INDEX;
+    let is_other = |name: &&String| *name != INDEX;
     let mut leaving: Vec<&String> = plan.remove.iter().collect();
-    leaving.sort_by_key(first);
+    leaving.sort_by_key(is_other);
     for name in leaving {
         let path = target.join(name);
         if (waits(name) || !plan.place.contains(name)) && path.symlink_metadata().is_ok() {
@@ -143,7 +144,7 @@ fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     }
     sync_folder(target)?;
     let mut coming: Vec<&String> = plan.place.iter().filter(|name| waits(name)).collect();
-    coming.sort_by_key(|name| !first(name));
+    coming.sort_by_key(|name| !is_other(name));
     for name in coming {
         fs::rename(commit.join(name), target.join(name))?;
     }
@@ -153,16 +154,16 @@ fn carry_out(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
 /// Undoes all moves.
 fn undo(commit: &Path, target: &Path, plan: &Plan) -> io::Result<()> {
     let old = commit.join(OLD);
-    let first = |name: &&String| *name != INDEX;
+    let is_other = |name: &&String| *name != INDEX;
     let mut placed: Vec<&String> =
         plan.place.iter().filter(|name| commit.join(name).symlink_metadata().is_err()).collect();
-    placed.sort_by_key(first);
+    placed.sort_by_key(is_other);
     for name in placed {
         fs::rename(target.join(name), commit.join(name))?;
     }
     let mut gone: Vec<&String> =
         plan.remove.iter().filter(|name| old.join(name).symlink_metadata().is_ok()).collect();
-    gone.sort_by_key(|name| !first(name));
+    gone.sort_by_key(|name| !is_other(name));
     for name in gone {
         fs::rename(old.join(name), target.join(name))?;
     }

@@ -41,7 +41,7 @@ pub(super) fn recover(place: &Path) -> Vec<String> {
     notes
 }
 
-/// The content of a folder beside an output folder.
+/// The content of a folder that a killed run left beside an output folder.
 enum Stage {
     /// Files that were never put in place, and links to files in place.
     New,
@@ -52,13 +52,13 @@ enum Stage {
 fn stage_of(left: &Path) -> Stage {
     let name = left.file_name().map(OsStr::to_string_lossy).unwrap_or_default();
     match name.rsplit_once(SWAP) {
-        Some((_, of_new)) if of_new.parse().ok() != number(left) => Stage::Old,
+        Some((_, number_of_new)) if number_of_new.parse().ok() != number(left) => Stage::Old,
         None if name.ends_with(OLD) => Stage::Old,
         Some(_) | None => Stage::New,
     }
 }
 
-/// The folders in `parent` whose names begin with `prefix` and whose process has ended.
+/// The folders in `parent` whose names begin with `prefix` and which no running process has locked.
 fn abandoned(parent: &Path, prefix: &OsStr) -> Vec<PathBuf> {
     let entries = fs::read_dir(parent).into_iter().flatten().flatten();
     let ours = entries.filter(|entry| {

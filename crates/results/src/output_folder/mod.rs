@@ -1,8 +1,9 @@
 //! An output folder whose files appear all at once, or not at all.
 //!
-//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be guessed, and synced there. Then the two
-//! folders change places, in one step of the file system. Files of the user in the old folder are linked into the new one
-//! before. What an ended process leaves behind is removed or completed by the next one that opens the folder.
+//! Files are staged in a hidden folder beside the output folder, `.NAME.elastocap-` and digits that cannot be
+//! guessed, and synced there. Then the two folders change places, in one step of the file system. Files of
+//! the user in the old folder are linked into the new one beforehand. What a killed process leaves behind is
+//! removed or completed by the next one that opens the folder.
 //!
 //! | module | what is in it |
 //! |---|---|
@@ -43,8 +44,8 @@ pub use unfinished::Unfinished;
 
 /// An output folder that gets its files all at once.
 ///
-/// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped without that, it
-/// leaves what was there before.
+/// Files are staged in a hidden folder beside it, and [`OutputFolder::commit`] puts them in place. Dropped
+/// without that, it leaves what was there before.
 #[derive(Debug)]
 pub struct OutputFolder {
     /// The path as the user gave it.
@@ -54,7 +55,9 @@ pub struct OutputFolder {
     /// Folders above it that did not exist before, innermost first.
     created: Vec<PathBuf>,
     staging: Staging,
+    /// The names of the staged files.
     staged: Mutex<BTreeSet<String>>,
+    /// The warnings that came up when the folder was opened.
     warnings: Vec<String>,
 }
 
@@ -94,7 +97,7 @@ impl OutputFolder {
     /// completed or removed.
     ///
     /// # Errors
-    /// [`OutputError::Folder`] if it cannot be made or written to.
+    /// [`OutputError::Folder`] if a folder cannot be made or written to.
     pub fn open(folder: &Path) -> Result<Self, OutputError> {
         Self::open_announced(folder, |_| ())
     }
@@ -105,7 +108,7 @@ impl OutputFolder {
     /// in them.
     ///
     /// # Errors
-    /// [`OutputError::Folder`] if it cannot be made or written to.
+    /// [`OutputError::Folder`] if a folder cannot be made or written to.
     pub fn open_announced(folder: &Path, mut announce: impl FnMut(&Unfinished)) -> Result<Self, OutputError> {
         let above = folder.ancestors().skip(usize::from(folder.file_name().is_some()));
         let missing = above.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
@@ -122,6 +125,8 @@ impl OutputFolder {
         }
     }
 
+    /// Makes the folders above the output folder and the staging folder. Returns the path of the output
+    /// folder with links resolved, the staging folder, and warnings for the user.
     fn prepare(
         folder: &Path,
         created: &[PathBuf],
@@ -171,8 +176,8 @@ impl OutputFolder {
             let known = self.known(&folder)?;
             for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
                 let name = entry.file_name();
-                let ours = |name: &str| !is_result_name(name) || known.files.contains(name);
-                if !name.to_str().is_none_or(ours) {
+                let is_unaffected = |name: &str| !is_result_name(name) || known.files.contains(name);
+                if !name.to_str().is_none_or(is_unaffected) {
                     return Err(OutputError::Foreign { file: self.shown(&folder).join(name) });
                 }
             }
@@ -221,6 +226,7 @@ impl OutputFolder {
         self.note(name, copy_bounded(file, &self.staging.path.join(name)).map_err(io::Error::from))
     }
 
+    /// Counts `name` among the staged files if it could be written.
     fn note(&self, name: &str, written: io::Result<()>) -> Result<(), OutputError> {
         written.map_err(|source| OutputError::File { file: self.given.join(name), source })?;
         self.staged.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned());
@@ -280,8 +286,8 @@ impl OutputFolder {
         Ok(placed)
     }
 
-    /// The folder for results that must not replace a complete one: beside the output folder, its name with
-    /// `.partial`; inside it, where no files can be made beside it on the same disk.
+    /// The folder for results that must not replace a complete one: beside the output folder, with `.partial`
+    /// after its name; or inside it, where no files can be made beside it on the same disk.
     pub fn partial(&self) -> PathBuf {
         let beside = match self.place.parent() {
             Some(parent) => {
@@ -292,7 +298,7 @@ impl OutputFolder {
         partial_of(&self.place, beside)
     }
 
-    /// The path of a folder as the user would write it, where that leads there.
+    /// The path of a folder as the user would write it, where that path leads to the folder.
     fn shown(&self, folder: &Path) -> PathBuf {
         let name = |path: &Path| path.file_name().map(OsStr::to_owned);
         if folder == self.place {
@@ -307,6 +313,7 @@ impl OutputFolder {
         }
     }
 
+    /// Syncs the staged files and puts them in place in `target`.
     fn put(&self, target: &Path, keep: Keep) -> Result<Placed, OutputError> {
         let shown = self.shown(target);
         let coming: BTreeSet<String> = self.staged().into_iter().collect();
@@ -321,7 +328,7 @@ impl OutputFolder {
         Ok(Placed { folder: shown, files, warnings })
     }
 
-    /// Moves the staged files `coming`. Returns what the user should know.
+    /// Moves the staged files `coming` to `target`. Returns notes for the user.
     fn move_to(
         &self,
         target: &Path,
@@ -416,6 +423,7 @@ fn remove_result(folder: &Path) {
     let _ = fs::remove_dir(folder);
 }
 
+/// Removes those of the folders that are empty.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
         // Fails, as it should, if something else is in the folder by now.

@@ -11,7 +11,7 @@ use super::leftovers::clear;
 use super::staging::Staging;
 
 /// The largest number of the user's files in a folder that is replaced as a whole, since each of them needs a
-/// link.
+/// link. Not tuned: a limit that ordinary cases do not reach.
 const MAX_LINKS: usize = 1000;
 
 /// Puts `staging`, which holds the files `coming`, in the place of the folder `target`, with the user's files
@@ -23,10 +23,11 @@ pub(super) fn replace(
     foreign: &[OsString],
     coming: &BTreeSet<String>,
 ) -> Option<Vec<String>> {
-    let inside = std::env::current_dir().is_ok_and(|current| current.starts_with(target));
+    let is_current = std::env::current_dir().is_ok_and(|current| current.starts_with(target));
     // A folder cannot be linked into two places.
-    let folders = foreign.iter().any(|name| target.join(name).symlink_metadata().is_ok_and(|m| m.is_dir()));
-    if inside || folders || foreign.len() > MAX_LINKS || !same_owner(&staging.path, target) {
+    let has_folders =
+        foreign.iter().any(|name| target.join(name).symlink_metadata().is_ok_and(|m| m.is_dir()));
+    if is_current || has_folders || foreign.len() > MAX_LINKS || !same_owner(&staging.path, target) {
         return None;
     }
     let swap = staging.swap(target);
@@ -58,8 +59,8 @@ fn take_over(new: &Path, old: &Path, target: &Path, foreign: &[OsString]) -> io:
     match exchange(new, target) {
         Ok(()) => Ok(new.to_owned()),
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {
-            // For a moment the result has no place. A process that finds this state takes the old one from
-            // beside it, as the next run does.
+            // Between the two renames there is no folder in place. A run that finds this state puts the old
+            // folder back: see `leftovers::recover`.
             fs::rename(target, old)?;
             if let Err(error) = fs::rename(new, target) {
                 fs::rename(old, target)?;
@@ -71,7 +72,8 @@ fn take_over(new: &Path, old: &Path, target: &Path, foreign: &[OsString]) -> io:
     }
 }
 
-/// Removes the old folder, whose user files are all in the new one.
+/// Removes the old folder after the exchange. The user's files are linked into the new one. Returns notes for
+/// the user.
 fn conclude(old: &Path, target: &Path, foreign: &[OsString], coming: &BTreeSet<String>) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(parent) = target.parent()
@@ -80,7 +82,7 @@ fn conclude(old: &Path, target: &Path, foreign: &[OsString], coming: &BTreeSet<S
         notes.push(not_on_disk(target, &error));
     }
     for name in foreign {
-        // The user replaced the file while the folders were exchanged.
+        // A file that differs from its link was replaced by the user while the folders were exchanged.
         let (link, file) = (target.join(name), old.join(name));
         if !same_file(&link, &file) && file.symlink_metadata().is_ok() {
             let _ = fs::rename(file, link);

@@ -15,9 +15,9 @@ pub(super) const STAGING: &str = ".elastocap-";
 /// The ending added to the name of a staging folder, for an earlier result on its way out.
 pub(super) const OLD: &str = ".old";
 
-/// The ending added while a staging folder changes places with the output folder, before the inode number of
-/// the new folder: by it the next process tells whether the folder under that name is still the new one or
-/// already the old one.
+/// The ending added while a staging folder changes places with the output folder. The inode number of the new
+/// folder follows it, by which the next process tells whether the folder under that name is still the new one
+/// or already the old one.
 pub(super) const SWAP: &str = ".swap-";
 
 /// A callback that gets what will have to be removed, before a staging folder is made.
@@ -26,6 +26,7 @@ pub(super) type Announce<'a> = dyn FnMut(&Unfinished) + 'a;
 /// A hidden folder for files, locked by this process as long as it lives.
 #[derive(Debug)]
 pub(super) struct Staging {
+    /// The path of the folder.
     pub(super) path: PathBuf,
     /// The staging folder, and folders made for it, which must be removed if the process is interrupted.
     pub(super) unfinished: Unfinished,
@@ -36,8 +37,8 @@ pub(super) struct Staging {
 }
 
 impl Staging {
-    /// Makes a staging folder beside `place`, on the same disk. It is announced before, with the folders that
-    /// were `created` for it.
+    /// Makes a staging folder beside `place`. It is announced before that, with the folders that were
+    /// `created` for it.
     pub(super) fn beside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
         let (Some(parent), Some(name)) = (place.parent(), place.file_name()) else {
             return Err(io::ErrorKind::NotFound.into());
@@ -45,12 +46,13 @@ impl Staging {
         Self::create(parent, &prefix_beside(name), created, announce)
     }
 
-    /// Makes a staging folder inside `place`. It is announced before, with the folders that were `created`
-    /// for it.
+    /// Makes a staging folder inside `place`. It is announced before that, with the folders that were
+    /// `created` for it.
     pub(super) fn inside(place: &Path, created: &[PathBuf], announce: &mut Announce<'_>) -> io::Result<Self> {
         Self::create(place, OsStr::new(STAGING), created, announce)
     }
 
+    /// Makes and locks a folder in `parent` whose name begins with `prefix`.
     fn create(
         parent: &Path,
         prefix: &OsStr,

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 /// The ending added to the name of a folder before it is removed by a process that is about to end.
 const GIVEN_UP: &str = ".given-up";
 
-/// The folders that a process must remove before it ends early. Everything that allocates happens when this
-/// is made.
+/// The folders that a process must remove before it ends early. All allocations are made in advance, by
+/// `new`.
 #[derive(Debug, Clone)]
 pub struct Unfinished {
     /// The staging folder.
@@ -105,6 +105,7 @@ mod system {
     }
 }
 
+/// Calls of the standard library, for other systems.
 #[cfg(not(unix))]
 mod system {
     use std::fs;

@@ -70,7 +70,8 @@ pub struct Series {
     pub name: String,
     /// The points (x, y), joined in this order.
     pub points: Vec<(f64, f64)>,
-    /// (lower, upper) for each point, in the same order: a shaded band, or bars where no line joins the points.
+    /// (lower, upper) for each point, in the same order: a shaded band, or bars where no line joins the
+    /// points.
     pub band: Option<Vec<(f64, f64)>>,
     /// The style of the line; colour and marker come from the position in the chart.
     pub style: Style,

@@ -138,7 +138,8 @@ fn a_band_is_shaded_along_a_line_and_drawn_as_bars_otherwise() {
     with_band.style = Style::Markers;
     let bars = chart(Scale::Linear, vec![with_band.clone()]).to_svg();
     assert_eq!((count(&bars, "fill-opacity"), count(&bars, "stroke-width=\"1.4\"")), (0, 3));
-    // A lower bound of zero reaches to the end of a logarithmic axis; an infinite or missing one draws nothing.
+    // A lower bound of zero reaches to the end of a logarithmic axis; an infinite or missing one draws
+    // nothing.
     with_band.band = Some(vec![(0.0, 2.5), (2.5, f64::INFINITY)]);
     let bars = chart(Scale::Logarithmic, vec![with_band]).to_svg();
     assert_eq!(count(&bars, "stroke-width=\"1.4\""), 1);

@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use super::axis::Text;
 
-/// The coordinate in hundredths of a unit: finer than any screen, and the same bytes on every system.
+/// A coordinate rounded to hundredths of a unit: finer than any screen, and the same bytes on every system.
 pub(super) fn coordinate(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// The SVG markup of a text, with its raised part.
 pub(super) fn markup(text: &Text) -> String {
     let mut out = escape(&text.base);
     if !text.raised.is_empty() {
@@ -40,6 +41,7 @@ pub(super) fn escape(text: &str) -> String {
     out
 }
 
+/// The estimated width of a text with its raised part.
 pub(super) fn width(text: &Text, size: f64) -> f64 {
     text_width(&text.base, size) + text_width(&text.rest, size) + 0.75 * text_width(&text.raised, size)
 }

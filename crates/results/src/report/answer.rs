@@ -11,7 +11,7 @@ use super::html::escape;
 use crate::pairs::{first_and_most_loaded, largest_certain, pair_changes};
 use crate::typeset::{percent, quantity};
 
-/// A figure with its meaning, and a remark below it.
+/// A number at the head of the page: its name, its value in words, and a remark below it.
 struct Figure {
     name: String,
     value: String,
@@ -60,7 +60,8 @@ pub(super) fn answer(report: &Report<'_>) -> String {
     out
 }
 
-/// "± 0.03 %, proved" or "estimated".
+/// The error of the capacitance in a row and the kind of its bounds, such as "± 0.03 %, proved"; empty where
+/// the error is not known.
 fn error_of(row: &Row, kind: &str) -> String {
     let kind = if row.estimated_errors() > 0.0 { "with estimated errors" } else { kind };
     row.total_error().map_or_else(String::new, |e| format!("\u{b1}\u{a0}{}, {kind}", percent(e)))
@@ -86,6 +87,7 @@ fn change_in_words(change: f64, limits: Option<[f64; 2]>) -> String {
     format!("it {verb} by {}, between {} and {}", percent(change.abs()), share(least), share(most))
 }
 
+/// The load of a row in words: the force, or else the compression.
 fn load_of(row: &Row) -> String {
     match (row.force_n, row.compression) {
         (Some(force), _) => quantity(force, 4, "N"),
@@ -108,6 +110,7 @@ fn of_rows(outcome: &Outcome) -> String {
     words.unwrap_or_else(|| "what is measured".to_owned())
 }
 
+/// The capacitance in the rows, in words.
 fn what_is_measured(outcome: &Outcome) -> String {
     let Some(measurement) = outcome.measurement else { return "capacitance".to_owned() };
     match in_words(measurement, &outcome.conductors) {
@@ -147,10 +150,10 @@ fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String
             limits: Some(pair.limits),
             is_of_rows: matches!(outcome.measurement, Some(Measurement::Matrix { shown, .. }) if shown == pair.terminals),
         };
-        let among = (changes.len() > 1).then(|| {
+        let remark = (changes.len() > 1).then(|| {
             format!(" Of all {} capacitances, this one has the largest certain change.", changes.len())
         });
-        return (ends, among);
+        return (ends, remark);
     }
     let rows = steps.map(|step| &step.row);
     let ends = Ends {
@@ -160,10 +163,10 @@ fn subject(report: &Report<'_>, steps: [&StepResult; 2]) -> (Ends, Option<String
         limits: rows[1].change_limits(rows[0]),
         is_of_rows: true,
     };
-    let none = (changes.len() > 1 && steps[0].index != steps[1].index).then(|| {
+    let remark = (changes.len() > 1 && steps[0].index != steps[1].index).then(|| {
         format!(" Of none of the {} capacitances is it known whether it falls or rises.", changes.len())
     });
-    (ends, none)
+    (ends, remark)
 }
 
 /// The change with its limits; the limits alone where these leave the sign open.
@@ -184,6 +187,7 @@ fn change_figure(change: f64, value: f64, limits: Option<[f64; 2]>) -> Figure {
     }
 }
 
+/// The sentences and the figures of a run with a curve of the capacitance.
 fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     let outcome = report.outcome;
     let kind = kind_of_bounds(report);
@@ -191,7 +195,7 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     let Some([first, last]) = first_and_most_loaded(outcome) else {
         return (format!("No step has a {}.", what_is_measured(outcome)), Vec::new());
     };
-    let (ends, of_pairs) = subject(report, [first, last]);
+    let (ends, remark) = subject(report, [first, last]);
     let [c0, c1] = ends.values;
     let [error0, error1] = ends.errors;
     let start = match (first.row.is_before_contact(), first.row.compression) {
@@ -219,7 +223,7 @@ fn of_curve(report: &Report<'_>) -> (String, Vec<Figure>) {
     } else {
         sentence.push('.');
     }
-    sentence.push_str(&of_pairs.unwrap_or_default());
+    sentence.push_str(&remark.unwrap_or_default());
     if !ends.is_of_rows {
         sentence.push_str(&format!(" The curve and its table are of {}.", of_rows(outcome)));
         return (sentence, figures);
@@ -296,6 +300,7 @@ fn signed(share: f64) -> String {
     format!("{sign}{:.places$}\u{a0}%", 100.0 * share.abs())
 }
 
+/// The sentences and the figures of a scene without load.
 fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
     let outcome = report.outcome;
     let what = what_is_measured(outcome);
@@ -306,11 +311,11 @@ fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
     let kind = kind_of_bounds(report);
     let mut sentence = format!("The {what} is {}.", quantity(value, 6, "F"));
     if let (Some(lower), Some(upper)) = (row.capacitance_lower_f, row.capacitance_upper_f) {
-        let besides = row.estimated_errors() * value.abs();
+        let estimated = row.estimated_errors() * value.abs();
         let between =
-            format!("{} and {}", quantity(lower - besides, 6, "F"), quantity(upper + besides, 6, "F"));
+            format!("{} and {}", quantity(lower - estimated, 6, "F"), quantity(upper + estimated, 6, "F"));
         sentence.push_str(&match kind {
-            "proved" if besides == 0.0 => format!(" It is proved to lie between {between}."),
+            "proved" if estimated == 0.0 => format!(" It is proved to lie between {between}."),
             "proved" => {
                 format!(" By proved bounds and the estimated error of flat faces it lies between {between}.")
             }
@@ -330,6 +335,7 @@ fn of_scene(report: &Report<'_>) -> (String, Vec<Figure>) {
     (sentence, figures)
 }
 
+/// The sentence and the figure of a run of mechanics alone.
 fn of_layer(outcome: &Outcome) -> (String, Vec<Figure>) {
     let known =
         outcome.steps.iter().filter_map(|step| Some((step, step.row.force_n?, step.row.compression?)));

@@ -6,15 +6,15 @@
   const COLOURS = 6;
   const PREFIXES = ["a", "f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
   const element = (name, attributes, text) => {
-    const own = document.createElementNS(SVG, name);
-    for (const [key, value] of Object.entries(attributes)) own.setAttribute(key, value);
-    if (text !== undefined) own.textContent = text;
-    return own;
+    const node = document.createElementNS(SVG, name);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    if (text !== undefined) node.textContent = text;
+    return node;
   };
   const known = (x) => typeof x === "number" && Number.isFinite(x);
   const minus = (text) => text.replace("-", "\u2212");
 
-  /** By which power of a thousand the numbers of an axis are divided, and the unit with its prefix. */
+  /** The power of a thousand that the numbers of an axis are divided by, and the unit with its prefix. */
   function scaled(axis, values) {
     const largest = Math.max(0, ...values.map(Math.abs));
     if (!axis.unit || axis.unit === "%" || largest === 0) return { factor: 1, unit: axis.unit };
@@ -22,30 +22,30 @@
     return { factor: 1000 ** power, unit: PREFIXES[power + 6] + axis.unit };
   }
 
-  /** Round values from one end to the other, with as many places as tell them apart. */
+  /** Round values from one end to the other, with as many decimals as distinguish them. */
   function ticks(from, to, most) {
     const raw = (to - from) / Math.max(1, most);
     const decade = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 2.5, 5, 10].find((s) => s * decade >= raw * (1 - 1e-9)) * decade;
     const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (Math.abs((step / decade) - 2.5) < 1e-9 ? 1 : 0));
-    const all = [];
+    const found = [];
     for (let k = Math.ceil(from / step - 1e-9); k * step <= to + 1e-9 * step; k++) {
-      all.push({ at: k * step, text: minus((k * step).toFixed(places).replace(/^-(0(\.0*)?)$/, "$1")) });
+      found.push({ at: k * step, text: minus((k * step).toFixed(places).replace(/^-(0(\.0*)?)$/, "$1")) });
     }
-    return all;
+    return found;
   }
 
   /** 1, 2 and 5 in each decade, or powers of ten alone where these would be too many. */
   function logTicks(from, to, most) {
-    const of = (digits) => {
-      const all = [];
+    const multiples = (digits) => {
+      const found = [];
       for (let p = Math.floor(Math.log10(from)); p <= Math.log10(to); p++) {
-        for (const d of digits) if (d * 10 ** p >= from * (1 - 1e-9) && d * 10 ** p <= to * (1 + 1e-9)) all.push(d * 10 ** p);
+        for (const d of digits) if (d * 10 ** p >= from * (1 - 1e-9) && d * 10 ** p <= to * (1 + 1e-9)) found.push(d * 10 ** p);
       }
-      return all;
+      return found;
     };
-    const fine = of([1, 2, 5]);
-    return (fine.length <= most ? fine : of([1])).map((at) => ({ at, text: String(Number(at.toPrecision(3))) }));
+    const fine = multiples([1, 2, 5]);
+    return (fine.length <= most ? fine : multiples([1])).map((at) => ({ at, text: String(Number(at.toPrecision(3))) }));
   }
 
   /** The ends of a linear axis: it begins at zero where the values come near it. */
@@ -57,7 +57,8 @@
     return [low >= 0 && low < 0.4 * high ? 0 : low - room, high <= 0 && high > 0.4 * low ? 0 : high + room];
   }
 
-  function draw(place, chart, width) {
+  /** The chart as SVG in this width, with the functions that lead from values to places in it; null without values. */
+  function draw(chart, width) {
     const xs = chart.series.flatMap((s) => s.x).filter(known);
     const ys = chart.series.flatMap((s) => [...s.y, ...(s.lower ?? []), ...(s.upper ?? [])]).filter(known);
     if (!xs.length || !ys.length) return null;
@@ -95,17 +96,17 @@
     svg.append(element("text", { transform: `translate(13 ${middle}) rotate(-90)`, "text-anchor": "middle", class: "label" }, named(chart.y, scaleY.unit)));
 
     chart.series.forEach((s, k) => {
-      const own = s.x.map((_, i) => i).filter((i) => known(s.x[i]) && known(s.y[i]));
+      const drawn = s.x.map((_, i) => i).filter((i) => known(s.x[i]) && known(s.y[i]));
       const group = element("g", { class: `s${k % COLOURS} ${s.style}` });
-      const banded = own.filter((i) => known(s.lower?.[i]) && known(s.upper?.[i]));
+      const banded = drawn.filter((i) => known(s.lower?.[i]) && known(s.upper?.[i]));
       if (banded.length > 1 && s.style === "line") {
         const upper = banded.map((i) => at(s.x[i], s.upper[i])), lower = banded.map((i) => at(s.x[i], s.lower[i])).reverse();
         group.append(element("path", { d: `M${[...upper, ...lower].join("L")}Z`, class: "band" }));
       }
-      if (s.style !== "points" && own.length > 1) group.append(element("path", { d: `M${own.map((i) => at(s.x[i], s.y[i])).join("L")}`, class: "line" }));
-      for (const i of own) {
+      if (s.style !== "points" && drawn.length > 1) group.append(element("path", { d: `M${drawn.map((i) => at(s.x[i], s.y[i])).join("L")}`, class: "line" }));
+      for (const i of drawn) {
         if (s.style === "points" && known(s.lower?.[i])) group.append(element("path", { d: `M${at(s.x[i], s.lower[i])}L${at(s.x[i], s.upper[i])}`, class: "line" }));
-        if (s.style !== "dashed" && own.length < 120) group.append(element("circle", { cx: toX(s.x[i]).toFixed(1), cy: toY(s.y[i]).toFixed(1), r: 3.4 }));
+        if (s.style !== "dashed" && drawn.length < 120) group.append(element("circle", { cx: toX(s.x[i]).toFixed(1), cy: toY(s.y[i]).toFixed(1), r: 3.4 }));
       }
       svg.append(group);
     });
@@ -120,6 +121,7 @@
     return scale.unit ? `${text}\u00a0${scale.unit}` : text;
   }
 
+  /** Puts a chart with its legend into an element of the page, and shows values under the pointer and by the arrow keys. */
   function set(place, chart) {
     const keys = document.createElement("ul");
     keys.className = "keys";
@@ -136,7 +138,7 @@
     tip.setAttribute("role", "status");
     place.append(keys, canvas, tip);
 
-    // The points of all series that have the same x are shown together; where a series has several of them, one after the other.
+    // Points of different series at the same x are shown together; several points of one series at the same x, one after the other.
     const groups = new Map();
     chart.series.forEach((s, k) => {
       const seen = new Map();
@@ -151,7 +153,7 @@
     const points = [...groups.values()].sort((a, b) => a.x - b.x || a.count - b.count);
     let drawn = null, current = -1;
     function redraw(width) {
-      drawn = draw(place, chart, width);
+      drawn = draw(chart, width);
       canvas.replaceChildren(...(drawn ? [drawn.svg] : ["No values."]));
       if (current >= 0) show(current);
     }
@@ -186,7 +188,7 @@
       const box = drawn.svg.getBoundingClientRect();
       const scale = drawn.svg.viewBox.baseVal.width / box.width;
       const x = (event.clientX - box.left) * scale, y = (event.clientY - box.top) * scale;
-      // Next along x; of those at one x, the next along y.
+      // The nearest point along x; of several at the same x, the nearest along y.
       const apart = (p) => 1000 * Math.abs(drawn.toX(p.x) - x) + Math.min(...p.at.map(([s, , i]) => Math.abs(drawn.toY(s.y[i]) - y)));
       show(points.reduce((best, p, i) => (apart(p) < apart(points[best]) ? i : best), 0));
     });

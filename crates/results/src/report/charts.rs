@@ -9,7 +9,7 @@ use elastocap_case::Case;
 use elastocap_coupling::outcome::Outcome;
 use elastocap_coupling::plan::Kind;
 
-/// A chart of the page: its place, a sentence for those who do not see it, and its data.
+/// A chart of the page: its place, the sentence below it, and its data.
 pub(super) struct PageChart {
     /// The `id` of the element that the chart is drawn into; a plain word.
     pub(super) id: &'static str,
@@ -61,7 +61,7 @@ pub(super) fn charts(case: &Case, outcome: &Outcome, measured: &[MeasuredPoint])
     charts
 }
 
-/// Measured points, where the chart is one against force.
+/// Adds measured points to a chart against the force, and nothing to other charts.
 fn add_measured(chart: &mut Chart, measured: &[MeasuredPoint]) {
     if measured.is_empty() || chart.x.unit != "N" {
         return;
@@ -78,7 +78,7 @@ fn add_measured(chart: &mut Chart, measured: &[MeasuredPoint]) {
     });
 }
 
-/// dC/dF against the force; `None` with fewer than two known values.
+/// The chart of dC/dF against the force; `None` with fewer than two known values.
 fn sensitivity(outcome: &Outcome) -> Option<Chart> {
     let known = outcome.steps.iter().filter(|step| !step.row.is_before_contact());
     let known: Vec<_> = known
@@ -114,6 +114,7 @@ pub(super) fn data(charts: &[PageChart]) -> Value {
     charts.iter().map(|chart| chart_data(chart.id, &chart.chart)).collect()
 }
 
+/// The data of one chart, which is drawn into the element `id`.
 pub(super) fn chart_data(id: &str, chart: &Chart) -> Value {
     let axis = |axis: &Axis| json!({ "label": axis.label, "unit": axis.unit, "log": axis.scale == Scale::Logarithmic });
     let series: Vec<Value> = chart.series.iter().map(series_data).collect();

@@ -1,8 +1,9 @@
 //! `report.html`: the results of a run as one page that opens from disk and asks the network for nothing.
 //!
-//! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the data at its end, so that a
-//! reader without them loses pictures and no number. What comes from a case (titles, names, paths) goes through `html::escape`, or
-//! through `html::json_in_script` where a script reads it.
+//! Everything is in the HTML as tables and text. The page's scripts draw the charts and the 3D view from the
+//! data at its end, so that a reader without them loses pictures and no number. What comes from a case
+//! (titles, names, paths) goes through `html::escape`, or through `html::json_in_script` where a script reads
+//! it.
 //!
 //! | file | what is in it |
 //! |---|---|
@@ -54,7 +55,8 @@ pub struct MeasuredPoint {
 }
 
 impl MeasuredPoint {
-    /// The points of a comparison as they are drawn over a curve of the force; none where they were measured over something else.
+    /// The points of a comparison as they are drawn over a curve of the force; none where they were measured
+    /// over something else.
     pub(crate) fn under_force(comparison: &Comparison) -> Vec<Self> {
         let points = comparison.points.iter().filter(|_| comparison.load == MeasuredLoad::Force.name());
         let point = |p: &ComparedPoint| Self {
@@ -76,11 +78,13 @@ pub(crate) struct Report<'a> {
     pub(crate) seconds: RunSeconds,
     /// Names of the files beside the page.
     pub(crate) files: &'a [String],
+    /// The bodies for the 3D view.
     pub(crate) shown: &'a Shown,
     /// The text of the case file, where the caller has it.
     pub(crate) case_text: Option<&'a str>,
     /// The command that repeats the run, where there was one.
     pub(crate) command: Option<&'a str>,
+    /// The measured points to be drawn over the curve.
     pub(crate) measured: &'a [MeasuredPoint],
 }
 
@@ -141,6 +145,7 @@ impl Report<'_> {
         (!names.is_empty()).then(|| format!("Shown in part: {}, which {go} on.", names.join(", ")))
     }
 
+    /// The warnings of the run and of its steps as an HTML list, each text once; `None` without any.
     fn warning_list(&self) -> Option<String> {
         let of_run = self.outcome.plan.warnings.iter().chain(self.warnings).cloned();
         let of_steps = self.outcome.steps.iter().filter(|step| step.same_as.is_none()).flat_map(|step| {

@@ -3,7 +3,7 @@
 const elastocap = (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
 
-  /** The bytes of a text in base64 that gzip has compressed. */
+  /** The bytes that gzip has compressed into a text in base64. */
   async function unpack(text) {
     if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack data");
     const bytes = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
@@ -37,8 +37,8 @@ const elastocap = (() => {
 
   // Of several steps the chosen one is shown; on paper, all of them.
   for (const select of document.querySelectorAll("select[data-steps]")) {
-    const all = [...document.getElementById(select.dataset.steps).children];
-    const show = () => all.forEach((own) => own.classList.toggle("other", own.dataset.step !== select.value));
+    const steps = [...document.getElementById(select.dataset.steps).children];
+    const show = () => steps.forEach((step) => step.classList.toggle("other", step.dataset.step !== select.value));
     select.closest(".chooser").hidden = false;
     select.addEventListener("change", show);
     show();
@@ -51,33 +51,33 @@ const elastocap = (() => {
     );
   }
 
-  for (const own of document.querySelectorAll("button.copy")) {
-    own.addEventListener("click", async () => {
-      const source = document.getElementById(own.dataset.copy);
+  for (const copy of document.querySelectorAll("button.copy")) {
+    copy.addEventListener("click", async () => {
+      const source = document.getElementById(copy.dataset.copy);
       try {
         await navigator.clipboard.writeText(source.textContent);
-        own.textContent = "Copied";
+        copy.textContent = "Copied";
       } catch {
         getSelection().selectAllChildren(source);
-        own.textContent = "Selected";
+        copy.textContent = "Selected";
       }
-      setTimeout(() => (own.textContent = "Copy"), 2000);
+      setTimeout(() => (copy.textContent = "Copy"), 2000);
     });
   }
 
-  // The section that is read is marked in the contents.
+  // In the contents, the section that is being read is marked.
   const links = new Map([...document.querySelectorAll("nav a")].map((a) => [a.hash.slice(1), a]));
-  const place = (own) => links.get(own.localName === "h1" ? "main" : own.id);
-  const seen = new IntersectionObserver(
+  const linkTo = (target) => links.get(target.localName === "h1" ? "main" : target.id);
+  const observer = new IntersectionObserver(
     (entries) => {
       for (const entry of entries.filter((e) => e.isIntersecting)) {
         links.forEach((a) => a.removeAttribute("aria-current"));
-        place(entry.target)?.setAttribute("aria-current", "true");
+        linkTo(entry.target)?.setAttribute("aria-current", "true");
       }
     },
     { rootMargin: "-4% 0px -75% 0px" },
   );
-  document.querySelectorAll("main > section, h1").forEach((section) => seen.observe(section));
+  document.querySelectorAll("main > section, h1").forEach((section) => observer.observe(section));
 
   return { data, unpack, isDark, onTheme: (listener) => listeners.push(listener) };
 })();

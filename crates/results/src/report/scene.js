@@ -1,4 +1,4 @@
-// The 3D view: bodies as boxes or meshes at each load step, and between the steps in between them.
+// The 3D view: bodies as boxes or meshes at each load step, and interpolated between the steps.
 "use strict";
 (async () => {
   const scene = elastocap.data.scene;
@@ -25,7 +25,7 @@
   view.hidden = false;
   note.hidden = true;
 
-  // As in scene.glb: metal is opaque, what is around it can be seen through.
+  // The colour and the opacity of bodies. As in scene.glb, metal is opaque, and bodies around it are see-through.
   const DRIVEN = ["#d55e00", "#f0d020", "#8050b0", "#3d4650", "#b8527e", "#7a4310", "#f2b48c"];
   const FLOATING = ["#007a58", "#6cb03f", "#0b4a2f"];
   const DIELECTRIC = ["#c6b5e0", "#bfd8a8", "#f0c2d0", "#a8bce8", "#e0d3a8"];
@@ -47,11 +47,12 @@
     if (body.role !== "grounded" || !body.poses) return [];
     const [x, , z, toX, , toZ] = body.poses[0];
     const isBelow = ({ poses: [[x0, , z0, x1, top, z1]] }) => top <= body.poses[0][1] && x <= x0 && x1 <= toX && z <= z0 && z1 <= toZ;
-    return scene.bodies.filter((own) => own !== body && own.poses && metal.has(own.role) && isBelow(own)).map((own) => owner(own.name));
+    return scene.bodies.filter((other) => other !== body && other.poses && metal.has(other.role) && isBelow(other)).map((other) => owner(other.name));
   }
+  /** The name of the body that a part belongs to. */
   const owner = (name) => name.split(", part ")[0].replace(/'+$/, "");
 
-  // All lengths over the largest of the scene, around its middle.
+  // Coordinates in the view are relative to the middle of the scene, over its largest extent.
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   const grow = (min, max) => min.forEach((x, a) => ((low[a] = Math.min(low[a], x)), (high[a] = Math.max(high[a], max[a]))));
   const faint = new Set(["wall", "grounded-wall", "surroundings", "cover"]);
@@ -105,8 +106,8 @@
     for (const { p, q, paired } of sides.values()) if (!paired) found.push(p, q);
     return found;
   }
-  /** The corners of triangles anew, so that those are shared alone between which a surface turns by less than 25 degrees: round bodies are shaded
-      smoothly then, and edges stay sharp. `from` is the point that each new corner is at. */
+  /** New corners for triangles: neighbours share theirs only where the surface turns by less than 25 degrees between them, so that round bodies are
+      shaded smoothly and edges stay sharp. `corners` has three for each triangle, `from` the number of the point at which each of them is. */
   function smoothed(points, indices) {
     const at = (n) => new THREE.Vector3(points[3 * n], points[3 * n + 1], points[3 * n + 2]);
     const parent = Uint32Array.from(indices, (_, k) => k), sides = new Map(), normals = [];
@@ -122,35 +123,35 @@
         const other = sides.get(key);
         if (!other) sides.set(key, [m, n]);
         else if (normals[k / 3].dot(normals[Math.floor(other[0] / 3)]) > 0.9) {
-          for (const mine of [m, n]) for (const its of other) if (indices[mine] === indices[its]) parent[root(mine)] = root(its);
+          for (const here of [m, n]) for (const there of other) if (indices[here] === indices[there]) parent[root(here)] = root(there);
         }
       }
     }
     const numbers = new Map(), from = [];
     const corners = Uint32Array.from(indices, (point, k) => {
-      const own = root(k);
-      if (!numbers.has(own)) {
-        numbers.set(own, from.length);
+      const corner = root(k);
+      if (!numbers.has(corner)) {
+        numbers.set(corner, from.length);
         from.push(point);
       }
-      return numbers.get(own);
+      return numbers.get(corner);
     });
     return { corners, from };
   }
   const around = new Set(["layer", "dielectric", "substrate"]);
   const lowest = (body) => (body.poses ? body.poses[0][1] : body.meshes.find(Boolean).min[1]);
   const upward = [...scene.bodies].sort((a, b) => lowest(a) - lowest(b));
-  /** When a body is drawn: what metal lies in first, from the lowest to the highest, then metal, then what presses and what is around all. Faces in one
-      plane would flicker if they took turns. */
+  /** The position of a body in the order of drawing: first see-through bodies that hold metal, then metal, then the indenter, then walls and what else
+      surrounds the scene; within each group from the lowest to the highest. A fixed order keeps faces in one plane from flickering. */
   function turn(body, clear) {
     const stage = !clear ? 1 : faint.has(body.role) ? 3 : around.has(body.role) ? 0 : 2;
     return stage + upward.indexOf(body) / (scene.bodies.length + 1);
   }
-  /** A body as an object of the view, with what puts it into the state between two steps. */
+  /** A body as an object of the view; `put(step, t)` gives it its shape at the fraction `t` of the way from a step to the next. */
   function built(body, number) {
     const [colour, opacity] = look(body);
     const clear = opacity < 1;
-    // All are in the list of what can be seen through, whose order is that of the turns.
+    // Every material counts as transparent: only transparent objects are all drawn in the order of `renderOrder`.
     const material = new THREE.MeshLambertMaterial({
       color: colour, opacity, transparent: true, depthWrite: !clear, side: 2, flatShading: !!body.poses, polygonOffset: true,
       polygonOffsetFactor: clear ? 2 : 1, polygonOffsetUnits: 1 + 2 * number,
@@ -214,7 +215,7 @@
   const bodies = scene.bodies.map(built);
   bodies.forEach((own) => world.add(own.group));
 
-  // What is shown: one entry for each body, or for each kind where there are many.
+  // The list of bodies to show or hide: one entry for each body, or for each kind of body where there are many.
   const box = document.getElementById("bodies");
   const names = new Set(bodies.map((own) => owner(own.body.name)));
   const listed = names.size <= 40;
@@ -273,9 +274,10 @@
 
   let step = 0, frames = 0, asked = false, rest = null;
   const last = scene.labels.length - 1;
-  // What moves is drawn in fewer pixels where drawing is slow; what rests, in twice as many as the screen has, which smooths its edges.
+  // A moving picture is drawn in fewer pixels where drawing is slow; a still one in twice as many as the screen has, which smooths its edges.
   const SHARES = [1, 0.75, 0.55, 0.4, 0.3];
   let share = 0, before = 0, slow = 0;
+  /** Chooses the share of pixels by the mean time between pictures. */
   function adapt(now) {
     const took = now - before;
     before = now;
@@ -338,7 +340,7 @@
       say();
       render();
     });
-    // From step to step by the arrow keys, between them by the pointer.
+    // The arrow keys go from step to step; the pointer also goes to states in between.
     slider.addEventListener("keydown", (event) => {
       const to = { ArrowRight: Math.floor(step + 1), ArrowUp: Math.floor(step + 1), ArrowLeft: Math.ceil(step - 1), ArrowDown: Math.ceil(step - 1), Home: 0, End: last }[event.key];
       if (to === undefined) return;
@@ -359,7 +361,7 @@
       const frame = (now) => {
         reached += (Math.max(0, now - start) / 1000 / seconds) * last;
         start = now;
-        // It waits for a moment at the end, and begins again.
+        // The last step stays for a moment; then the load begins again.
         if (reached > last * 1.15) reached = 0;
         step = Math.min(reached, last);
         slider.value = step;

@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 
 use crate::scene_files::Shown;
 
-/// The largest number of triangles of one step, and of all steps together.
+/// The largest number of triangles of one step.
 const MOST_TRIANGLES: usize = 14_000;
+/// The largest number of triangles of all steps together.
 const MOST_OF_ALL: usize = 120_000;
 /// Bodies with fewer triangles than this are not simplified.
 const FEW: usize = 400;
@@ -19,7 +20,9 @@ const STEPS: f64 = 65_535.0;
 
 /// The scene in the form that the page takes: a description, and the numbers of the meshes as bytes.
 pub(super) struct SceneData {
+    /// The labels of the steps and the bodies, as JSON.
     pub(super) description: Value,
+    /// The points and triangles of the meshes, to which the description refers by their positions here.
     pub(super) bytes: Vec<u8>,
 }
 
@@ -56,8 +59,8 @@ fn of_boxes(bodies: &[SceneBody], labels: &[String]) -> SceneData {
     let numbers =
         |pose: &Box3| -> Vec<f32> { pose.min.into_iter().chain(pose.max).map(|x| x as f32).collect() };
     let description = |body: &SceneBody| {
-        let still = body.poses.windows(2).all(|pair| pair[0] == pair[1]);
-        let poses = if still { &body.poses[..body.poses.len().min(1)] } else { &body.poses[..] };
+        let is_still = body.poses.windows(2).all(|pair| pair[0] == pair[1]);
+        let poses = if is_still { &body.poses[..body.poses.len().min(1)] } else { &body.poses[..] };
         let poses: Vec<_> = poses.iter().map(numbers).collect();
         json!({ "name": body.name, "role": role_name(body.role), "poses": poses })
     };
@@ -67,9 +70,13 @@ fn of_boxes(bodies: &[SceneBody], labels: &[String]) -> SceneData {
 
 /// A surface whose triangles share their corners.
 struct Indexed {
+    /// The least coordinates of the surface, m.
     min: [f64; 3],
+    /// The extent of the surface along each axis, m.
     size: [f64; 3],
+    /// The corners, from 0 to [`STEPS`] over the extent.
     points: Vec<[u16; 3]>,
+    /// The corners of each triangle by their positions in `points`.
     triangles: Vec<[u32; 3]>,
 }
 
@@ -80,7 +87,7 @@ fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
     let mut meshes: Vec<Vec<Value>> = Vec::new();
     // For each body: the triangles of its last mesh, and their position in `bytes`.
     let mut last: HashMap<usize, (Vec<[u32; 3]>, usize)> = HashMap::new();
-    for (at, (_, bodies)) in steps.iter().enumerate() {
+    for (step, (_, bodies)) in steps.iter().enumerate() {
         let total: usize = bodies.iter().map(|body| body.triangles.len()).sum();
         for body in bodies.iter().filter(|body| !body.triangles.is_empty()) {
             let known = names.iter().position(|(name, _)| *name == body.name);
@@ -94,19 +101,19 @@ fn of_surfaces(steps: &[(String, Vec<SurfaceBody>)]) -> SceneData {
             let most = if body.role == BodyRole::Indenter { usize::MAX } else { most.max(FEW) };
             let mesh = lightened(&body.triangles, most);
             let indices = match last.get(&number) {
-                Some((triangles, at)) if *triangles == mesh.triangles => *at,
+                Some((triangles, position)) if *triangles == mesh.triangles => *position,
                 _ => {
-                    let at = bytes.len();
+                    let position = bytes.len();
                     let numbers = mesh.triangles.as_flattened().iter().flat_map(|n| n.to_le_bytes());
                     bytes.extend(numbers);
-                    last.insert(number, (mesh.triangles.clone(), at));
-                    at
+                    last.insert(number, (mesh.triangles.clone(), position));
+                    position
                 }
             };
             let positions = bytes.len();
             bytes.extend(mesh.points.as_flattened().iter().flat_map(|n| n.to_le_bytes()));
             bytes.resize(bytes.len().next_multiple_of(4), 0);
-            if let Some(place) = meshes[number].get_mut(at) {
+            if let Some(place) = meshes[number].get_mut(step) {
                 *place = json!({
                     "min": mesh.min.map(|x| x as f32),
                     "size": mesh.size.map(|x| x as f32),

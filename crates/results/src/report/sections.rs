@@ -21,14 +21,14 @@ pub(super) fn sections(report: &Report<'_>) -> Option<String> {
     if pictures.is_empty() {
         return None;
     }
-    let plain = pictures.iter().map(|(_, (_, svg))| svg.len()).sum::<usize>() <= PLAIN;
+    let is_plain = pictures.iter().map(|(_, (_, svg))| svg.len()).sum::<usize>() <= PLAIN;
     let mut out = "<p>Potential in a plane, in V, in the deformed state; which plane it is stands below each picture. Lines join places of equal \
                    potential, arrows point along the field.</p>\n<div class=\"sections\">\n"
         .to_owned();
     for (step, (number, svg)) in pictures {
         let caption = escape(&format!("Step {}, {}", step.index, step_label(report.outcome, step)));
         let picture = untitled(svg);
-        let _ = match plain {
+        let _ = match is_plain {
             true => writeln!(
                 out,
                 "<figure class=\"section\">{picture}<figcaption>{caption}</figcaption></figure>"
@@ -64,6 +64,7 @@ fn untitled(svg: &str) -> String {
     format!("{}\n{rest}", head.replace(&view_box, &cropped))
 }
 
+/// A length of the picture in SVG, to hundredths.
 fn number(value: f64) -> String {
     crate::csv::number((100.0 * value).round() / 100.0)
 }

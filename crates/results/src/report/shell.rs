@@ -35,8 +35,11 @@ pub(super) enum Part<'a> {
 /// A page under construction.
 pub(super) struct Page {
     title: String,
+    /// The HTML below the title.
     lead: String,
+    /// The `id` and the heading of each section.
     contents: Vec<(String, String)>,
+    /// The HTML of the sections.
     body: String,
 }
 

@@ -17,7 +17,8 @@ use crate::pose;
 use crate::scene_files::label;
 use crate::typeset::quantity;
 
-/// The largest number of entries of all matrices together; of larger results the page shows the first and the last step.
+/// The largest number of entries of all matrices together; of larger results the page shows the first and the
+/// last step.
 const MOST_ENTRIES: usize = 6000;
 
 /// A value of each step.
@@ -34,6 +35,7 @@ pub(super) fn step_label(outcome: &Outcome, step: &StepResult) -> String {
     }
 }
 
+/// The number and the load of each step.
 fn labels(outcome: &Outcome) -> Vec<String> {
     outcome.steps.iter().map(|step| format!("{}: {}", step.index, step_label(outcome, step))).collect()
 }
@@ -66,7 +68,7 @@ pub(super) fn steps(outcome: &Outcome) -> String {
     table.html()
 }
 
-/// Each capacitance that `[measure]` names, at each step; nothing where it names one.
+/// The table of each capacitance that `[measure]` names, at each step; empty where it names only one.
 pub(super) fn measured_entries(report: &Report<'_>) -> String {
     let steps = measured_changes(report.case, report.outcome);
     if steps.is_empty() {
@@ -93,13 +95,14 @@ pub(super) fn measured_entries(report: &Report<'_>) -> String {
     table.html()
 }
 
-/// Every column of `curve.csv`, with all digits.
+/// The table of every column of `curve.csv` that is not empty, with all digits.
 pub(super) fn whole_curve(outcome: &Outcome) -> String {
     if !outcome.has_curve() {
         return String::new();
     }
     let mut table = Table::new("All columns of curve.csv, in SI units");
     let rows: Vec<_> = outcome.steps.iter().map(|step| step.row.numbers()).collect();
+    // The last two columns, unknowns and status, are no quantities and follow below.
     for (k, name) in Row::COLUMNS.iter().enumerate().take(28) {
         if rows.iter().any(|row| row[k].is_some()) {
             table.numbers(name, rows.iter().map(|row| optional(row[k])).collect());
@@ -117,8 +120,8 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
         outcome.steps.iter().filter(|step| step.maxwell.is_some() && step.same_as.is_none()).collect();
     let (first, last) = (known.first()?, known.last()?);
     let entries: usize = known.iter().map(|s| s.maxwell.iter().flatten().map(Vec::len).sum::<usize>()).sum();
-    let all = entries <= MOST_ENTRIES;
-    let shown: Vec<&StepResult> = match (all, first.index == last.index) {
+    let has_all_steps = entries <= MOST_ENTRIES;
+    let shown: Vec<&StepResult> = match (has_all_steps, first.index == last.index) {
         (true, _) => known,
         (false, true) => vec![first],
         (false, false) => vec![first, last],
@@ -126,7 +129,7 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
     let mut out = "<p>Charge on the conductor of the row for one volt on that of the column, all others at zero. After \u{b1} stands half \
                    the distance between the proved bounds.</p>\n"
         .to_owned();
-    if !all {
+    if !has_all_steps {
         out.push_str("<p>Only the first and the last step are shown; capacitance.csv has all of them.</p>\n");
     }
     if shown.len() > 1 {
@@ -149,6 +152,7 @@ pub(super) fn matrices(outcome: &Outcome) -> Option<String> {
     Some(out)
 }
 
+/// The Maxwell matrix of a step, and the potentials of floating conductors.
 fn matrix(outcome: &Outcome, step: &StepResult) -> String {
     let Some(entries) = &step.maxwell else { return String::new() };
     let values: Vec<Option<f64>> = entries.iter().flatten().map(|c| Some(c.value)).collect();
@@ -302,7 +306,7 @@ fn phases(report: &Report<'_>, steps: &[&StepResult]) -> Vec<Phase> {
     ]
 }
 
-/// A bar for each step; the table beside it says the same in numbers.
+/// A bar of the seconds by phase for each step; the table below says the same in numbers.
 fn bars(phases: &[&Phase], names: &[String]) -> String {
     let sum = |k: usize| phases.iter().map(|phase| phase.seconds[k]).sum::<f64>();
     let longest = (0..names.len()).map(sum).fold(0.0, f64::max);

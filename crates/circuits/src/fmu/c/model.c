@@ -42,7 +42,7 @@ typedef struct {
     fmi3LogMessageCallback log;
 } Instance;
 
-/* What a serialized state begins with, so that one of another model is refused. */
+/* A serialized state. The token of the model comes first, so that the state of another model is refused. */
 typedef struct {
     char token[sizeof(ELC_TOKEN)];
     State state;
@@ -50,9 +50,9 @@ typedef struct {
 
 #define UNUSED(x) (void)(x)
 
-static fmi3Status fail(Instance *own, const char *message) {
-    if (own != NULL && own->log != NULL) {
-        own->log(own->environment, fmi3Error, "logStatusError", message);
+static fmi3Status fail(Instance *self, const char *message) {
+    if (self != NULL && self->log != NULL) {
+        self->log(self->environment, fmi3Error, "logStatusError", message);
     }
     return fmi3Error;
 }
@@ -64,8 +64,8 @@ static void reset(State *state) {
     state->phase = INSTANTIATED;
 }
 
-/* The force as far as it lies in the range of the model. */
-static double inside(double force) {
+/* The force, or the nearer end of the range of the model if it is outside. */
+static double clamped(double force) {
     if (force < elc_forces[0]) return elc_forces[0];
     if (force > elc_forces[ELC_INTERVALS]) return elc_forces[ELC_INTERVALS];
     return force;
@@ -80,7 +80,7 @@ static int is_outside(double force) {
 /* A capacitance, F, with its first and second derivative over the force; band from -1 to 1. */
 static void capacitance(int branch, double force, double band, double out[3]) {
     int k = 0, which, last = ELC_INTERVALS - 1;
-    const double at = inside(force);
+    const double at = clamped(force);
     const double weights[3] = {band < 0 ? -band : 0, 1 - (band < 0 ? -band : band), band > 0 ? band : 0};
     /* The interval that begins at or before the force. */
     while (k < last) {
@@ -134,13 +134,13 @@ static int is_capacitance(fmi3ValueReference vr) {
     return vr >= VR_CAPACITANCE && vr < VR_CAPACITANCE + 4 * ELC_BRANCHES;
 }
 
-/* The band that a capacitance output is for: 0 as the parameter has it, 1 lower bound, 2 upper bound, 3 the derivative. */
+/* The band of a capacitance output by its kind: 0 value and 3 derivative have that of the parameter, 1 is the lower bound, 2 the upper bound. */
 static double band_for(const State *state, int branch, int kind) {
     return kind == 1 ? -1 : kind == 2 ? 1 : band_of(state, branch);
 }
 
-static fmi3Status check_force(Instance *own) {
-    if (own->state.refuse_outside && is_outside(own->state.force)) return fail(own, ELC_OUTSIDE_MESSAGE);
+static fmi3Status check_force(Instance *self) {
+    if (self->state.refuse_outside && is_outside(self->state.force)) return fail(self, ELC_OUTSIDE_MESSAGE);
     return fmi3OK;
 }
 
@@ -157,19 +157,19 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t cou
 
 static Instance *instantiate(fmi3String token, int is_cosimulation, fmi3Boolean logging, fmi3InstanceEnvironment environment,
                              fmi3LogMessageCallback log) {
-    Instance *own;
+    Instance *self;
     if (token == NULL || strcmp(token, ELC_TOKEN) != 0) {
         if (log != NULL) log(environment, fmi3Error, "logStatusError", "the instantiation token is that of another model");
         return NULL;
     }
-    own = calloc(1, sizeof *own);
-    if (own == NULL) return NULL;
-    reset(&own->state);
-    own->is_cosimulation = is_cosimulation;
-    own->logging = logging;
-    own->environment = environment;
-    own->log = log;
-    return own;
+    self = calloc(1, sizeof *self);
+    if (self == NULL) return NULL;
+    reset(&self->state);
+    self->is_cosimulation = is_cosimulation;
+    self->logging = logging;
+    self->environment = environment;
+    self->log = log;
+    return self;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
@@ -216,9 +216,9 @@ void fmi3FreeInstance(fmi3Instance instance) { free(instance); }
 /* ---- Phases ---- */
 
 static fmi3Status enter(fmi3Instance instance, int phase) {
-    Instance *own = instance;
-    if (own->state.phase == TERMINATED) return fail(own, "the simulation has been terminated; call fmi3Reset first");
-    own->state.phase = phase;
+    Instance *self = instance;
+    if (self->state.phase == TERMINATED) return fail(self, "the simulation has been terminated; call fmi3Reset first");
+    self->state.phase = phase;
     return fmi3OK;
 }
 
@@ -234,10 +234,10 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
-    Instance *own = instance;
-    fmi3Status status = check_force(own);
+    Instance *self = instance;
+    fmi3Status status = check_force(self);
     if (status != fmi3OK) return status;
-    return enter(instance, own->is_cosimulation ? STEP : EVENT);
+    return enter(instance, self->is_cosimulation ? STEP : EVENT);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) { return enter(instance, EVENT); }
@@ -255,15 +255,15 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
 
 /* ---- Variables ---- */
 
-static fmi3Status get_one(Instance *own, fmi3ValueReference vr, double *value) {
-    const State *state = &own->state;
+static fmi3Status get_one(Instance *self, fmi3ValueReference vr, double *value) {
+    const State *state = &self->state;
     if (vr == VR_TIME) *value = state->time;
     else if (vr == VR_FORCE) *value = state->force;
     else if (vr == VR_BAND) *value = state->band[0];
     else if (vr == VR_BAND_GROUND && ELC_BANDS == 2) *value = state->band[1];
     else if (is_voltage(vr)) *value = state->voltages[vr - VR_VOLTAGE];
     else if (is_charge(vr) || is_capacitance(vr)) {
-        fmi3Status status = check_force(own);
+        fmi3Status status = check_force(self);
         if (status != fmi3OK) return status;
         if (is_charge(vr)) {
             *value = charge(state, (int)(vr - VR_CHARGE), 0);
@@ -273,7 +273,7 @@ static fmi3Status get_one(Instance *own, fmi3ValueReference vr, double *value) {
             capacitance(branch, state->force, band_for(state, branch, kind), c);
             *value = c[kind == 3];
         }
-    } else return fail(own, "there is no Float64 variable of this value reference");
+    } else return fail(self, "there is no Float64 variable of this value reference");
     return fmi3OK;
 }
 
@@ -288,20 +288,20 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference vrs[],
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vrs[], size_t count, const fmi3Float64 values[], size_t places) {
-    Instance *own = instance;
-    State *state = &own->state;
+    Instance *self = instance;
+    State *state = &self->state;
     size_t k;
-    if (places != count) return fail(own, "all variables are scalars: as many values as value references");
-    if (state->phase == TERMINATED) return fail(own, "the simulation has been terminated; call fmi3Reset first");
+    if (places != count) return fail(self, "all variables are scalars: as many values as value references");
+    if (state->phase == TERMINATED) return fail(self, "the simulation has been terminated; call fmi3Reset first");
     for (k = 0; k < count; ++k) {
         const fmi3ValueReference vr = vrs[k];
         const double value = values[k];
         if (vr == VR_FORCE) state->force = value;
         else if (is_voltage(vr)) state->voltages[vr - VR_VOLTAGE] = value;
         else if (vr == VR_BAND || (vr == VR_BAND_GROUND && ELC_BANDS == 2)) {
-            if (!(value >= -1 && value <= 1)) return fail(own, "a band lies between -1 and 1");
+            if (!(value >= -1 && value <= 1)) return fail(self, "a band lies between -1 and 1");
             state->band[vr - VR_BAND] = value;
-        } else return fail(own, "there is no Float64 variable of this value reference that can be set");
+        } else return fail(self, "there is no Float64 variable of this value reference that can be set");
     }
     return fmi3OK;
 }
@@ -328,7 +328,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference vrs[],
     return fmi3OK;
 }
 
-/* The derivative of an output over an input; 0 where it is none of those known here, and *known 0. */
+/* The derivative of an output by an input. If it is not one of those that can be computed, the result and *known are 0. */
 static double partial(const State *state, fmi3ValueReference unknown, fmi3ValueReference over, int *known) {
     double c[3], sum = 0;
     int k;
@@ -342,10 +342,10 @@ static double partial(const State *state, fmi3ValueReference unknown, fmi3ValueR
     }
     if (over == VR_FORCE) return charge(state, (int)(unknown - VR_CHARGE), 1);
     for (k = 0; k < ELC_BRANCHES; ++k) {
-        const int both = incidence(k, (int)(unknown - VR_CHARGE)) * incidence(k, (int)(over - VR_VOLTAGE));
-        if (both != 0) {
+        const int sign = incidence(k, (int)(unknown - VR_CHARGE)) * incidence(k, (int)(over - VR_VOLTAGE));
+        if (sign != 0) {
             capacitance(k, state->force, band_of(state, k), c);
-            sum += both * c[0];
+            sum += sign * c[0];
         }
     }
     return sum;
@@ -354,16 +354,16 @@ static double partial(const State *state, fmi3ValueReference unknown, fmi3ValueR
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t unknown_count,
                                         const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                                         fmi3Float64 sensitivity[], size_t sensitivity_count) {
-    Instance *own = instance;
+    Instance *self = instance;
     size_t i, j;
-    if (seed_count != known_count || sensitivity_count != unknown_count) return fail(own, "all variables are scalars: one seed for each");
-    if (check_force(own) != fmi3OK) return fmi3Error;
+    if (seed_count != known_count || sensitivity_count != unknown_count) return fail(self, "all variables are scalars: one seed for each");
+    if (check_force(self) != fmi3OK) return fmi3Error;
     for (i = 0; i < unknown_count; ++i) {
         sensitivity[i] = 0;
         for (j = 0; j < known_count; ++j) {
             int known;
-            sensitivity[i] += partial(&own->state, unknowns[i], knowns[j], &known) * seed[j];
-            if (!known) return fail(own, "derivatives are known of charges and capacitances over force and voltages");
+            sensitivity[i] += partial(&self->state, unknowns[i], knowns[j], &known) * seed[j];
+            if (!known) return fail(self, "derivatives are known of charges and capacitances over force and voltages");
         }
     }
     return fmi3OK;
@@ -447,29 +447,30 @@ fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
     return fmi3OK;
 }
 
-static fmi3Status nothing(fmi3Instance instance, size_t count) {
+/* Continuous states and event indicators: an array of them must be empty. */
+static fmi3Status must_be_empty(fmi3Instance instance, size_t count) {
     return count == 0 ? fmi3OK : fail(instance, "the model has no continuous states and no event indicators");
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 states[], size_t count) {
     UNUSED(states);
-    return nothing(instance, count);
+    return must_be_empty(instance, count);
 }
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[], size_t count) {
     UNUSED(derivatives);
-    return nothing(instance, count);
+    return must_be_empty(instance, count);
 }
 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 indicators[], size_t count) {
     UNUSED(indicators);
-    return nothing(instance, count);
+    return must_be_empty(instance, count);
 }
 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 states[], size_t count) {
     UNUSED(states);
-    return nothing(instance, count);
+    return must_be_empty(instance, count);
 }
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t count) {
     UNUSED(nominals);
-    return nothing(instance, count);
+    return must_be_empty(instance, count);
 }
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *count) {
     UNUSED(instance);
@@ -486,19 +487,19 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *count)
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3Float64 step, fmi3Boolean no_set_state, fmi3Boolean *event_needed,
                       fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_time) {
-    Instance *own = instance;
-    fmi3Status status = check_force(own);
+    Instance *self = instance;
+    fmi3Status status = check_force(self);
     UNUSED(no_set_state);
     *event_needed = *terminate = *early_return = fmi3False;
-    *last_time = own->state.time;
-    if (own->state.phase != STEP) return fail(own, "a step can be done in step mode only");
+    *last_time = self->state.time;
+    if (self->state.phase != STEP) return fail(self, "a step can be done in step mode only");
     if (status != fmi3OK) return status;
-    own->state.time = point + step;
-    *last_time = own->state.time;
+    self->state.time = point + step;
+    *last_time = self->state.time;
     return fmi3OK;
 }
 
-/* ---- What this model has not: variables of other types, clocks, arrays that depend on parameters ---- */
+/* ---- What this model lacks: variables of other types, clocks, arrays that depend on parameters ---- */
 
 #define NO_VARIABLES(Type)                                                                                                               \
     fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference vrs[], size_t count, fmi3##Type values[], size_t places) {   \

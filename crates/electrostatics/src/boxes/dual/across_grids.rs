@@ -1,17 +1,19 @@
 //! Products of fluxes that were found on two grids of one scene.
 //!
-//! Let f_i be a flux without divergence in the state with potentials v_i, and g_i the charge of a flux on the conductors, weighed by
-//! these potentials. By Thomson's principle, for fluxes on whatever grids,
+//! Let f_i be a flux without divergence in the state with potentials v_i, and g_i the charge of a flux on the
+//! conductors, weighed by these potentials. By Thomson's principle, for fluxes on whatever grids,
 //!
 //! L_ij = g_i f_j + g_j f_i - (f_i, f_j)
 //!
-//! is a lower bound on the form of the capacitances: with the true fluxes t_i, g_i f = (t_i, f) for every f without divergence, so that
-//! C_ij - L_ij = (f_i - t_i, f_j - t_j), which is positive semidefinite.
+//! is a lower bound on the form of the capacitances: with the true fluxes t_i, g_i f = (t_i, f) for every f
+//! without divergence, so that C_ij - L_ij = (f_i - t_i, f_j - t_j), which is positive semidefinite.
 //!
-//! The f are those of [`super`] with their repairs, one along each axis. On the common refinement of two grids both are of one space: along
-//! a line their coordinates in the energy are embedded isometrically, across lines the modes are. So are the products of two axes,
-//! and no array of the common refinement is ever made: the flux of one grid is taken to the other one axis after another. Beyond the
-//! last nodes both continue along the same rays with the same weights. These are at least the true ones, which only lowers L further.
+//! The f_i are the fluxes of [`super`] with their repairs, one component along each axis. Those of two grids
+//! belong to one space, that of the common refinement: along a line, the coordinates whose squares add up to
+//! the energy are embedded isometrically, and across lines the modes are. Products therefore need matrices of
+//! single axes only: the flux of one grid is taken to the other one axis after another, and no array of the
+//! common refinement is ever made. Beyond the last nodes both fluxes continue along the same rays with the
+//! same weights. These are at least the true ones, which only lowers L further.
 
 use super::flux::Flux;
 use super::lines::{Bundle, Run, Segment};
@@ -30,7 +32,9 @@ use std::ops::Range;
 /// The fluxes of one grid.
 #[derive(Debug)]
 pub(crate) struct Fluxes {
+    /// The grid's lines.
     pub(super) lines: Lines,
+    /// The solver of the repairs.
     repair: Repair,
     /// The domain up to the last finite nodes.
     pub(super) domain: Domain,
@@ -47,16 +51,19 @@ pub(crate) struct State {
     pub(crate) potentials: Vec<f64>,
     /// Potentials of the mixed method.
     pub(crate) phi: Vec<f64>,
-    /// The potential of the repair.
+    /// The potential of the repair. [`Fluxes::new`] scales it by the repair's separable permittivity.
     pub(crate) repair: Vec<f64>,
 }
 
 /// One axis of two grids and of their common refinement.
 struct JointAxis {
+    /// The axis of the first grid.
     first: Axis,
+    /// The axis of the second grid.
     second: Axis,
+    /// The axis of the common refinement.
     common: Axis,
-    /// Flux functions of either in those of the common refinement.
+    /// Flux functions of either grid in those of the common refinement.
     functions: [Mat<f64>; 2],
     /// Products of the modes of the second grid (rows) with those of the first (columns).
     modes: Mat<f64>,
@@ -105,14 +112,18 @@ impl JointAxis {
     }
 }
 
-/// The flux of one run along its lines, as coordinates `[row of the first axis across][coordinate][column]`, and its part that leaves.
+/// The flux of one run along its lines.
 struct RunFlux {
+    /// The coordinates whose squares add up to the energy, `[row][coordinate][column]`: a row and a column
+    /// are the places of a line on the first and the second axis across.
     coordinates: Vec<f64>,
+    /// Dimensions of that array.
     dims: Dims,
 }
 
 impl RunFlux {
-    /// The flux through the faces at one end of the lines, outwards and weighed as in the coordinates: `[row][column]`.
+    /// The flux through the faces at one end of the lines, outwards and weighed as in the coordinates:
+    /// `[row][column]`.
     fn through(&self, face: &[f64]) -> Vec<f64> {
         let [_, len, width] = self.dims;
         let mut out = vec![0.0; self.dims[0] * width];
@@ -132,8 +143,8 @@ impl Fluxes {
     pub(crate) fn new(dual: Dual, domain: &Domain, mut states: Vec<State>) -> Option<Self> {
         let Dual { lines, repair: Repairs::Whole(repair), .. } = dual else { return None };
         for state in &mut states {
-            let scene = std::mem::take(&mut state.repair);
-            state.repair = repair.separable_scaling(scene, lines.dims, &lines.weights);
+            let psi = std::mem::take(&mut state.repair);
+            state.repair = repair.separable_scaling(psi, lines.dims, &lines.weights);
         }
         Some(Self { lines, repair: *repair, domain: domain.truncated(), states, prepared: Vec::new() })
     }
@@ -195,11 +206,13 @@ impl Fluxes {
         Ok(Some(out))
     }
 
+    /// Number of states.
     pub(super) fn states(&self) -> usize {
         self.states.len()
     }
 
-    /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle `[coordinate][line]`.
+    /// The coordinates of the flux of a state, its repair included: for each axis and each run of each bundle
+    /// `[coordinate][line]`.
     pub(super) fn run_fluxes(&self, state: usize) -> Result<Flux, SolveError> {
         let mut out: [Vec<Vec<f64>>; 3] = Default::default();
         let Some(state) = self.states.get(state) else { return Ok(Flux(out)) };
@@ -213,8 +226,8 @@ impl Fluxes {
                     let mut by_coordinate = vec![0.0; coordinates.len()];
                     for (index, row) in coordinates.chunks_exact(width.max(1)).enumerate() {
                         let (line, coordinate) = (index / len.max(1), index % len.max(1));
-                        let at = (coordinate * rows + line) * width;
-                        by_coordinate[at..at + width].copy_from_slice(row);
+                        let start = (coordinate * rows + line) * width;
+                        by_coordinate[start..start + width].copy_from_slice(row);
                     }
                     out[a].push(by_coordinate);
                 }
@@ -223,7 +236,8 @@ impl Fluxes {
         Ok(Flux(out))
     }
 
-    /// For each segment of an axis, the coordinates (rows) of a repair with unit entries on the whole line (columns).
+    /// For each segment of an axis, the coordinates (rows) of the fluxes of repairs whose potentials are unit
+    /// vectors on the whole line (columns).
     fn repair_functions(&self, a: usize) -> Result<Vec<Dense<f64>>, SolveError> {
         let axis = &self.domain.axes[a];
         let functions_of_axis = self.repair.flux_functions(axis, a, self.lines.basis[a].as_ref())?;
@@ -259,10 +273,10 @@ impl Fluxes {
         let stride = [lines.dims[1] * lines.dims[2], lines.dims[2], 1];
         let scale: Vec<f64> = (strip.columns.clone())
             .map(|t| {
-                let mut at = [0; 3];
-                (at[a], at[p], at[q]) = (strip.run.range.start, strip.row, t);
+                let mut position = [0; 3];
+                (position[a], position[p], position[q]) = (strip.run.range.start, strip.row, t);
                 let cells = [lines.weights.interval[p][strip.row], lines.weights.interval[q][t]];
-                self.repair.root_across(a, cells) / lines.weights.root_at(at)
+                self.repair.root_across(a, cells) / lines.weights.root_at(position)
             })
             .collect();
         let mut out = Vec::with_capacity(lines.dims[a] * strip.columns.len());
@@ -289,9 +303,9 @@ impl Fluxes {
             let mut lines = through.iter();
             for s in bundle.across[0].clone() {
                 for (t, flow) in bundle.across[1].clone().zip(&mut lines) {
-                    let mut at = [0; 3];
-                    (at[a], at[p], at[q]) = (run.range.start, s, t);
-                    out += potential * self.lines.area(a, at) * flow;
+                    let mut position = [0; 3];
+                    (position[a], position[p], position[q]) = (run.range.start, s, t);
+                    out += potential * self.lines.area(a, position) * flow;
                 }
             }
         }
@@ -299,8 +313,8 @@ impl Fluxes {
     }
 }
 
-/// A block of the products of modes of two grids: columns for the lines of the first, rows for those of the
-/// second.
+/// A block of the products of modes of two grids: columns for the lines of the first grid, rows for those of
+/// the second.
 fn part(matrix: &Mat<f64>, columns: &Range<usize>, rows: &Range<usize>) -> SparseRows<f64> {
     SparseRows::from_mat(matrix.as_ref().submatrix(rows.start, columns.start, rows.len(), columns.len()))
 }
@@ -374,7 +388,8 @@ mod tests {
         ]
     }
 
-    /// The pair in open space with a block of glass between them, so that the permittivity is not a product of one factor for each axis.
+    /// The pair in open space with a block of glass between them, so that the permittivity is not a product
+    /// of one factor for each axis.
     fn in_open_space() -> Scene {
         let mut bodies = pair();
         bodies.push(Body::dielectric("glass", cuboid([-0.6, 0.1, -0.4], [0.1, 0.5, 0.5]), 5.0));
@@ -432,7 +447,7 @@ mod tests {
         for scene in [on_a_slab(), in_a_box()] {
             let problem = problem_of(&scene, &settings);
             let outcome = solved(&problem, &grid(&problem, 3, 1), 1e-12);
-            let lower = &outcome.all.lower;
+            let lower = &outcome.all_conductors.lower;
             for i in 0..2 {
                 for j in 0..2 {
                     let (found, scale) = (joint(&problem, (&outcome, i), (&outcome, j)), lower[(i, i)]);
@@ -445,11 +460,12 @@ mod tests {
     #[test]
     fn the_repair_of_a_flux_that_was_hardly_iterated_is_part_of_it() {
         let settings = Settings::default();
-        // Where permittivity and walls are those of the repair, its energy is known, else it is overestimated.
+        // Where permittivity and walls are those of the repair, its energy is known, else it is
+        // overestimated.
         for (scene, is_exact) in [(in_a_box(), true), (in_open_space(), false), (on_a_slab(), false)] {
             let problem = problem_of(&scene, &settings);
             let outcome = solved(&problem, &grid(&problem, 3, 1), 1e-2);
-            let (lower, upper) = (&outcome.all.lower, &outcome.all.upper);
+            let (lower, upper) = (&outcome.all_conductors.lower, &outcome.all_conductors.upper);
             assert!(outcome.repair_share > 1e-4, "{}", outcome.repair_share);
             let found = Mat::from_fn(2, 2, |i, j| joint(&problem, (&outcome, i), (&outcome, j)));
             for i in 0..2 {
@@ -483,14 +499,15 @@ mod tests {
                 for j in 0..2 {
                     // Among all fluxes of the fine grid, which include those of the coarse one, the solution
                     // has the least energy.
-                    let (best, scale) = (fine.all.lower[(i, j)], fine.all.lower[(i, i)]);
+                    let (best, scale) =
+                        (fine.all_conductors.lower[(i, j)], fine.all_conductors.lower[(i, i)]);
                     for found in
                         [joint(&problem, (&coarse, i), (&fine, j)), joint(&problem, (&fine, i), (&coarse, j))]
                     {
                         assert!((found - best).abs() < 1e-7 * scale, "{i} {j}: {found} {best}");
                     }
                     if i == j {
-                        assert!(coarse.all.lower[(i, i)] < best - 1e-4 * scale);
+                        assert!(coarse.all_conductors.lower[(i, i)] < best - 1e-4 * scale);
                     }
                 }
             }
@@ -508,7 +525,7 @@ mod tests {
             axis.change(&[(axis.line.first_finite() + at, Change::Split(0.4))]);
             solved(&problem, &grid, 1e-4)
         };
-        let exact = solved(&problem, &grid(&problem, 4, 2), 1e-5).all;
+        let exact = solved(&problem, &grid(&problem, 4, 2), 1e-5).all_conductors;
         let (x, y) = (changed(1), changed(4));
         let [(one, _), (other, _)] = [&x, &y].map(only_part);
         let domain = common(&one.domain, &other.domain).unwrap();
@@ -521,7 +538,7 @@ mod tests {
             let upper = VACUUM_PERMITTIVITY * problem.layout.unit * product;
             let lower = joint(&problem, (&x, i), (&y, j));
             let gap = |all: &crate::matrix::MatrixBounds, k| all.upper[(k, k)] - all.lower[(k, k)];
-            let half = 0.5 * (gap(&x.all, i) * gap(&y.all, j)).sqrt();
+            let half = 0.5 * (gap(&x.all_conductors, i) * gap(&y.all_conductors, j)).sqrt();
             let truth = 0.5 * (exact.upper[(i, j)] + exact.lower[(i, j)]);
             let error = (0.5 * (upper + lower) - truth).abs();
             let uncertainty = 0.5 * (gap(&exact, i) * gap(&exact, j)).sqrt();

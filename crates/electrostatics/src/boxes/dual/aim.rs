@@ -14,7 +14,7 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Potentials to subtract.
+/// Potentials whose fluxes are subtracted from those that are aimed at.
 #[derive(Clone, Copy)]
 pub(crate) struct Less<'a> {
     /// One for each right-hand side.
@@ -33,8 +33,8 @@ impl Less<'_> {
         let cells = domain.cells();
         let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
         let places = (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k])));
-        let ratio = |at: [usize; 3]| {
-            let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+        let ratio = |point: [usize; 3]| {
+            let cell = [0, 1, 2].map(|a| points[a].interval[point[a]]);
             let permittivity = self.permittivity[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
             permittivity / domain.permittivity_of(cell)
         };
@@ -42,11 +42,13 @@ impl Less<'_> {
     }
 }
 
-/// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each axis in turn: the target of
-/// the projection.
+/// Integrals of K grad u / eps with the potential modes of the two other axes, at Gauss points along each
+/// axis in turn: the target of the projection.
 pub(super) struct Target {
+    /// The points of each axis.
     pub(super) points: [AxisPoints; 3],
-    /// `[point or mode]` on each axis: points along the axis of the component, modes along the others.
+    /// An array for each component: its entries belong to points of the axis of the component and to modes of
+    /// the two others.
     pub(super) parts: [Vec<f64>; 3],
 }
 
@@ -122,30 +124,43 @@ pub(super) fn target(
 
 /// The data that the targets of all elements share.
 struct Aim<'a> {
+    /// The potential whose flux is aimed at, and the one whose flux is subtracted, if there is one.
     potentials: Potentials<'a>,
+    /// The result of [`Less::ratio`].
     ratio: Option<Vec<f64>>,
+    /// The points where a map bends space, if one does.
     bent: Option<Bent<'a>>,
     /// Matrices from points to potential modes of the second and the third axis.
     back: [Strips; 2],
-    /// For each element of the first axis, the matrix from points to potential modes, with the element's points and modes.
+    /// For each element of the first axis, the matrix from points to potential modes, with the element's
+    /// points and modes.
     first: Vec<(Dense<f64>, Range<usize>, Range<usize>)>,
+    /// The points of each axis.
     points: &'a [AxisPoints; 3],
 }
 
 /// Working memory of one thread, reused for each element.
 #[derive(Default)]
 struct Work {
+    /// The rows of [`Fields::across`].
     across: [Vec<f64>; 3],
+    /// Gradients of the first potential at points, then the flux that is aimed at.
     flux: [Vec<f64>; 3],
+    /// Gradients of the potential to subtract, at points.
     less: [Vec<f64>; 3],
+    /// A component for the modes of the first axis, at points of the two others.
     rows: Vec<f64>,
+    /// A component for one place on the first axis, at points of the second, for modes of the third.
     half: Vec<f64>,
 }
 
-/// The points where a map bends space: the index of the first of them among all points, and their numbers.
+/// The points where a map bends space.
 struct Bent<'a> {
+    /// The tensors at these points.
     metric: &'a Metric,
+    /// On each axis, the index of the first of them among all points.
     first: [usize; 3],
+    /// Their numbers on each axis.
     counts: Dims,
     domain: &'a Domain,
 }
@@ -159,19 +174,19 @@ impl<'a> Bent<'a> {
         Self { metric, first, counts: metric.points.each_ref().map(AxisPoints::len), domain }
     }
 
-    /// The weighted tensor at a point, over the permittivity.
-    fn at(&self, point: [usize; 3]) -> Option<(Symmetric, f64)> {
+    /// The weighted tensor at a point, and the permittivity there; `None` where no map bends space.
+    fn tensor_at(&self, point: [usize; 3]) -> Option<(Symmetric, f64)> {
         let mut local = [0; 3];
         for a in 0..3 {
             local[a] = point[a].checked_sub(self.first[a]).filter(|k| *k < self.counts[a])?;
         }
         let cell = [0, 1, 2].map(|a| self.metric.points[a].interval[local[a]]);
-        Some((self.metric.at(local)?, self.domain.permittivity_of(cell)))
+        Some((self.metric.tensor_at(local)?, self.domain.permittivity_of(cell)))
     }
 }
 
 impl Aim<'_> {
-    /// The parts of one element of the first axis.
+    /// Writes the parts of [`Target::parts`] that belong to one element of the first axis.
     fn of_element(&self, element: usize, [first, second, third]: [&mut [f64]; 3], work: &mut Work) {
         let (transposed, range, rows) = &self.first[element];
         let [n1, n2] = [self.points[1].len(), self.points[2].len()];
@@ -217,11 +232,12 @@ impl Aim<'_> {
                     let gradient = [0, 1, 2].map(|c| flux[c][index]);
                     let mut out = gradient.map(|x| weight * x);
                     if has_other {
-                        let at = (i * p1.len() + j) * p2.len() + k;
-                        let share = self.ratio.as_ref().and_then(|ratio| ratio.get(at)).unwrap_or(&1.0);
-                        (0..3).for_each(|c| out[c] -= weight * share * less[c][index]);
+                        let point = (i * p1.len() + j) * p2.len() + k;
+                        let ratio = self.ratio.as_ref().and_then(|ratio| ratio.get(point)).unwrap_or(&1.0);
+                        (0..3).for_each(|c| out[c] -= weight * ratio * less[c][index]);
                     }
-                    if let Some((tensor, eps)) = self.bent.as_ref().and_then(|bent| bent.at([i, j, k])) {
+                    if let Some((tensor, eps)) = self.bent.as_ref().and_then(|bent| bent.tensor_at([i, j, k]))
+                    {
                         let added = times(&tensor, gradient);
                         (0..3).for_each(|c| out[c] += added[c] / eps);
                     }

@@ -13,11 +13,13 @@ use elastocap_linalg::conjugate_gradients::Operator;
 use faer::Mat;
 use rayon::prelude::*;
 
-/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy, `[row][line]`.
+/// A flux: for each axis and each run of each bundle, the coordinates whose squares add up to the energy,
+/// `[coordinate][line]`.
 #[derive(Debug)]
 pub(super) struct Flux(pub(super) [Vec<Vec<f64>>; 3]);
 
 impl Lines {
+    /// The runs of an axis, bundle after bundle, each with its bundle.
     pub(super) fn runs(&self, a: usize) -> impl Iterator<Item = (&Bundle, &Run)> {
         self.bundles[a].iter().flat_map(|bundle| bundle.runs.iter().map(move |run| (bundle, run)))
     }
@@ -41,15 +43,15 @@ impl Lines {
         let columns = bundle.across[1].clone();
         bundle.across[0].clone().flat_map(move |s| {
             columns.clone().map(move |t| {
-                let mut at = [0; 3];
-                (at[a], at[p], at[q]) = (run.range.start, s, t);
-                (s, t, self.weights.root_at(at))
+                let mut position = [0; 3];
+                (position[a], position[p], position[q]) = (run.range.start, s, t);
+                (s, t, self.weights.root_at(position))
             })
         })
     }
 
-    /// The part along an axis of the flux that is nearest to a target, for each run. `part` is the target's
-    /// component, at points of that axis.
+    /// The part along an axis of the flux that is nearest to a target, for each run. `part` is the component
+    /// of the target along that axis, from [`Target::parts`].
     fn projected(&self, domain: &Domain, a: usize, points: &AxisPoints, part: &[f64]) -> Vec<Vec<f64>> {
         let values = self.values_at(domain, a, points);
         let mut dims = self.dims;
@@ -69,13 +71,13 @@ impl Lines {
             let weighed = right(&weighed, 0, width, width);
             multiply(matrix.transposed().left(), weighed, Strided { data: &mut y, stride: width }, false);
             for (column, (offset, root)) in lines.iter().enumerate() {
-                let at = |point: usize| part[point * stride[a] + offset];
+                let target_at = |point: usize| part[point * stride[a] + offset];
                 let radius = domain.axes[a].rays.map_or(0.0, |rays| rays.radius);
                 for side in segment.leaving.iter().flat_map(|leaving| leaving.sides.iter().copied()) {
                     // The flux that leaves is taken from the last points: the projection need not be exact.
                     let (point, sign) =
                         if side == 0 { (*first, -1.0) } else { (first + matrix.rows - 1, 1.0) };
-                    let weight = sign * root * radius * at(point) / points.weights[point];
+                    let weight = sign * root * radius * target_at(point) / points.weights[point];
                     segment.face[side]
                         .iter()
                         .enumerate()
@@ -105,7 +107,7 @@ impl Lines {
             for ((bundle, run), y) in self.runs(a).zip(flux) {
                 let [rows, columns] = &bundle.across;
                 let width = bundle.width();
-                let (matrix, turned) = &minus[run.segment];
+                let (matrix, transpose) = &minus[run.segment];
                 if a == 0 {
                     let places = slabs.start.max(run.range.start)..slabs.end.min(run.range.end);
                     if places.is_empty() {
@@ -114,22 +116,23 @@ impl Lines {
                     let part = matrix.left_rows(places.start - run.range.start..places.end - run.range.start);
                     for row in rows.clone() {
                         let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
-                        let at = (places.start - slabs.start) * plane + row * n2 + columns.start;
-                        multiply(part, lines, Strided { data: &mut out[at..], stride: plane }, true);
+                        let start = (places.start - slabs.start) * plane + row * n2 + columns.start;
+                        multiply(part, lines, Strided { data: &mut out[start..], stride: plane }, true);
                     }
                     continue;
                 }
                 for row in rows.start.max(slabs.start)..rows.end.min(slabs.end) {
-                    let at = (row - slabs.start) * plane;
+                    let start = (row - slabs.start) * plane;
                     if a == 1 {
                         let lines = right(y, bundle.line(row, columns.start), columns.len(), width);
-                        let to = &mut out[at + run.range.start * n2 + columns.start..];
+                        let to = &mut out[start + run.range.start * n2 + columns.start..];
                         multiply(matrix.left(), lines, Strided { data: to, stride: n2 }, true);
                     } else {
                         let data = &y[bundle.line(row, columns.start)..];
-                        let lines = Left { data, rows: columns.len(), cols: turned.rows, row: 1, col: width };
-                        let to = &mut out[at + columns.start * n2 + run.range.start..];
-                        multiply(lines, turned.right(), Strided { data: to, stride: n2 }, true);
+                        let lines =
+                            Left { data, rows: columns.len(), cols: transpose.rows, row: 1, col: width };
+                        let to = &mut out[start + columns.start * n2 + run.range.start..];
+                        multiply(lines, transpose.right(), Strided { data: to, stride: n2 }, true);
                     }
                 }
             }
@@ -150,8 +153,8 @@ impl Lines {
             let mut y = vec![0.0; self.segments[a][run.segment].root.rows * bundle.width()];
             for (row, strip) in rows.zip(&strips) {
                 for (r, values) in strip.chunks_exact(columns.len().max(1)).enumerate() {
-                    let at = r * bundle.width() + bundle.line(row, columns.start);
-                    y[at..at + columns.len()].copy_from_slice(values);
+                    let start = r * bundle.width() + bundle.line(row, columns.start);
+                    y[start..start + columns.len()].copy_from_slice(values);
                 }
             }
             y
@@ -159,7 +162,7 @@ impl Lines {
         self.runs(a).map(of_run).collect()
     }
 
-    /// Adds M^-1 D^T phi along an axis to a flux.
+    /// Adds M^-1 D^T phi along an axis to a flux: the flux of phi where all conductors are at potential zero.
     fn add_gradient(&self, a: usize, flux: &mut Flux, phi: &[f64]) {
         let ends = self.runs(a).flat_map(|(_, run)| run.ends.iter().flatten());
         let none = vec![0.0; ends.max().map_or(0, |last| last + 1)];
@@ -256,9 +259,9 @@ impl Dual {
                     let Some(conductor) = run.ends[side] else { continue };
                     let mut flows = vec![0.0; n];
                     for (column, (s, t, _)) in lines.lines(a, bundle, run).enumerate() {
-                        let mut at = [0; 3];
-                        (at[a], at[p], at[q]) = (run.range.start, s, t);
-                        let area = lines.area(a, at);
+                        let mut position = [0; 3];
+                        (position[a], position[p], position[q]) = (run.range.start, s, t);
+                        let area = lines.area(a, position);
                         if area == 0.0 {
                             continue;
                         }

@@ -14,19 +14,24 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A run of modes on one axis, with its matrices.
+/// A run of modes on one axis, between two obstacles.
 #[derive(Debug, Clone)]
 pub(super) struct Run {
+    /// The modes.
     pub range: std::ops::Range<usize>,
+    /// The index of the [`Segment`] with its matrices.
     pub segment: usize,
     /// Blocks of conductors at the lower and the upper end.
     pub ends: [Option<usize>; 2],
 }
 
-/// Lines of one axis that meet the same obstacles: a rectangle of the two other axes (in ascending axis order).
+/// Lines of one axis that meet the same obstacles: a rectangle of the two other axes (in ascending axis
+/// order).
 #[derive(Debug)]
 pub(super) struct Bundle {
+    /// Modes of the two other axes.
     pub across: [std::ops::Range<usize>; 2],
+    /// The runs of each line, from the lowest to the highest.
     pub runs: Vec<Run>,
 }
 
@@ -43,10 +48,12 @@ impl Bundle {
     }
 }
 
-/// The lines between two obstacles, in the radial basis.
+/// The matrices of a line between two obstacles, in the radial basis. M = L L^T is the mass matrix of the
+/// flux functions, D their divergence, and g the source of a unit potential at an end.
 #[derive(Debug)]
 pub(super) struct Segment {
-    /// R: energies are sums of squares of it.
+    /// R = L^-1 D^T, scaled as [`MixedSegment::root`] is. The squares of R phi + L^-1 g add up to the energy
+    /// of the flux of phi.
     pub root: Dense<f64>,
     /// T = R^T R.
     pub operator: Condensed,
@@ -56,10 +63,12 @@ pub(super) struct Segment {
     pub source: [Vec<f64>; 2],
     /// The flux that leaves along rays, if any does.
     pub leaving: Option<Leaving>,
-    /// For a scene that a map bends: L^-T, coefficients of the flux functions of the segment from energies' roots.
+    /// For a scene that a map bends: L^-T, which takes coordinates whose squares add up to the energy to
+    /// coefficients of the flux functions.
     pub coefficients: Option<Mat<f64>>,
-    /// First interval, one past the last, and the condition on the flux at the ends.
+    /// First interval, and one past the last.
     pub intervals: [usize; 2],
+    /// The condition on the flux at the two ends.
     pub ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
     profile: Vec<f64>,
@@ -67,16 +76,18 @@ pub(super) struct Segment {
     factor: [f64; 2],
 }
 
-/// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an order and compare
-/// exactly.
+/// The properties that determine a segment's matrices. Permittivities are bit patterns, so that keys have an
+/// order and compare exactly.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct SegmentKey {
     /// First interval, and one past the last.
     intervals: [usize; 2],
+    /// The condition on the flux at the two ends.
     ends: [FluxEnd; 2],
     /// Permittivity of each interval over that of the first.
     profile: Vec<u64>,
-    /// Permittivity of the last interval at either end over the least that the rays from it cross; 1 without rays.
+    /// Permittivity of the last interval at either end over the least that the rays from it cross; 1 without
+    /// rays.
     contrast: [u64; 2],
 }
 
@@ -131,8 +142,8 @@ pub(super) fn bundles(
     Ok((bundles, segments))
 }
 
-/// The pieces of the column of cells along axis `a` at the intervals `[s, t]` of the two other axes. Segments that are met for
-/// the first time are added to `segments`.
+/// The pieces of the column of cells along axis `a` at the intervals `[s, t]` of the two other axes. Segments
+/// that are met for the first time are added to `segments`.
 fn column(
     domain: &Domain,
     a: usize,
@@ -192,7 +203,7 @@ fn column(
     column
 }
 
-/// The matrices of one segment, those for a scene that a map bends among them or not.
+/// The matrices of one segment; [`Segment::coefficients`] among them if the scene is `bent` by a map.
 fn segment(axis: &Axis, basis: Option<&Basis>, key: &SegmentKey, bent: bool) -> Result<Segment, SolveError> {
     let [lo, hi] = key.intervals;
     let profile: Vec<f64> = key.profile.iter().copied().map(f64::from_bits).collect();
@@ -262,8 +273,9 @@ fn rectangles(columns: &[Vec<Column>]) -> Vec<([usize; 4], &Column)> {
     out
 }
 
-/// The matrices of intervals `lo..hi` with the given permittivity per interval of the run, in the radial basis, rays
-/// continued straight times `factor`.
+/// The matrices of a line over the intervals `lo..hi`, in the radial basis. `profile` is the permittivity of
+/// each of these intervals. The energy of flux that continues to infinity is `factor` times that of straight
+/// lines.
 pub(super) fn mixed(
     axis: &Axis,
     basis: Option<&Basis>,

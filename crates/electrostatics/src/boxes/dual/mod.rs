@@ -1,17 +1,19 @@
 //! Thomson's principle: fluxes without divergence, whose energy bounds the capacitance from below.
 //!
-//! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the permittivity, in
-//! an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix T (`elastocap_fem::mixed`); products with it
-//! are formed piece by piece (`elastocap_fem::condensed`). The operator is the sum of T over all lines of all three axes.
+//! Unknowns are the discontinuous potentials of the mixed method, scaled by the square root of the
+//! permittivity, in an orthonormal basis, `[i][j][k]`. Each grid line between two obstacles carries a matrix
+//! T (`elastocap_fem::mixed`); products with it are formed piece by piece (`elastocap_fem::condensed`). The
+//! operator is the sum of T over all lines of all three axes.
 //!
-//! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r. A second flux cancels
-//! it: the exact solution with source r on the whole box of the scene as if there were no conductors. With A' the operator of that
-//! box the lower bound is
+//! The bound does not depend on the convergence of the linear solver. The solver leaves a small divergence r.
+//! A second flux cancels it: the exact solution with source r on the whole box of the scene as if there were
+//! no conductors. With A' the operator of that box the lower bound is
 //!
 //! J = (sigma, sigma) - r A'^-1 r,    sigma = M^-1 (g + D^T phi),
 //!
-//! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson functional (J also
-//! subtracts the repair's energy inside conductors, which the functional does not contain).
+//! for *any* phi: the flux of phi and the repair together have no divergence, and J is at most their Thomson
+//! functional (J also subtracts the repair's energy inside conductors, which the functional does not
+//! contain).
 
 pub(crate) mod across_grids;
 pub(crate) mod aim;
@@ -49,11 +51,15 @@ use std::ops::Range;
 /// The dual problem on one domain.
 #[derive(Debug)]
 pub(crate) struct Dual {
+    /// The lines of all axes; where `other` is set, of the last two.
     lines: Lines,
     /// Where the domain is the half of a scene: the lines of the first axis, which are whole on another half.
     other: Option<OtherLines>,
+    /// The preconditioner.
     schwarz: Schwarz<f32>,
+    /// Buffers of `schwarz`.
     work: SchwarzWork<f32>,
+    /// The solver that finds the flux to cancel a divergence.
     repair: Repairs,
 }
 
@@ -71,20 +77,25 @@ struct OtherLines {
 /// The lines of some axes of a domain, in an array of unknowns.
 #[derive(Debug)]
 struct Lines {
+    /// Dimensions of the array of unknowns.
     dims: Dims,
+    /// The unknowns in each block of the conductors.
     conductors: Vec<Window>,
+    /// The lines of each axis, in bundles that meet the same obstacles.
     bundles: [Vec<Bundle>; 3],
+    /// The distinct segments of lines between two obstacles, for each axis.
     segments: [Vec<Segment>; 3],
     /// The potentials' basis on each axis where flux leaves along rays.
     basis: [Option<Basis>; 3],
-    /// Square root of permittivity times the constant 1, as a product over the axes where the permittivity is one;
-    /// otherwise per cell of intervals.
+    /// The permittivity by which unknowns are scaled, and the constant potential 1.
     weights: Weights,
 }
 
-/// The potentials' basis on one axis where flux leaves along rays; scaled Legendre polynomials elsewhere.
+/// The potentials' basis on one axis where flux leaves along rays. On other axes the basis is that of scaled
+/// Legendre polynomials.
 #[derive(Debug)]
 struct Basis {
+    /// The basis, as combinations of scaled Legendre polynomials.
     radial: RadialBasis,
     /// Squared distance from the pole over that of the last nodes, per mode.
     shares: Vec<f64>,
@@ -99,28 +110,33 @@ impl Basis {
     }
 }
 
-/// Lines of one run along an axis, at one index `row` of the first transverse axis and the indices `columns` of the second.
+/// Lines of one run along an axis, at one index `row` of the first transverse axis and the indices `columns`
+/// of the second.
 struct Strip<'a> {
     axis: usize,
+    /// The modes along the axis between two obstacles.
     run: &'a Run,
     row: usize,
     columns: Range<usize>,
 }
 
-/// The root of the permittivity times the constant potential 1.
+/// The constant potential 1, and the square root of the permittivity, by which the unknowns are scaled.
 #[derive(Debug)]
 struct Weights {
+    /// Coefficients of the constant 1 in the modes of each axis.
     ones: [Vec<f64>; 3],
-    /// Square root of the permittivity at each mode's interval.
+    /// Square root of the permittivity of each cell of intervals.
     root: Vec<f64>,
+    /// Numbers of intervals.
     cells: [usize; 3],
+    /// The interval of each mode of each axis.
     interval: [Vec<usize>; 3],
 }
 
 impl Weights {
-    /// Square root of the permittivity at array position (i, j, k).
-    fn root_at(&self, at: [usize; 3]) -> f64 {
-        let [i, j, k] = [0, 1, 2].map(|a| self.interval[a][at[a]]);
+    /// Square root of the permittivity at a position (i, j, k) in the array of unknowns.
+    fn root_at(&self, position: [usize; 3]) -> f64 {
+        let [i, j, k] = [0, 1, 2].map(|a| self.interval[a][position[a]]);
         self.root[(i * self.cells[1] + j) * self.cells[2] + k]
     }
 }
@@ -201,15 +217,16 @@ impl Dual {
         }
     }
 
-    /// Adds the result of `find` for the lines of an axis to an array of unknowns.
-    fn add_along(&self, a: usize, y: &mut [f64], find: impl FnOnce(&Lines, &mut [f64])) {
+    /// Adds to an array of unknowns what `add` adds for the lines of an axis to the array that these lines
+    /// are in.
+    fn add_along(&self, a: usize, y: &mut [f64], add: impl FnOnce(&Lines, &mut [f64])) {
         match (&self.other, a) {
             (Some(other), 0) => {
-                let mut found = vec![0.0; other.lines.unknowns()];
-                find(&other.lines, &mut found);
-                other.exchange.add_to_first(&found, other.parity, y);
+                let mut on_other = vec![0.0; other.lines.unknowns()];
+                add(&other.lines, &mut on_other);
+                other.exchange.add_to_first(&on_other, other.parity, y);
             }
-            _ => find(&self.lines, y),
+            _ => add(&self.lines, y),
         }
     }
 
@@ -223,6 +240,7 @@ impl Dual {
         b
     }
 
+    /// Zeroes the unknowns in conductors.
     fn clear_conductors(&self, x: &mut [f64]) {
         for window in &self.lines.conductors {
             clear(x, self.lines.dims, window);
@@ -246,9 +264,9 @@ impl Dual {
         }
         let [_, n1, n2] = self.lines.dims;
         x.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, slab)| {
-            for (at, x) in slab.iter_mut().enumerate() {
+            for (index, x) in slab.iter_mut().enumerate() {
                 // The flux of phi is M^-1 (g + D^T phi), that of a potential V is -eps grad V.
-                *x *= -self.lines.weights.root_at([i, at / n2, at % n2]);
+                *x *= -self.lines.weights.root_at([i, index / n2, index % n2]);
             }
         });
         self.clear_conductors(&mut x);
@@ -272,18 +290,20 @@ impl Dual {
         total
     }
 
-    /// r = b - A x.
+    /// r = b - A x, computed anew and not by the recursion of the linear solver.
     pub(crate) fn true_residual(&mut self, b: &[f64], x: &[f64], r: &mut [f64]) {
         self.apply(x, r);
         r.par_iter_mut().zip(b).with_min_len(16_384).for_each(|(r, b)| *r = b - *r);
     }
 
-    /// Whether a residual must hold no net charge for the repair to cancel it, as where every wall is insulated.
+    /// Whether a residual must hold no net charge for the repair to cancel it, as where every wall is
+    /// insulated.
     pub(crate) fn must_balance(&self) -> bool {
         self.repair.is_singular()
     }
 
-    /// Moves `x` along the constant, which also reduces its error, so that the residual `r` = b - A x holds no net charge.
+    /// Adds a multiple of the constant potential to `x`, which also reduces the error of `x`, so that the
+    /// residual `r` = b - A x holds no net charge.
     pub(crate) fn balance(&self, x: &mut [f64], r: &mut [f64]) {
         let constant = self.constant();
         let removed = self.flux_residual(&vec![0.0; self.blocks()], &constant);
@@ -325,7 +345,8 @@ impl Dual {
         self.repair.solve(r, near, self.lines.dims, &self.lines.weights)
     }
 
-    /// Largest ratio of the energy of the repair to that with the separable permittivity of the repair.
+    /// Largest ratio of the true energy of the repair to its energy with the separable permittivity for which
+    /// it is computed.
     pub(crate) fn repair_excess(&self) -> f64 {
         self.repair.excess()
     }
@@ -375,7 +396,7 @@ impl Lines {
         self.dims.iter().product()
     }
 
-    /// Counts the conductors' blocks from another number than zero.
+    /// Numbers the conductors' blocks from `first` on instead of from zero.
     fn number_conductors_from(&mut self, first: usize) {
         let runs = self.bundles.iter_mut().flatten().flat_map(|bundle| &mut bundle.runs);
         for end in runs.flat_map(|run| run.ends.iter_mut().flatten()) {
@@ -396,8 +417,8 @@ impl Lines {
                     if potential == 0.0 {
                         continue;
                     }
-                    let mut add = |at: [usize; 3], weight: f64, along: &[f64]| {
-                        let first = (at[0] * self.dims[1] + at[1]) * self.dims[2] + at[2];
+                    let mut add = |position: [usize; 3], weight: f64, along: &[f64]| {
+                        let first = (position[0] * self.dims[1] + position[1]) * self.dims[2] + position[2];
                         b[first..]
                             .iter_mut()
                             .step_by(strides[a])
@@ -406,13 +427,13 @@ impl Lines {
                     };
                     for s in bundle.across[0].clone() {
                         for t in bundle.across[1].clone() {
-                            let mut at = [0; 3];
-                            (at[a], at[p], at[q]) = (run.range.start, s, t);
-                            let drive = potential * self.area(a, at);
+                            let mut position = [0; 3];
+                            (position[a], position[p], position[q]) = (run.range.start, s, t);
+                            let drive = potential * self.area(a, position);
                             if drive == 0.0 {
                                 continue;
                             }
-                            add(at, drive, &segment.source[side]);
+                            add(position, drive, &segment.source[side]);
                             let Some(leaving) = &segment.leaving else { continue };
                             let mut trace = [0.0; 2];
                             for (trace, end) in trace.iter_mut().zip(&leaving.sides) {
@@ -420,7 +441,7 @@ impl Lines {
                             }
                             let damped = leaving.damp(across[0][s] + across[1][t], trace);
                             for (d, v) in damped.iter().zip(&leaving.vectors) {
-                                add(at, -drive * d, v);
+                                add(position, -drive * d, v);
                             }
                         }
                     }
@@ -429,15 +450,17 @@ impl Lines {
         }
     }
 
-    /// Coefficient of a unit potential on the face of axis `a` at transverse modes `at`, times the root of the
-    /// permittivity of the run's first interval (`at[a]`).
-    fn area(&self, a: usize, at: [usize; 3]) -> f64 {
+    /// Coefficient of a unit potential on the face of axis `a` at the two transverse modes of `position`,
+    /// times the root of the permittivity of the run's first interval, to which the mode `position[a]`
+    /// belongs.
+    fn area(&self, a: usize, position: [usize; 3]) -> f64 {
         let (p, q) = others(a);
-        let one = self.weights.ones[p][at[p]] * self.weights.ones[q][at[q]];
-        if one == 0.0 { 0.0 } else { one * self.weights.root_at(at) }
+        let one = self.weights.ones[p][position[p]] * self.weights.ones[q][position[q]];
+        if one == 0.0 { 0.0 } else { one * self.weights.root_at(position) }
     }
 
-    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the parts of the fluxes M^-1 (g_i + D^T phi_i) along an axis.
+    /// (sigma_i, sigma_j) weighted by 1 / permittivity, of the parts of the fluxes M^-1 (g_i + D^T phi_i)
+    /// along an axis.
     fn flux_energies(&self, a: usize, potentials: &[&[f64]], phi: &[&[f64]]) -> Mat<f64> {
         let count = phi.len();
         let mut total = Mat::zeros(count, count);
@@ -461,7 +484,8 @@ impl Lines {
         total
     }
 
-    /// The flux R phi + g on the lines of a strip, `[mode of the segment][line]`.
+    /// The coordinates R phi + L^-1 g of the flux on the lines of a strip, `[coordinate][line]`, without the
+    /// obliqueness of the flux that leaves along rays.
     fn flux_of(&self, strip: &Strip<'_>, potentials: &[f64], phi: &[f64]) -> Vec<f64> {
         let Strip { axis: a, run, row: s, columns } = strip;
         let (p, q) = others(*a);
@@ -481,9 +505,9 @@ impl Lines {
         for side in 0..2 {
             let Some(end) = run.ends[side] else { continue };
             for (column, t) in columns.clone().enumerate() {
-                let mut at = [0; 3];
-                (at[*a], at[p], at[q]) = (run.range.start, *s, t);
-                let drive = potentials[end] * self.area(*a, at);
+                let mut position = [0; 3];
+                (position[*a], position[p], position[q]) = (run.range.start, *s, t);
+                let drive = potentials[end] * self.area(*a, position);
                 if drive != 0.0 {
                     for (i, f) in segment.face[side].iter().enumerate() {
                         flux[i * width + column] += drive * f;
@@ -494,7 +518,7 @@ impl Lines {
         flux
     }
 
-    /// Corrects a flux R phi + g of a strip for the obliqueness of the flux that leaves along rays.
+    /// Corrects the result of [`Lines::flux_of`] for the obliqueness of the flux that leaves along rays.
     fn add_obliqueness(&self, strip: &Strip<'_>, flux: &mut [f64]) {
         let segment = &self.segments[strip.axis][strip.run.segment];
         let Some(leaving) = &segment.leaving else { return };
@@ -514,8 +538,9 @@ impl Lines {
         }
     }
 
-    /// Products of the fluxes of a strip with each other, minus the part that leaves along rays; `across` are the squared distances
-    /// of the two transverse axes.
+    /// Products in the energy of the fluxes of a strip with each other, from the results of
+    /// [`Lines::flux_of`]; the oblique continuation along rays is included. `across` are the squared
+    /// distances of the two transverse axes.
     fn strip_energies(&self, strip: &Strip<'_>, fluxes: &[Vec<f64>], across: &[&[f64]; 2]) -> Mat<f64> {
         let segment = &self.segments[strip.axis][strip.run.segment];
         let width = strip.columns.len();

@@ -7,7 +7,7 @@ use elastocap_fem::tensor::{axpy, left, right, sized, target};
 use elastocap_linalg::conjugate_gradients::Operator;
 use rayon::prelude::*;
 
-/// Least number of entries for a parallel task.
+/// Least number of entries for a parallel task. Tuned: `cargo bench --bench solver`.
 const SMALL_TASK: usize = 65_536;
 
 impl Operator for Dual {
@@ -31,7 +31,7 @@ impl Operator for Dual {
     }
 }
 
-/// y = A x.
+/// y = A x for all lines of one array of unknowns.
 fn apply(lines: &Lines, x: &[f64], y: &mut [f64]) {
     let (segments, bundles) = (&lines.segments, &lines.bundles);
     let [_, n1, n2] = lines.dims;
@@ -67,7 +67,7 @@ fn apply(lines: &Lines, x: &[f64], y: &mut [f64]) {
     along_slabs(lines, x, y);
 }
 
-/// Lines of axis 2 in slab `i`.
+/// Adds the products with T along the lines of a run of the last axis in slab `i`.
 #[expect(clippy::too_many_arguments, reason = "an inner loop")]
 fn along_rows(
     bundle: &Bundle,
@@ -81,8 +81,8 @@ fn along_rows(
     work: &mut Vec<f64>,
 ) {
     let (js, len) = (&bundle.across[1], run.range.len());
-    let at = js.start * n2 + run.range.start;
-    segment.operator.add_along_rows(left(source, at, js.len(), len, n2), target(slab, at, n2), work);
+    let start = js.start * n2 + run.range.start;
+    segment.operator.add_along_rows(left(source, start, js.len(), len, n2), target(slab, start, n2), work);
     if let Some(leaving) = &segment.leaving {
         for j in js.clone() {
             let row = j * n2 + run.range.start..j * n2 + run.range.end;
@@ -98,7 +98,7 @@ fn along_rows(
     }
 }
 
-/// Lines of axis 1 in slab `i`.
+/// Adds the products with T along the lines of a run of the second axis in slab `i`.
 #[expect(clippy::too_many_arguments, reason = "an inner loop")]
 fn along_columns(
     bundle: &Bundle,
@@ -112,8 +112,8 @@ fn along_columns(
     work: &mut Vec<f64>,
 ) {
     let ks = &bundle.across[1];
-    let at = run.range.start * n2 + ks.start;
-    segment.operator.add_along_columns(right(source, at, ks.len(), n2), target(slab, at, n2), work);
+    let start = run.range.start * n2 + ks.start;
+    segment.operator.add_along_columns(right(source, start, ks.len(), n2), target(slab, start, n2), work);
     if let Some(leaving) = &segment.leaving {
         let rows = || run.range.clone().map(|j| j * n2 + ks.start..j * n2 + ks.end);
         let mut traces = [vec![0.0; ks.len()], vec![0.0; ks.len()]];
@@ -130,7 +130,7 @@ fn along_columns(
     }
 }
 
-/// Lines of axis 0.
+/// Adds the products with T along all lines of the first axis.
 fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
     let (bundles, segments) = (&lines.bundles[0], &lines.segments[0]);
     let [n0, n1, n2] = lines.dims;
@@ -147,8 +147,8 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
             |((lower, upper), j)| {
                 for (t, v) in [&mut *lower, &mut *upper].into_iter().zip(&leaving.vectors) {
                     for (i, v) in run.range.clone().zip(v) {
-                        let at = i * plane + j * n2;
-                        axpy(t, *v, &x[at + ks.start..at + ks.end]);
+                        let start = i * plane + j * n2;
+                        axpy(t, *v, &x[start + ks.start..start + ks.end]);
                     }
                 }
                 for (k, (a, b)) in ks.clone().zip(lower.iter_mut().zip(upper)) {
@@ -164,8 +164,8 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
     // after the other.
     let between = |bundle: &Bundle, run: &Run| -> Vec<f64> {
         let (operator, (js, ks)) = (&segments[run.segment].operator, (&bundle.across[0], &bundle.across[1]));
-        let at = run.range.start * plane + js.start * n2 + ks.start;
-        operator.between_each(right(x, at, ks.len(), plane), js.len(), n2)
+        let start = run.range.start * plane + js.start * n2 + ks.start;
+        operator.between_each(right(x, start, ks.len(), plane), js.len(), n2)
     };
     let between: Vec<Vec<Vec<f64>>> =
         bundles.iter().map(|b| b.runs.iter().map(|r| between(b, r)).collect()).collect();
@@ -175,12 +175,12 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
         for (bundle, (damped, between)) in bundles.iter().zip(damped.iter().zip(&between)) {
             let (js, ks) = (&bundle.across[0], &bundle.across[1]);
             for (run, (damped, between)) in bundle.runs.iter().zip(damped.iter().zip(between)) {
-                let some = run.range.start.max(slab_range.start)..run.range.end.min(slab_range.end);
-                if some.is_empty() {
+                let shared = run.range.start.max(slab_range.start)..run.range.end.min(slab_range.end);
+                if shared.is_empty() {
                     continue;
                 }
                 let segment = &segments[run.segment];
-                let local = some.start - run.range.start..some.end - run.range.start;
+                let local = shared.start - run.range.start..shared.end - run.range.start;
                 let width = segment.operator.nodes() * ks.len();
                 for (row, j) in js.clone().enumerate() {
                     let across = j * n2 + ks.start;
@@ -188,16 +188,16 @@ fn along_slabs(lines: &Lines, x: &[f64], y: &mut [f64]) {
                         local.clone(),
                         right(x, run.range.start * plane + across, ks.len(), plane),
                         &between[row * width..(row + 1) * width],
-                        target(slabs, (some.start - slab_range.start) * plane + across, plane),
+                        target(slabs, (shared.start - slab_range.start) * plane + across, plane),
                     );
                 }
                 let (Some(damped), Some(leaving)) = (damped, &segment.leaving) else { continue };
-                for i in some.clone() {
+                for i in shared.clone() {
                     for (t, v) in damped.iter().zip(&leaving.vectors) {
                         let weight = -v[i - run.range.start];
                         for (j, t) in js.clone().zip(t.chunks_exact(ks.len().max(1))) {
-                            let at = (i - slab_range.start) * plane + j * n2;
-                            axpy(&mut slabs[at + ks.start..at + ks.end], weight, t);
+                            let start = (i - slab_range.start) * plane + j * n2;
+                            axpy(&mut slabs[start + ks.start..start + ks.end], weight, t);
                         }
                     }
                 }

@@ -13,12 +13,13 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pieces into which the points of the first axis are divided among threads.
+/// Pieces into which the points of the first axis are divided among threads. Tuned:
+/// `time elastocap run cases/comb-in-layer.toml`.
 const PIECES: usize = 4;
 
 impl Lines {
-    /// The component of a flux along the first axis at `points` points, given the values of its segments
-    /// there, for a window of the modes of the other two axes.
+    /// The component of a flux along the first axis at `count` points of that axis, for a window of the modes
+    /// of the other two axes. `values` are those of the axis's segments at the points.
     fn along_first(&self, flux: &Flux, values: &[RunValues], count: usize, window: &Window) -> Vec<f64> {
         let [rows, columns] = window;
         let plane = rows.len() * columns.len();
@@ -35,19 +36,19 @@ impl Lines {
                 }
                 let part = matrix.left_rows(points.start - first..points.end - first);
                 let [lines, across] = &bundle.across;
-                let some = common(across, columns);
-                if some.is_empty() {
+                let shared = common(across, columns);
+                if shared.is_empty() {
                     continue;
                 }
                 for row in common(lines, rows) {
-                    let line = right(y, bundle.line(row, some.start), some.len(), bundle.width());
-                    let at = (points.start - piece_points.start) * plane
+                    let line = right(y, bundle.line(row, shared.start), shared.len(), bundle.width());
+                    let start = (points.start - piece_points.start) * plane
                         + (row - rows.start) * columns.len()
-                        + (some.start - columns.start);
-                    multiply(part, line, target(out, at, plane), false);
+                        + (shared.start - columns.start);
+                    multiply(part, line, target(out, start, plane), false);
                     let root = |t: usize| self.weights.root_at([run.range.start, row, t]);
-                    let roots: Vec<f64> = some.clone().map(root).collect();
-                    for line in out[at..].chunks_mut(plane).take(points.len()) {
+                    let roots: Vec<f64> = shared.clone().map(root).collect();
+                    for line in out[start..].chunks_mut(plane).take(points.len()) {
                         line.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
                     }
                 }
@@ -76,7 +77,8 @@ pub(super) fn fluxes_at(
 }
 
 impl OtherLines {
-    /// The component of a flux along the first axis at points of that axis of a domain, for modes of the other two.
+    /// The component of a flux along the first axis at points of that axis of a domain, for modes of the
+    /// other two.
     fn component_along_first(
         &self,
         domain: &Domain,
@@ -87,11 +89,11 @@ impl OtherLines {
         let all_points = points.with_mirror_image(&domain.axes[0]);
         let values = self.lines.values_at(&turn.half, 0, &all_points);
         let [_, n1, n2] = self.lines.dims;
-        let found = self.lines.along_first(flux, &values, all_points.len(), &[0..n1, 0..n2]);
+        let on_other_half = self.lines.along_first(flux, &values, all_points.len(), &[0..n1, 0..n2]);
         let exchange = self.exchange.at_points(points.len());
         let mut out = vec![0.0; exchange.dims()[0].iter().product()];
         // A derivative along the first axis has the other parity.
-        exchange.add_to_first(&found, -self.parity, &mut out);
+        exchange.add_to_first(&on_other_half, -self.parity, &mut out);
         out
     }
 }
@@ -103,7 +105,8 @@ impl Dual {
     }
 
     /// The energies that the map adds to those of fluxes, by a rule of `extra` more points on each element
-    /// than its degree, and at least the largest of eps K^-1; `None` where the map changes nothing.
+    /// than its degree, and an upper bound on the eigenvalues of eps K^-1 at the points; `None` where the map
+    /// changes nothing.
     pub(super) fn added_energies(
         &self,
         domain: &Domain,
@@ -118,15 +121,19 @@ impl Dual {
 
 /// Fluxes at points of the elements of the first axis.
 struct FluxesAt<'f> {
+    /// The lines of the second and the third axis.
     lines: &'f Lines,
+    /// The fluxes.
     fluxes: &'f [&'f Flux],
-    /// The modes of the second and the third axis that do not vanish at all points: of a turned scene all of them.
+    /// The modes of the second and the third axis that are nonzero at some of the points; on the half of a
+    /// scene, all of them.
     window: Window,
     /// The component of each flux along the first axis, at the points there and for the window.
     first: Vec<Vec<f64>>,
     /// Points on the second and the third axis.
     counts: [usize; 2],
-    /// For each segment of the second and of the third axis, the values at the points of the axis, and the transpose.
+    /// For each segment of the second and of the third axis, the values at the points of the axis, and the
+    /// transpose.
     values: [Vec<(RunValues, Dense<f64>)>; 2],
     /// Potential modes of the second and of the third axis, those of the window, at the points of the axis.
     modes: [Strips; 2],
@@ -183,8 +190,9 @@ impl<'f> FluxesAt<'f> {
         }
     }
 
-    /// The component along the second axis of one mode of the first, at the points of the second, for the window of the third.
-    fn second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
+    /// The component of a flux along the second axis for one mode of the first, at the points of the second
+    /// and for the window of the third.
+    fn along_second(&self, flux: &Flux, i: usize, out: &mut [f64]) {
         let [_, window] = &self.window;
         let across = window.len();
         out.fill(0.0);
@@ -197,23 +205,24 @@ impl<'f> FluxesAt<'f> {
             if matrix.rows == 0 {
                 continue;
             }
-            let some = common(columns, window);
-            if some.is_empty() {
+            let shared = common(columns, window);
+            if shared.is_empty() {
                 continue;
             }
-            let (width, from) = (bundle.width(), bundle.line(i, some.start));
-            let at = first * across + some.start - window.start;
-            multiply(matrix.left(), right(y, from, some.len(), width), target(out, at, across), false);
+            let (width, from) = (bundle.width(), bundle.line(i, shared.start));
+            let start = first * across + shared.start - window.start;
+            multiply(matrix.left(), right(y, from, shared.len(), width), target(out, start, across), false);
             let roots: Vec<f64> =
-                some.clone().map(|t| self.lines.weights.root_at([i, run.range.start, t])).collect();
-            for row in out[at..].chunks_mut(across).take(matrix.rows) {
+                shared.clone().map(|t| self.lines.weights.root_at([i, run.range.start, t])).collect();
+            for row in out[start..].chunks_mut(across).take(matrix.rows) {
                 row.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
             }
         }
     }
 
-    /// The component along the third axis of one mode of the first, for the window of the second, at the points of the third.
-    fn third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
+    /// The component of a flux along the third axis for one mode of the first, for the window of the second
+    /// and at the points of the third.
+    fn along_third(&self, flux: &Flux, i: usize, out: &mut [f64]) {
         let [window, _] = &self.window;
         let across = self.counts[1];
         out.fill(0.0);
@@ -222,22 +231,23 @@ impl<'f> FluxesAt<'f> {
             if !rows.contains(&i) {
                 continue;
             }
-            let (RunValues { first, .. }, turned) = &self.values[1][run.segment];
-            if turned.cols == 0 {
+            let (RunValues { first, .. }, transpose) = &self.values[1][run.segment];
+            if transpose.cols == 0 {
                 continue;
             }
-            let some = common(columns, window);
-            if some.is_empty() {
+            let shared = common(columns, window);
+            if shared.is_empty() {
                 continue;
             }
-            let (width, from) = (bundle.width(), bundle.line(i, some.start));
-            let lines = Left { data: &y[from..], rows: some.len(), cols: turned.rows, row: 1, col: width };
-            let at = (some.start - window.start) * across + first;
-            multiply(lines, turned.right(), target(out, at, across), false);
-            for j in some {
+            let (width, from) = (bundle.width(), bundle.line(i, shared.start));
+            let lines =
+                Left { data: &y[from..], rows: shared.len(), cols: transpose.rows, row: 1, col: width };
+            let start = (shared.start - window.start) * across + first;
+            multiply(lines, transpose.right(), target(out, start, across), false);
+            for j in shared {
                 let root = self.lines.weights.root_at([i, j, run.range.start]);
-                let at = (j - window.start) * across + first;
-                out[at..at + turned.cols].iter_mut().for_each(|x| *x *= root);
+                let start = (j - window.start) * across + first;
+                out[start..start + transpose.cols].iter_mut().for_each(|x| *x *= root);
             }
         }
     }
@@ -263,12 +273,12 @@ impl Fields for FluxesAt<'_> {
         let mut between = vec![0.0; n1 * d2];
         let slabs = at_least(second, rows.len() * plane).chunks_exact_mut(plane);
         for (i, to) in rows.clone().zip(slabs) {
-            self.second(flux, i, &mut between);
+            self.along_second(flux, i, &mut between);
             self.modes[1].times_rows(&between, n1, d2, target(to, 0, n2), false);
         }
         let slabs = at_least(third, rows.len() * plane).chunks_exact_mut(plane);
         for (i, to) in rows.clone().zip(slabs) {
-            self.third(flux, i, &mut half);
+            self.along_third(flux, i, &mut half);
             self.modes[0].times(&half, n2, to, false);
         }
     }

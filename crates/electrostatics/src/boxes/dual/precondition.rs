@@ -1,5 +1,5 @@
-//! The preconditioner: an additive Schwarz method on conductor-free boxes, which are inverted exactly. Flux that leaves along rays
-//! is continued at a mean obliqueness.
+//! The preconditioner: an additive Schwarz method on conductor-free boxes, which are inverted exactly. Flux
+//! that leaves along rays is continued at a mean obliqueness.
 
 use super::Basis;
 use crate::boxes::conductor_free::free_boxes;
@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Energy of the continuation in the preconditioner over that of the straight one; the true factor is between 1 and 3, depending
-/// on the obliqueness.
+/// Energy of the continuation in the preconditioner over that of the straight one; the true factor is between
+/// 1 and 3, depending on the obliqueness. Tuned: the iterations that `benches/outlines.py bus` prints.
 const MEAN: f64 = 1.5;
 
 /// The sum of the boxes' inverses, without those on quarters of a scene whose half the domain is.
@@ -85,7 +85,9 @@ fn scaling(domain: &Domain, block: &Block) -> Option<Vec<f32>> {
     Some(out)
 }
 
-/// Modes of the intervals `lo..hi` between two obstacles; `held` for sheets that lie on an outer plane.
+/// Modes of the intervals `lo..hi` between two obstacles, with the permittivity `factor` of each interval of
+/// the axis. `held` marks ends at which a sheet lies on an outer plane. The energy of flux that continues to
+/// infinity is `obliqueness` times that of straight lines.
 pub(super) fn modes_of(
     axis: &Axis,
     basis: Option<&Basis>,

@@ -1,6 +1,7 @@
 //! The repair: a flux that cancels the divergence left by the linear solver.
 //!
-//! The scene's whole box without conductors is separable and can be inverted exactly, by the modes of its axes.
+//! The scene's whole box without conductors is separable and can be inverted exactly, by the modes of its
+//! axes.
 
 use super::lines::mixed;
 use super::precondition::modes_of;
@@ -19,7 +20,8 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known to about as many digits.
+/// Share of a residual that may be left: the energy of the repair, a small share of the whole, is then known
+/// to about as many digits.
 const ENOUGH: f64 = 1e-9;
 
 /// Rounding error of one entry of a product with the operator of the repair, as a share of the operator's
@@ -43,7 +45,9 @@ pub(crate) struct Repaired {
 /// The exact solver of the whole box without conductors.
 #[derive(Debug)]
 pub(super) struct Repair {
+    /// The inverse of the box's operator, with the separable permittivity.
     solver: SeparableBox<f64>,
+    /// Whether the constant has no energy, as where every wall is insulated.
     pub(super) singular: bool,
     /// Largest ratio of the separable permittivity of the repair to the true one, by which the repair's
     /// energy is multiplied.
@@ -72,11 +76,14 @@ pub(super) enum Repairs {
 /// The repairs of the odd and the even part.
 #[derive(Debug)]
 pub(super) struct Quarters {
+    /// The split of an array into its odd and its even part.
     fold: Fold,
+    /// The solver of each part, and the scaling of its unknowns.
     parts: [(Repair, Weights); 2],
 }
 
 impl Repairs {
+    /// The repairs on two quarters of a scene, given the domain and the bases of each.
     pub(super) fn of_quarters(
         fold: Fold,
         domains: &[Domain; 2],
@@ -131,7 +138,8 @@ impl Repairs {
 }
 
 impl Repair {
-    /// Assumes the greatest obliqueness and contrast for all flux that leaves: the true energy is never larger.
+    /// The solver for a domain. It assumes the greatest obliqueness and contrast for all flux that leaves:
+    /// the true energy is never larger than that.
     pub(super) fn new(
         domain: &Domain,
         basis: &[Option<Basis>; 3],
@@ -212,7 +220,7 @@ impl Repair {
         psi
     }
 
-    /// Changes every entry of an array by the ratio of the root permittivities.
+    /// Replaces every entry of an array by `change` of the entry and of [`Repair::ratio`] there.
     fn rescale(
         &self,
         v: &mut [f64],
@@ -282,16 +290,16 @@ impl Repair {
         let block = row_block(n0, plane);
         rest.par_chunks_mut(block * plane).enumerate().for_each_init(Vec::new, |work, (b, slabs)| {
             let first = b * block;
-            let some = first..first + slabs.len() / plane;
+            let rows = first..first + slabs.len() / plane;
             for j in 0..n1 {
                 let from = right(&minus, j * n2, n2, plane);
                 let between = &between[j * width..(j + 1) * width];
-                along.add_rows(some.clone(), from, between, target(slabs, j * n2, plane));
+                along.add_rows(rows.clone(), from, between, target(slabs, j * n2, plane));
             }
             for (i, slab) in slabs.chunks_exact_mut(plane).enumerate() {
-                let at = (first + i) * plane;
-                third.add_along_rows(left(&minus, at, n1, n2, n2), target(slab, 0, n2), work);
-                second.add_along_columns(right(&minus, at, n2, n2), target(slab, 0, n2), work);
+                let start = (first + i) * plane;
+                third.add_along_rows(left(&minus, start, n1, n2, n2), target(slab, 0, n2), work);
+                second.add_along_columns(right(&minus, start, n2, n2), target(slab, 0, n2), work);
             }
         });
     }

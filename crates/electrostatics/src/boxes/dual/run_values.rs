@@ -11,8 +11,9 @@ use faer::Mat;
 
 /// The points that lie on a run, and the values there of the fluxes whose coordinates are unit vectors.
 pub(super) struct RunValues {
-    /// The first of the points, and a row for each.
+    /// The number of the first of the points.
     pub(super) first: usize,
+    /// The values: a row for each point, a column for each coordinate.
     pub(super) matrix: Dense<f64>,
 }
 
@@ -21,7 +22,7 @@ impl Lines {
     pub(super) fn values_at(&self, domain: &Domain, a: usize, points: &AxisPoints) -> Vec<RunValues> {
         let axis = &domain.axes[a];
         let numbering = Numbering::new(&axis.line);
-        let [all, _] = points.all_functions(axis, 0..numbering.len);
+        let [functions, _] = points.all_functions(axis, 0..numbering.len);
         let run_values = |segment: &Segment| {
             let [lo, hi] = segment.intervals;
             let elements = axis.cuts[lo]..axis.cuts[hi];
@@ -32,7 +33,7 @@ impl Lines {
             let none = Mat::zeros(0, 0);
             let coefficients = segment.coefficients.as_ref().unwrap_or(&none);
             let n = coefficients.nrows();
-            let values = all.as_ref().submatrix(first, from, end - first, n);
+            let values = functions.as_ref().submatrix(first, from, end - first, n);
             let product = dense::product(values, coefficients.as_ref());
             RunValues { first, matrix: Dense::from_mat(product.as_ref()) }
         };

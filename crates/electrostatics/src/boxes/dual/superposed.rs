@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 /// Largest share of the energy of a flux's correction that its repair may take: negligible, but more than the
-/// solver is asked for where the added solution is small.
+/// solver is asked for where the added solution is small. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const OF_CORRECTION: f64 = 1e-4;
 
 /// Squared distances, as forms of the right-hand sides, and the cost of computing them.
@@ -28,8 +29,11 @@ pub(crate) struct Distances {
     pub(crate) repair: Mat<f64>,
     /// An upper bound on the eigenvalues of eps K^-1.
     pub(crate) largest: f64,
+    /// Unknowns of the dual problem.
     pub(crate) unknowns: usize,
+    /// Iterations of all right-hand sides.
     pub(crate) iterations: usize,
+    /// Whether the linear solver reached its goal for all right-hand sides.
     pub(crate) converged: bool,
     /// Whether the repairs cancelled all divergence.
     pub(crate) proved: bool,
@@ -60,8 +64,8 @@ pub(crate) fn distances(
         let u: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
         gradients_at(domain, points, &u)
     };
-    // eps grad p over the permittivity of the domain.
-    let cut_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
+    // eps grad p, over the permittivity of the domain.
+    let subtracted_at = |points: &[AxisPoints; 3]| -> Vec<[Vec<f64>; 3]> {
         let ratio = less.ratio(whole, points);
         let mut out = gradients(less.potentials, points);
         for component in out.iter_mut().flatten() {
@@ -69,31 +73,35 @@ pub(crate) fn distances(
         }
         out
     };
-    let (cut, field) = (cut_at(&points), gradients(solved.coefficients, &points));
-    let found: Vec<&Flux> = projected.projections.iter().map(|projection| &projection.flux).collect();
-    let flux_at = |points: &[AxisPoints; 3]| fluxes_at(projected.dual.all_lines(), whole, points, &found);
+    let (subtracted, field) = (subtracted_at(&points), gradients(solved.coefficients, &points));
+    let projected_fluxes: Vec<&Flux> =
+        projected.projections.iter().map(|projection| &projection.flux).collect();
+    let flux_at =
+        |points: &[AxisPoints; 3]| fluxes_at(projected.dual.all_lines(), whole, points, &projected_fluxes);
     let fluxes = flux_at(&points);
     for i in 0..n {
         for j in 0..n {
-            let flux_term = weights.product(&fluxes[i], &cut[j], false);
-            let potential_term = weights.product(&field[i], &cut[j], true);
+            let flux_term = weights.product(&fluxes[i], &subtracted[j], false);
+            let potential_term = weights.product(&field[i], &subtracted[j], true);
             apart[(i, j)] += flux_term - potential_term;
             apart[(j, i)] += flux_term - potential_term;
-            apart[(i, j)] += weights.product(&cut[i], &cut[j], true);
+            apart[(i, j)] += weights.product(&subtracted[i], &subtracted[j], true);
         }
     }
-    drop((fluxes, field, cut));
+    drop((fluxes, field, subtracted));
     let added = |extra: usize| -> Result<Mat<f64>, SolveError> {
         let Some(metric) = Metric::new(whole, extra, TensorKind::Resistance)? else {
             return Ok(Mat::zeros(n, n));
         };
         let fluxes = flux_at(&metric.points);
         let permittivity = Weights::new(whole, &metric.points);
-        let cut: Vec<[Vec<f64>; 3]> =
-            cut_at(&metric.points).into_iter().map(|p| permittivity.times_permittivity(p)).collect();
+        let subtracted: Vec<[Vec<f64>; 3]> =
+            subtracted_at(&metric.points).into_iter().map(|p| permittivity.times_permittivity(p)).collect();
         let product = |x: &[Vec<f64>; 3], y: &[Vec<f64>; 3]| metric.product(x, y);
         Ok(Mat::from_fn(n, n, |i, j| {
-            product(&fluxes[i], &cut[j]) + product(&fluxes[j], &cut[i]) + product(&cut[i], &cut[j])
+            product(&fluxes[i], &subtracted[j])
+                + product(&fluxes[j], &subtracted[i])
+                + product(&subtracted[i], &subtracted[j])
         }))
     };
     let (coarser, finer) = (added(EXTRA)?, added(FINER)?);
@@ -103,9 +111,9 @@ pub(crate) fn distances(
         repair: projected.repair,
         largest: projected.largest,
         unknowns: projected.dual.unknowns(),
-        iterations: projected.projections.iter().map(|one| one.iterations).sum(),
-        converged: projected.projections.iter().all(|one| one.converged),
-        proved: projected.projections.iter().all(|one| one.proved),
+        iterations: projected.projections.iter().map(|projection| projection.iterations).sum(),
+        converged: projected.projections.iter().all(|projection| projection.converged),
+        proved: projected.projections.iter().all(|projection| projection.proved),
         seconds: projected.seconds,
     })
 }
@@ -131,10 +139,10 @@ impl Weights {
         let (held, cells) = (held(domain), domain.cells());
         let [n0, n1, n2] = points.each_ref().map(AxisPoints::len);
         let (mut weights, mut permittivity) = (Vec::new(), Vec::new());
-        for at in (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k]))) {
-            let cell = [0, 1, 2].map(|a| points[a].interval[at[a]]);
+        for point in (0..n0).flat_map(|i| (0..n1).flat_map(move |j| (0..n2).map(move |k| [i, j, k]))) {
+            let cell = [0, 1, 2].map(|a| points[a].interval[point[a]]);
             let is_held = held[(cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]];
-            let weight: f64 = (0..3).map(|a| points[a].weights[at[a]]).product();
+            let weight: f64 = (0..3).map(|a| points[a].weights[point[a]]).product();
             weights.push(if is_held { 0.0 } else { weight });
             permittivity.push(domain.permittivity_of(cell));
         }
@@ -154,7 +162,8 @@ impl Weights {
 
     /// The integral of a density that is given at each point.
     fn sum(&self, density: impl Fn(usize) -> f64 + Sync) -> f64 {
-        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads.
+        // Pieces of a fixed length, added in order: the sum does not depend on the number of threads. Not
+        // tuned: other lengths change the sum by rounding alone.
         const PIECE: usize = 4096;
         let pieces: Vec<f64> = self
             .weights
@@ -177,7 +186,7 @@ impl Weights {
 }
 
 impl Fluxes {
-    /// Computes and keeps the coordinates of the fluxes, for [`Fluxes::at`].
+    /// Computes and keeps the coordinates of the fluxes, for [`Fluxes::flux_at`].
     ///
     /// # Errors
     /// Elements that differ too much in size.
@@ -192,13 +201,14 @@ impl Fluxes {
         Ok(())
     }
 
-    /// The axes that points for [`Fluxes::at`] lie on.
+    /// The axes that points for [`Fluxes::flux_at`] lie on.
     pub(crate) fn axes(&self) -> &[Axis; 3] {
         &self.domain.axes
     }
 
-    /// The flux of a state, its repair included, at points on the axes of this grid; `None` before [`Fluxes::prepare`].
-    pub(crate) fn at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
+    /// The flux of a state, its repair included, at points on the axes of this grid; `None` before
+    /// [`Fluxes::prepare`].
+    pub(crate) fn flux_at(&self, state: usize, points: &[AxisPoints; 3]) -> Option<[Vec<f64>; 3]> {
         fluxes_at((&self.lines, None), &self.domain, points, &[self.prepared.get(state)?]).pop()
     }
 }

@@ -1,5 +1,5 @@
-//! Arrays that are even or odd under a half turn, on two halves of a scene: that above the middle of the
-//! first axis, and that above the middle of the last.
+//! Arrays that are even or odd under a half turn, on two halves of a scene: the half above the middle of the
+//! first axis, and the half above the middle of the last.
 //!
 //! Lines of the first axis that cross its middle are complete on the second half only, lines of the last axis
 //! on the first half only. The rest of each half is the turned image of a part of the other.
@@ -13,19 +13,22 @@ use rayon::prelude::*;
 /// Carries arrays of the first half to the second and back.
 #[derive(Debug, Clone)]
 pub(crate) struct Exchange {
-    /// Places of the first axis above its middle, and their images below it with a sign, as places of the whole axis.
+    /// The places of the first axis above its middle.
     first: Vec<Image>,
-    /// Places of the last axis above its middle, and their images below it with a sign, as places of the whole axis.
+    /// The places of the last axis above its middle.
     last: Vec<Image>,
     /// The number of places of the second axis.
     between: usize,
 }
 
-/// A place above the middle of an axis, its image, and the sign of that.
+/// A place above the middle of an axis: a function, a mode or a point.
 #[derive(Debug, Clone, Copy)]
 struct Image {
+    /// Its number on the whole axis.
     index: usize,
+    /// The number of its mirror image on the whole axis.
     image: usize,
+    /// The sign of the mirror image.
     sign: f64,
 }
 
@@ -34,7 +37,8 @@ impl Exchange {
     /// axes to their mirror images; each place is the image of one other place, up to sign.
     ///
     /// # Errors
-    /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis could make them.
+    /// [`SolveError::Eigenvalues`] if places are not images of each other, which only rounding of their basis
+    /// could cause.
     pub(crate) fn new(first: &Mat<f64>, between: usize, last: &Mat<f64>) -> Result<Self, SolveError> {
         let images = |reflection: &Mat<f64>| {
             let above =

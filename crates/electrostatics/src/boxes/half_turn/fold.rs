@@ -1,4 +1,5 @@
-//! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last axis.
+//! Arrays of coefficients on a half of a scene as their odd and their even part across the middle of the last
+//! axis.
 //!
 //! The half lies above the middle of the first axis and includes all of the last axis. Consider functions
 //! that are odd under a half turn about the second axis. Their part that is odd across the middle of the last
@@ -13,14 +14,16 @@ use faer::MatRef;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Least number of rows for a parallel task.
+/// Least number of rows for a parallel task. Tuned: `benches/outlines.py comb`.
 const SMALL_TASK: usize = 64;
 
 /// Splits coefficients into the two parts, and adds parts up to coefficients.
 #[derive(Debug, Clone)]
 pub(crate) struct Fold {
+    /// Dimensions of the arrays.
     dims: Dims,
-    /// For each function above the middle of the last axis: its index, that of its mirror image, and the sign of that.
+    /// For each function above the middle of the last axis: its index, that of its mirror image, and the sign
+    /// of the image.
     pairs: Vec<(usize, usize, f64)>,
     /// The function in the middle, if there is one.
     middle: Option<usize>,
@@ -35,7 +38,8 @@ impl Fold {
     /// lack the first `skipped` functions of the first axis.
     ///
     /// # Errors
-    /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their basis could make them.
+    /// [`SolveError::Eigenvalues`] if functions are not images of each other, which only rounding of their
+    /// basis could cause.
     pub(crate) fn new(
         dims: Dims,
         reflection: MatRef<'_, f64>,
@@ -59,8 +63,9 @@ impl Fold {
         [[odd, n1, half], [even, n1, half + middle]]
     }
 
-    /// The odd and the even part: the products of the array with functions that are extended from half of the axis, over the root of two.
-    /// Without a function in the middle they are orthogonal to each other, and as large together as the array.
+    /// The odd and the even part: the products of the array with functions that are extended from half of the
+    /// axis, over the root of two. Without a function in the middle of the axis, the squares of the two parts
+    /// add up to that of the array.
     pub(crate) fn parts_of<T: Real>(&self, x: &[T]) -> [Vec<T>; 2] {
         let mut out = [Vec::new(), Vec::new()];
         self.write_parts(x, &mut out);
@@ -73,44 +78,50 @@ impl Fold {
             sized(part, dims.iter().product());
         }
         let [odd, even] = out;
-        let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
+        let ([_, n1, n2], [[_, _, odd_width], [_, _, even_width]]) = (self.dims, self.parts());
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
         let [rows, even_rows] =
             self.skipped.map(|skipped| x[skipped * n1 * n2..].par_chunks_exact(n2.max(1)));
-        odd.par_chunks_exact_mut(w.max(1)).zip(rows).with_min_len(SMALL_TASK).for_each(|(to, row)| {
-            for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
-                *to = root * (row[*upper] - *sign * row[*lower]);
-            }
-        });
-        even.par_chunks_exact_mut(v.max(1)).zip(even_rows).with_min_len(SMALL_TASK).for_each(|(to, row)| {
-            let (middle, to) = to.split_at_mut(usize::from(self.middle.is_some()));
-            for (to, at) in middle.iter_mut().zip(self.middle) {
-                *to = root * row[at];
-            }
-            for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
-                *to = root * (row[*upper] + *sign * row[*lower]);
-            }
-        });
+        odd.par_chunks_exact_mut(odd_width.max(1)).zip(rows).with_min_len(SMALL_TASK).for_each(
+            |(to, row)| {
+                for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
+                    *to = root * (row[*upper] - *sign * row[*lower]);
+                }
+            },
+        );
+        even.par_chunks_exact_mut(even_width.max(1)).zip(even_rows).with_min_len(SMALL_TASK).for_each(
+            |(to, row)| {
+                let (middle, to) = to.split_at_mut(usize::from(self.middle.is_some()));
+                for (to, index) in middle.iter_mut().zip(self.middle) {
+                    *to = root * row[index];
+                }
+                for ((to, (upper, lower, _)), sign) in to.iter_mut().zip(&self.pairs).zip(&signs) {
+                    *to = root * (row[*upper] + *sign * row[*lower]);
+                }
+            },
+        );
     }
 
-    /// Adds the extended functions with these coefficients.
+    /// Adds to an array the functions that the odd and the even part extend to: the transpose of
+    /// [`Fold::parts_of`].
     pub(crate) fn add<T: Real>(&self, [odd, even]: [&[T]; 2], out: &mut [T]) {
-        let ([_, n1, n2], [[_, _, w], [_, _, v]]) = (self.dims, self.parts());
+        let ([_, n1, n2], [[_, _, odd_width], [_, _, even_width]]) = (self.dims, self.parts());
         let root = T::from_f64(FRAC_1_SQRT_2);
         let signs: Vec<T> = self.pairs.iter().map(|pair| T::from_f64(pair.2)).collect();
         let skipped = self.skipped.map(|skipped| skipped * n1);
         out.par_chunks_exact_mut(n2.max(1)).enumerate().with_min_len(SMALL_TASK).for_each(|(row, out)| {
             let [of_odd, of_even] = skipped.map(|skipped| row.checked_sub(skipped));
-            let odd_row = of_odd.map_or(&[][..], |row| &odd[row * w..(row + 1) * w]);
+            let odd_row = of_odd.map_or(&[][..], |row| &odd[row * odd_width..(row + 1) * odd_width]);
             for ((x, (upper, lower, _)), sign) in odd_row.iter().zip(&self.pairs).zip(&signs) {
                 out[*upper] += root * *x;
                 out[*lower] += T::default() - *sign * root * *x;
             }
             let Some(row) = of_even else { return };
-            let (middle, pairs) = even[row * v..(row + 1) * v].split_at(usize::from(self.middle.is_some()));
-            for (x, at) in middle.iter().zip(self.middle) {
-                out[at] += root * *x;
+            let (middle, pairs) =
+                even[row * even_width..(row + 1) * even_width].split_at(usize::from(self.middle.is_some()));
+            for (x, index) in middle.iter().zip(self.middle) {
+                out[index] += root * *x;
             }
             for ((x, (upper, lower, _)), sign) in pairs.iter().zip(&self.pairs).zip(&signs) {
                 out[*upper] += root * *x;
@@ -126,8 +137,8 @@ impl Fold {
         let [skipped_odd, skipped_even] = self.skipped;
         let (skipped, parity) = if skipped_odd > 0 { (skipped_odd, 1.0) } else { (skipped_even, -1.0) };
         for row in x[..skipped * n1 * n2].chunks_exact_mut(n2.max(1)) {
-            if let (Some(at), true) = (self.middle, parity < 0.0) {
-                row[at] = 0.0;
+            if let (Some(index), true) = (self.middle, parity < 0.0) {
+                row[index] = 0.0;
             }
             for (upper, lower, sign) in &self.pairs {
                 let half = 0.5 * (row[*upper] + parity * sign * row[*lower]);

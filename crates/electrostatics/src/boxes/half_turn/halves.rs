@@ -1,12 +1,12 @@
 //! Halves and quarters of a scene that a half turn about the second axis takes to itself, for potentials that
 //! are even or odd under the turn.
 //!
-//! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above x1 = 0. There it is a
-//! potential like any other, but for the plane x1 = 0, on which it is even, or odd, across x3 = 0; and so is the flux through that plane,
-//! with the other sign.
+//! A potential with u(-x1, x2, -x3) = u(x1, x2, x3), or minus that, is known from the half of the scene above
+//! x1 = 0. There it is a potential like any other, but for the plane x1 = 0, on which it is even, or odd,
+//! across x3 = 0; and so is the flux through that plane, with the other sign.
 //!
-//! - Potentials are functions on this half whose trace is such. The projection on these
-//!   ([`Fold::project`](super::fold::Fold)) is all that distinguishes the primal problem.
+//! - Potentials are functions on this half whose values on that plane have this parity. The projection on
+//!   these functions ([`Fold::project`](super::fold::Fold)) is all that distinguishes the primal problem.
 //! - The flux on lines of the first axis that cross the plane is that of the whole line. So these lines are
 //!   taken on the half above x3 = 0, to which the unknowns are carried and back
 //!   ([`Exchange`](super::exchange::Exchange)): a line and its turned image are one.
@@ -97,9 +97,9 @@ pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Option<
     for (slab, index) in u.chunks_exact(plane.max(1)).zip(above..) {
         let (image, sign) = first[index];
         for (row, from) in slab.chunks_exact(n2.max(1)).enumerate() {
-            let at = image * plane + row * n2;
+            let start = image * plane + row * n2;
             for (x, (there, last_sign)) in from.iter().zip(&last) {
-                out[at + there] = turn.parity() * sign * last_sign * x;
+                out[start + there] = turn.parity() * sign * last_sign * x;
             }
         }
         out[index * plane..(index + 1) * plane].copy_from_slice(slab);
@@ -107,12 +107,13 @@ pub(crate) fn on_whole(domain: &Domain, turn: &OtherParts, u: &[f64]) -> Option<
     Some(out)
 }
 
-/// The axes of the whole scene, of half of which this is the domain.
+/// The axes of the whole scene, given the domain of half of it.
 pub(crate) fn whole_axes<'d>(domain: &'d Domain, turn: &'d OtherParts) -> [&'d Axis; 3] {
     [&turn.half.axes[0], &domain.axes[1], &domain.axes[2]]
 }
 
-/// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror image.
+/// The matrix that takes coefficients of the functions of an axis that no wall holds to those of the mirror
+/// image.
 pub(crate) fn reflected(axis: &Axis) -> Mat<f64> {
     let (whole, free) = (reflected_functions(&axis.line), axis.functions());
     whole.as_ref().submatrix(free.start, free.start, free.len(), free.len()).to_owned()
@@ -136,29 +137,31 @@ pub(crate) fn not_in_quarters(domain: &Domain, mut boxes: Vec<FreeBox>) -> Vec<F
     boxes
 }
 
-/// Whether a box of a half lies in one of a quarter, or in its mirror image across the middle of the last axis.
+/// Whether a box of a half lies in one of a quarter, or in its mirror image across the middle of the last
+/// axis.
 fn is_in(half_box: &FreeBox, quarter_box: &FreeBox, middle: usize) -> bool {
     let (p, q) = (&half_box.block, &quarter_box.block);
     let within = |lo: usize, hi: usize, a: usize| q.lo[a] <= lo && hi <= q.hi[a];
     // Where both reach an end on which a sheet lies, the functions of both have to vanish on it.
-    let (held, is_held) = (&quarter_box.held, &half_box.held);
-    let ends = (held[0][0] && p.lo[0] == 0 && q.lo[0] == 0 && !is_held[0][0])
-        || (held[0][1] && p.hi[0] == q.hi[0] && !is_held[0][1])
+    let (held, half_held) = (&quarter_box.held, &half_box.held);
+    let does_not_vanish = (held[0][0] && p.lo[0] == 0 && q.lo[0] == 0 && !half_held[0][0])
+        || (held[0][1] && p.hi[0] == q.hi[0] && !half_held[0][1])
         || (0..2).any(|side| {
             let shared = if side == 0 { p.lo[1] == q.lo[1] } else { p.hi[1] == q.hi[1] };
-            shared && held[1][side] && !is_held[1][side]
+            shared && held[1][side] && !half_held[1][side]
         });
-    if ends || !(0..2).all(|a| within(p.lo[a], p.hi[a], a)) {
+    if does_not_vanish || !(0..2).all(|a| within(p.lo[a], p.hi[a], a)) {
         return false;
     }
     let (lo, hi) = (p.lo[2], p.hi[2]);
-    // Above the middle, below it, or across.
+    // The range above the middle that the box covers, or its mirror image: the box lies above the middle,
+    // across it, or below it.
     let (from, to) = match (lo.checked_sub(middle), hi.checked_sub(middle)) {
         (Some(from), Some(to)) => (from, to),
         (None, Some(to)) if to > 0 => (0, to.max(middle - lo)),
         _ => (middle - hi, middle - lo),
     };
-    let at_end = to == q.hi[2] && held[2][1] && !(is_held[2][0] || is_held[2][1]);
+    let at_end = to == q.hi[2] && held[2][1] && !(half_held[2][0] || half_held[2][1]);
     within(from, to, 2) && !(from == 0 && held[2][0]) && !at_end
 }
 
@@ -185,8 +188,8 @@ mod tests {
         out
     }
 
-    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in an insulating box; the first has a
-    /// finger beside the middle.
+    /// Two combs of two fingers each in a layer over a grounded plate, in open space or in an insulating box;
+    /// the first has a finger beside the middle.
     fn combs(wall: Wall) -> Scene {
         let left = [
             ([-0.7, 0.1, -0.6], [0.7, 0.2, -0.5]),
@@ -227,8 +230,8 @@ mod tests {
         Arc::new(SceneMap::new(axes, bend))
     }
 
-    /// Upper and lower energies of the two conductors at equal or at opposite potentials, on the whole scene and on the half of it, on the
-    /// same grid.
+    /// Upper and lower energies of the two conductors at equal or at opposite potentials, on the whole scene
+    /// and on the half of it, on the same grid.
     fn energies(scene: &Scene, map: Option<&Arc<SceneMap>>, order: usize, odd: bool) -> [[f64; 2]; 2] {
         const SHARE: f64 = 1e-11;
         let layout = Layout::in_frame(scene, map, None, u64::MAX).unwrap();

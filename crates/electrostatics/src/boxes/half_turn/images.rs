@@ -19,7 +19,9 @@ use std::collections::BTreeSet;
 pub(crate) struct Image {
     /// The number of the earlier right-hand side.
     pub original: usize,
+    /// The turn that takes the potential of the earlier one to that of this one, up to sign.
     turn: HalfTurn,
+    /// The sign by which the turned potential of the earlier one is multiplied.
     sign: f64,
 }
 
@@ -40,7 +42,8 @@ impl Image {
     }
 }
 
-/// For each right-hand side, given by the potentials of the domain's blocks, the earlier one whose image it is.
+/// For each right-hand side, given by the potentials of the domain's blocks, the earlier one whose image it
+/// is.
 pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Image>> {
     // On half of a scene, the potential already is symmetric.
     let turns = if potentials.len() > 1 && domain.turn.is_none() { half_turns(domain) } else { Vec::new() };
@@ -56,15 +59,16 @@ pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Ima
     (0..potentials.len()).map(image).collect()
 }
 
-/// The half turns and point reflections of a domain, each with pairs of blocks: it takes a part of the first
-/// block to the second. The same conductor may be cut into blocks in more than one way.
+/// The half turns and point reflections of a domain, each with the pairs of blocks of which it takes a part
+/// of the first to the second. A block may be in several pairs, since a conductor and its image may be cut
+/// into different blocks.
 fn half_turns(domain: &Domain) -> Vec<(HalfTurn, BTreeSet<(usize, usize)>)> {
     let symmetric = domain.axes.each_ref().map(Axis::is_symmetric);
-    let several = [[true, false, true], [true, true, false], [false, true, true], [true; 3]];
+    let sets_of_axes = [[true, false, true], [true, true, false], [false, true, true], [true; 3]];
     // A map is symmetric where it is mirrored along each of the axes.
     let mirrored = |a: usize| domain.map.as_ref().is_none_or(|map| map.is_mirrored(a));
     let possible =
-        several.into_iter().filter(|across| (0..3).all(|a| symmetric[a] && mirrored(a) || !across[a]));
+        sets_of_axes.into_iter().filter(|across| (0..3).all(|a| symmetric[a] && mirrored(a) || !across[a]));
     let turns: Vec<HalfTurn> = possible.map(HalfTurn::across).collect();
     if turns.is_empty() {
         return Vec::new();
@@ -77,6 +81,7 @@ fn half_turns(domain: &Domain) -> Vec<(HalfTurn, BTreeSet<(usize, usize)>)> {
         .collect()
 }
 
+/// Whether a turn takes every cell to one of the same permittivity.
 fn keeps_permittivity(turn: HalfTurn, domain: &Domain) -> bool {
     let n = domain.cells();
     places(n).all(|cell| domain.permittivity_of(cell) == domain.permittivity_of(turn.of(cell, n)))

@@ -11,14 +11,21 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Gauss points on each element beyond its degree: in products with the operator, and for energies.
+/// Gauss points on each element beyond its degree, in products with the operator. Tuned: spread and time of
+/// `elastocap run cases/comb-in-layer.toml`.
 pub(crate) const EXTRA: usize = 2;
+
+/// Gauss points on each element beyond its degree, for energies. The difference from the energies by
+/// [`EXTRA`] points is taken for the error. Tuned: spread and time of `elastocap run
+/// cases/comb-in-layer.toml`.
 pub(crate) const FINER: usize = 3;
 
 /// A matrix from functions of an axis to points, and its transpose.
 #[derive(Debug)]
 struct WithTranspose {
+    /// The matrix, from functions to points.
     forward: Strips,
+    /// Its transpose, from points to functions.
     back: Strips,
 }
 
@@ -32,6 +39,7 @@ impl WithTranspose {
 /// Values and slopes of the functions of a grid at Gauss points.
 #[derive(Debug)]
 pub(crate) struct Functions {
+    /// The functions of each axis that are nonzero at some of the points.
     window: Window,
     /// Points on each axis.
     counts: Dims,
@@ -47,9 +55,13 @@ pub(crate) struct Functions {
 /// the element's points.
 #[derive(Debug)]
 struct OfElement {
+    /// The points of the element.
     points: Range<usize>,
+    /// The functions.
     functions: Range<usize>,
+    /// Values of the functions at the points.
     value: Dense<f64>,
+    /// Slopes of the functions at the points.
     slope: Dense<f64>,
     /// Transposes of `value` and `slope`.
     back: [Dense<f64>; 2],
@@ -58,7 +70,9 @@ struct OfElement {
 /// Intermediate results, after the third axis and before the second, for one function of the first axis.
 #[derive(Default)]
 struct Between {
+    /// Values along the third axis.
     by_value: Vec<f64>,
+    /// Slopes along the third axis.
     by_slope: Vec<f64>,
 }
 
@@ -105,8 +119,11 @@ impl Functions {
 
 /// Potentials whose gradients are the fields.
 pub(crate) struct Potentials<'p> {
+    /// The functions at the points where the gradients are wanted.
     pub(crate) functions: &'p Functions,
+    /// Coefficients of each potential.
     pub(crate) coefficients: &'p [&'p [f64]],
+    /// Dimensions of the arrays of coefficients.
     pub(crate) dims: Dims,
 }
 
@@ -148,20 +165,28 @@ pub(crate) struct Gradients {
 pub(crate) struct Work([Vec<f64>; 3]);
 
 /// Approximate number of points of the second and the third axis that products treat at a time, for all of
-/// the first: their data stays in cache.
+/// the first: their data stays in cache. Tuned: `time elastocap run cases/comb-in-layer.toml`.
 const AT_ONCE: usize = 512;
 
-/// Rows of the functions of an element, and of its points, for each component.
+/// Working memory for one element of the first axis, by component of the gradient.
 #[derive(Default)]
 struct OnElement {
+    /// Rows of the element's functions.
     rows: [Vec<f64>; 3],
-    before: [Vec<f64>; 3],
+    /// Rows of the previous element's functions.
+    rows_before: [Vec<f64>; 3],
+    /// Gradients at the element's points, then their products with the tensors.
     flux: [Vec<f64>; 3],
+    /// Those products, tested with the element's functions.
     images: [Vec<f64>; 3],
 }
 
 impl Gradients {
-    /// `None` where the map changes nothing.
+    /// Gradients at `extra` more Gauss points on each element than its degree; `None` where the map changes
+    /// nothing.
+    ///
+    /// # Errors
+    /// A map that turns space inside out.
     pub(crate) fn new(domain: &Domain, extra: usize) -> Result<Option<Self>, SolveError> {
         let Some(metric) = Metric::new(domain, extra, TensorKind::Permittivity)? else { return Ok(None) };
         let functions = Functions::new(domain, &metric.points);
@@ -230,40 +255,41 @@ impl Gradients {
         let Metric { points, runs, tensors, .. } = &self.metric;
         let [n1, width] = [points[1].len(), lines.len() * points[2].len()];
         let of_point = n1 * runs.ranges.len();
-        let mut before = 0..0;
+        let mut functions_before = 0..0;
         for element in &self.functions.first {
-            let OfElement { points: at, functions, value, slope, back: [value_back, slope_back] } = element;
-            let OnElement { rows, before: rows_before, flux, images } = work;
+            let OfElement { points: own_points, functions, value, slope, back: [value_back, slope_back] } =
+                element;
+            let OnElement { rows, rows_before, flux, images } = work;
             std::mem::swap(rows, rows_before);
             for c in 0..3 {
-                // Rows shared with the previous element already hold its results: their inputs are in its
-                // copy.
+                // Rows shared with the previous element already hold its results: their inputs are in the
+                // copy made for that element.
                 let rows = at_least(&mut rows[c], functions.len() * width);
                 for (i, row) in functions.clone().zip(rows.chunks_exact_mut(width)) {
-                    row.copy_from_slice(match i < before.end {
-                        true => &rows_before[c][(i - before.start) * width..][..width],
+                    row.copy_from_slice(match i < functions_before.end {
+                        true => &rows_before[c][(i - functions_before.start) * width..][..width],
                         false => &*columns[c][i],
                     });
                 }
-                let flux = at_least(&mut flux[c], at.len() * width);
+                let flux = at_least(&mut flux[c], own_points.len() * width);
                 let matrix = if c == 0 { slope } else { value };
                 multiply(matrix.left(), right(rows, 0, width, width), target(flux, 0, width), false);
             }
-            let tensors = &tensors[at.start * of_point..at.end * of_point];
-            let [x, y, z] = flux.each_mut().map(|component| &mut component[..at.len() * width]);
+            let tensors = &tensors[own_points.start * of_point..own_points.end * of_point];
+            let [x, y, z] = flux.each_mut().map(|component| &mut component[..own_points.len() * width]);
             runs.weigh(tensors, n1, lines, &points[2].weights, [x, y, z]);
             for c in 0..3 {
                 let images = at_least(&mut images[c], functions.len() * width);
                 let matrix = if c == 0 { slope_back } else { value_back };
                 multiply(matrix.left(), right(&flux[c], 0, width, width), target(images, 0, width), false);
                 for (i, image) in functions.clone().zip(images.chunks_exact(width)) {
-                    match i < before.end {
+                    match i < functions_before.end {
                         true => columns[c][i].iter_mut().zip(image).for_each(|(x, more)| *x += more),
                         false => columns[c][i].copy_from_slice(image),
                     }
                 }
             }
-            before = functions.clone();
+            functions_before = functions.clone();
         }
     }
 
@@ -303,8 +329,8 @@ pub(crate) fn gradients_at(
     at_points(points, &Potentials { functions: &functions, coefficients, dims: domain.primal_dims() })
 }
 
-/// The energies that the map of a domain adds to those of potentials, by a rule of `extra` more points on each element than its degree;
-/// `None` where the map changes nothing.
+/// The energies that the map of a domain adds to those of potentials, by a rule of `extra` more points on
+/// each element than its degree; `None` where the map changes nothing.
 ///
 /// # Errors
 /// A map that turns space inside out.

@@ -1,5 +1,5 @@
-//! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps becomes the tensor
-//! K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
+//! The effect of the map of a domain on energies: in the coordinates of the boxes the permittivity eps
+//! becomes the tensor K = eps J F^-1 F^-T, with F the gradient of the map and J its determinant.
 
 use super::points::AxisPoints;
 use super::runs::Runs;
@@ -11,7 +11,8 @@ use elastocap_linalg::vector::dot;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rows of points, along the third axis, that one thread takes at a time.
+/// Rows of points, along the third axis, that one thread takes at a time. Tuned:
+/// `time elastocap run cases/comb-in-layer.toml`.
 const ROWS_AT_ONCE: usize = 32;
 
 /// The tensor that a [`Metric`] holds.
@@ -27,9 +28,13 @@ pub(crate) enum TensorKind {
 pub(crate) struct Rule<'d> {
     domain: &'d Domain,
     kind: TensorKind,
+    /// The points of each axis.
     pub(crate) points: [AxisPoints; 3],
+    /// Runs of points of the third axis with the same tensor.
     pub(crate) runs: Runs,
+    /// Gradients of the map at the points of the first two axes and at one point of each run.
     gradients: MapGradients<'d>,
+    /// Whether each cell lies in a conductor.
     held: Vec<bool>,
 }
 
@@ -95,7 +100,9 @@ impl<'d> Rule<'d> {
 /// Tensors at Gauss points where the map is not the identity.
 #[derive(Debug)]
 pub(crate) struct Metric {
+    /// The points of each axis.
     pub(crate) points: [AxisPoints; 3],
+    /// Runs of points of the third axis with the same tensor.
     pub(crate) runs: Runs,
     /// The tensors that [`Rule::slab`] gives for each place on the first axis: `[i][j][run]`.
     pub(crate) tensors: Vec<Symmetric>,
@@ -121,7 +128,7 @@ impl Metric {
     }
 
     /// Weight times the tensor at a point, if there is such a point.
-    pub(crate) fn at(&self, [i, j, k]: [usize; 3]) -> Option<Symmetric> {
+    pub(crate) fn tensor_at(&self, [i, j, k]: [usize; 3]) -> Option<Symmetric> {
         let weight = self.points[2].weights.get(k)?;
         let row = i * self.points[1].len() + j;
         let tensor = self.tensors.get(row * self.runs.ranges.len() + self.runs.run_of(k))?;
@@ -141,13 +148,13 @@ impl Metric {
                 let row = |(n, tensors): (usize, &[Symmetric])| {
                     let first = (piece * ROWS_AT_ONCE + n) * n2;
                     let over_run = |(run, k): (&Range<usize>, &Symmetric)| {
-                        let at = |n: usize| {
+                        let at_point = |n: usize| {
                             let (x, y) =
                                 ([0, 1, 2].map(|a| x[a][first + n]), [0, 1, 2].map(|a| y[a][first + n]));
                             let image = times(k, y);
                             weights[n] * (x[0] * image[0] + x[1] * image[1] + x[2] * image[2])
                         };
-                        run.clone().map(at).sum::<f64>()
+                        run.clone().map(at_point).sum::<f64>()
                     };
                     self.runs.ranges.iter().zip(tensors).map(over_run).sum::<f64>()
                 };
@@ -163,12 +170,12 @@ impl Metric {
         let (n1, runs) = (self.points[1].len(), &self.runs.ranges);
         let trace = |(index, tensor): (usize, &Symmetric)| {
             let row = index / runs.len();
-            let at = [row / n1, row % n1, runs[index % runs.len()].start];
-            let cell = [0, 1, 2].map(|a| self.points[a].interval[at[a]]);
+            let point = [row / n1, row % n1, runs[index % runs.len()].start];
+            let cell = [0, 1, 2].map(|a| self.points[a].interval[point[a]]);
             if (0..3).all(|a| block.lo[a] <= cell[a] && cell[a] < block.hi[a]) {
                 return 1.0;
             }
-            let weight: f64 = (0..2).map(|a| self.points[a].weights[at[a]]).product();
+            let weight: f64 = (0..2).map(|a| self.points[a].weights[point[a]]).product();
             3.0 + (tensor[0] + tensor[1] + tensor[2]) * domain.permittivity_of(cell) / weight
         };
         self.tensors.par_iter().enumerate().map(trace).reduce(|| 1.0, f64::max)

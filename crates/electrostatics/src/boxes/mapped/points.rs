@@ -10,18 +10,21 @@ use std::ops::Range;
 /// Gauss points on a run of finite elements.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisPoints {
-    /// Coordinates on the reference element, and on the axis in the unit of the layout.
+    /// Coordinates on the reference element, from -1 to 1.
     reference: Vec<f64>,
+    /// Coordinates on the axis, in the unit of the layout.
     pub(crate) places: Vec<f64>,
     /// Weights of integrals along the axis.
     pub(crate) weights: Vec<f64>,
-    /// The element of each point, counted from the first finite one, and its interval.
+    /// The element of each point, counted from the first finite one.
     pub(crate) element: Vec<usize>,
+    /// The interval of each point.
     pub(crate) interval: Vec<usize>,
 }
 
 impl AxisPoints {
-    /// These points among the elements of another axis, where each element of this axis lies within one element of the other.
+    /// These points among the elements of another axis, where each element of this axis lies within one
+    /// element of the other.
     pub(crate) fn on(&self, axis: &Axis) -> Self {
         let (nodes, first) = (&axis.line.nodes, axis.line.first_finite());
         let last = nodes.len().saturating_sub(2);
@@ -127,7 +130,8 @@ impl AxisPoints {
         out
     }
 
-    /// The functions of an axis that are nonzero on the elements of some of the points, in the trimmed numbering.
+    /// The functions of an axis that are nonzero on the elements of some of the points, in the trimmed
+    /// numbering.
     pub(crate) fn functions_on(&self, axis: &Axis, points: &Range<usize>) -> Range<usize> {
         let numbering = Numbering::new(&axis.line);
         let (free, first) = (axis.functions(), axis.line.first_finite());
@@ -139,7 +143,8 @@ impl AxisPoints {
         indices.iter().min().zip(indices.iter().max()).map_or(0..0, |(low, high)| *low..high + 1)
     }
 
-    /// The potential modes of an axis without infinite elements that belong to the elements of some of the points.
+    /// The potential modes of an axis without infinite elements that belong to the elements of some of the
+    /// points.
     pub(crate) fn modes_on(&self, axis: &Axis, points: &Range<usize>) -> Range<usize> {
         let offsets = elastocap_fem::mixed::potential_offsets(&axis.line);
         let elements = self.element.get(points.clone()).unwrap_or_default();
@@ -147,7 +152,8 @@ impl AxisPoints {
         ends.map_or(0..0, |(low, high)| offsets[*low]..offsets[high + 1])
     }
 
-    /// Values of the potential modes of an axis without infinite elements: orthonormal Legendre polynomials, or the `radial` basis.
+    /// Values of the potential modes of an axis without infinite elements: orthonormal Legendre polynomials,
+    /// or the `radial` basis.
     pub(crate) fn modes(&self, axis: &Axis, radial: Option<&RadialBasis>) -> Mat<f64> {
         let offsets = elastocap_fem::mixed::potential_offsets(&axis.line);
         let mut out = Mat::zeros(self.len(), offsets.last().copied().unwrap_or(0));

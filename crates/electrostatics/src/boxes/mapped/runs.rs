@@ -6,15 +6,18 @@ use crate::boxes::placed_map::PlacedMap;
 use crate::boxes::tensor::{Symmetric, times};
 use std::ops::Range;
 
-/// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one interval each.
+/// Consecutive points of the third axis, in runs over which the gradient of a map does not change, within one
+/// interval each.
 #[derive(Debug)]
 pub(crate) struct Runs {
+    /// The points of each run.
     pub(crate) ranges: Vec<Range<usize>>,
     /// The run of each point.
     run_of_point: Vec<usize>,
 }
 
 impl Runs {
+    /// The runs of points of the third axis under a map.
     pub(crate) fn new(map: &PlacedMap, points: &AxisPoints) -> Self {
         let pieces = map.steady_pieces(&points.places);
         let (mut ranges, mut run_of_point) = (Vec::<Range<usize>>::new(), Vec::new());
@@ -95,7 +98,8 @@ mod tests {
         assert!(3 * few.runs.ranges.len() < n2, "{:?}", few.runs.ranges);
         let largest = all.tensors.iter().flatten().fold(0.0_f64, |m, t| m.max(t.abs()));
         for at in (0..n0 * n1 * n2).map(|at| [at / (n1 * n2), at / n2 % n1, at % n2]) {
-            let ([x, y], weight) = ([&few, &all].map(|m| m.at(at).unwrap()), few.points[2].weights[at[2]]);
+            let ([x, y], weight) =
+                ([&few, &all].map(|m| m.tensor_at(at).unwrap()), few.points[2].weights[at[2]]);
             assert!(x.iter().zip(y).all(|(x, y)| (x - y).abs() < 1e-6 * weight * largest), "{x:?} {y:?}");
         }
     }

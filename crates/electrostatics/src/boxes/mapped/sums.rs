@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Approximate number of points of the second and the third axis that are treated together, for all points of
-/// an element of the first: their data stays in cache.
+/// an element of the first: their data stays in cache. Tuned: `time elastocap run cases/comb-in-layer.toml`.
 const TOGETHER: usize = 1024;
 
-/// Fields in each of the two blocks that are held at a time. All of many fields would take, on many threads,
-/// more memory than the unknowns.
+/// Largest number of fields in each of the two blocks of fields that are held at a time. All of many fields
+/// would take, on many threads, more memory than the unknowns.
 const HELD: usize = 8;
 
 /// Fields with three components that are wanted at Gauss points.
@@ -30,7 +30,8 @@ pub(crate) trait Fields: Sync {
     /// [`Fields::along`] takes the rows to the points of an element of the first axis.
     fn across(&self, field: usize, element: usize, components: &mut [Vec<f64>; 3]);
 
-    /// For each component the matrix from these rows to the points of the element; `None` where the rows are those of the points.
+    /// For each component the matrix from these rows to the points of the element; `None` where the rows are
+    /// those of the points.
     fn along(&self, element: usize) -> [Option<&Dense<f64>>; 3];
 }
 
@@ -62,10 +63,12 @@ impl Tensors<'_> {
 /// Working memory of one thread, kept from one element to the next.
 #[derive(Default)]
 struct Work {
+    /// Tensors that are computed where they are needed.
     tensors: Vec<Symmetric>,
     /// The components of each field that is held, in the rows of [`Fields::across`].
     across: Vec<[Vec<f64>; 3]>,
-    /// The values of one field after the other, by component, at the points of an element that are looked at together.
+    /// The values of one field after the other, by component, at the points of an element that are looked at
+    /// together.
     values: Vec<f64>,
     /// The weighted tensors times the values of one field at these points.
     images: Vec<f64>,
@@ -106,23 +109,24 @@ pub(crate) fn by_element(
     lengths.map(|[a, b, c]| [cut(0, a), cut(1, b), cut(2, c)]).collect()
 }
 
-/// Rows of [`Fields::across`] at the points of an element, for some of the `plane` points of the second and the third axis.
-fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, some: Range<usize>, to: &mut [f64]) {
-    let width = some.len();
+/// Takes rows of [`Fields::across`] to the points of an element, for the `chosen` ones of the `plane` points
+/// of the second and the third axis, and writes the result.
+fn to_points(rows: &[f64], matrix: Option<&Dense<f64>>, plane: usize, chosen: Range<usize>, to: &mut [f64]) {
+    let width = chosen.len();
     match matrix {
         Some(matrix) => {
-            multiply(matrix.left(), right(rows, some.start, width, plane), target(to, 0, width), false);
+            multiply(matrix.left(), right(rows, chosen.start, width, plane), target(to, 0, width), false);
         }
         None => {
             for (row, to) in to.chunks_exact_mut(width).enumerate() {
-                to.copy_from_slice(&rows[row * plane + some.start..][..width]);
+                to.copy_from_slice(&rows[row * plane + chosen.start..][..width]);
             }
         }
     }
 }
 
-/// The sums of x T y over all points for all pairs of fields, and at least the largest of eps K^-1 at any of them, as [`Metric::largest`] has
-/// it.
+/// The sums of x T y over all points for all pairs of fields, and the upper bound on the eigenvalues of eps
+/// K^-1 of [`Metric::largest`].
 ///
 /// # Errors
 /// A map that turns space inside out.
@@ -143,7 +147,7 @@ pub(crate) fn products(tensors: Tensors<'_>, fields: &impl Fields) -> Result<(Ma
     Ok((sum, largest))
 }
 
-/// The part of one element of the first axis, which has these points.
+/// What one element of the first axis, which has these points, contributes to [`products`].
 fn of_element(
     tensors: Tensors<'_>,
     fields: &impl Fields,
@@ -153,17 +157,17 @@ fn of_element(
 ) -> Result<(Mat<f64>, f64), SolveError> {
     let [_, n1, n2] = tensors.points().each_ref().map(AxisPoints::len);
     let (runs, weights) = (tensors.runs(), &tensors.points()[2].weights);
-    let (plane, row) = (n1 * n2, runs.ranges.len());
+    let (plane, run_count) = (n1 * n2, runs.ranges.len());
     let (n, count) = (fields.count(), points.len());
     let Work { tensors: computed, across, values, images } = work;
     let (tensors, largest) = match tensors {
         Tensors::Kept(metric) => {
-            (&metric.tensors[points.start * n1 * row..points.end * n1 * row], metric.largest)
+            (&metric.tensors[points.start * n1 * run_count..points.end * n1 * run_count], metric.largest)
         }
         Tensors::Of(rule) => {
-            let slabs = at_least(computed, count * n1 * row);
+            let slabs = at_least(computed, count * n1 * run_count);
             let mut largest = 1.0_f64;
-            for (i, slab) in points.clone().zip(slabs.chunks_exact_mut(n1 * row)) {
+            for (i, slab) in points.clone().zip(slabs.chunks_exact_mut(n1 * run_count)) {
                 largest = largest.max(rule.slab(i, slab)?);
             }
             (&*slabs, largest)
@@ -172,8 +176,8 @@ fn of_element(
     let along = fields.along(element);
     let mut out = Mat::zeros(n, n);
     let blocks: Vec<Range<usize>> = (0..n).step_by(HELD).map(|first| first..n.min(first + HELD)).collect();
-    for (number, first) in blocks.iter().enumerate() {
-        for second in &blocks[number..] {
+    for (block_number, first) in blocks.iter().enumerate() {
+        for second in &blocks[block_number..] {
             let held: Vec<usize> = if first == second {
                 first.clone().collect()
             } else {
@@ -186,12 +190,12 @@ fn of_element(
             let at_once = (TOGETHER / n2.max(1)).max(1);
             for from in (0..n1).step_by(at_once) {
                 let lines = from..n1.min(from + at_once);
-                let some = lines.start * n2..lines.end * n2;
-                let size = count * some.len();
+                let chosen = lines.start * n2..lines.end * n2;
+                let size = count * chosen.len();
                 let values = at_least(values, 3 * held.len() * size);
                 for (components, to) in across.iter().zip(values.chunks_exact_mut(3 * size)) {
                     for ((rows, matrix), to) in components.iter().zip(along).zip(to.chunks_exact_mut(size)) {
-                        to_points(rows, matrix, plane, some.clone(), to);
+                        to_points(rows, matrix, plane, chosen.clone(), to);
                     }
                 }
                 let images = at_least(images, 3 * size);

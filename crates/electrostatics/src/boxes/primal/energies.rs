@@ -1,7 +1,7 @@
 //! Energies as sums of squares of gradients.
 //!
-//! In the product u A u the potentials of neighbouring nodes cancel, and the relative rounding error on an element of size h grows
-//! like 1 / h. Here differences of potentials are taken first, and nothing cancels.
+//! In the product u A u the potentials of neighbouring nodes cancel, and the relative rounding error on an
+//! element of size h grows like 1 / h. Here differences of potentials are taken first, and nothing cancels.
 
 use super::{Primal, Term};
 use crate::boxes::domain::{Axis, per_element};
@@ -13,10 +13,11 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Least number of entries of slabs for a parallel task.
+/// Least number of entries of slabs for a parallel task. Tuned: `cargo bench --bench solver`.
 const SMALL_TASK: usize = 8192;
 
-/// D and the coefficient of its rows, on a window of functions: the stiffness of an axis is D^T diag(coefficient) D.
+/// The derivatives along an axis of the functions of a window, as a matrix D and a coefficient for each of
+/// its rows: the stiffness of the axis is D^T diag(coefficient) D.
 #[derive(Debug)]
 pub(super) struct Gradient {
     matrix: SparseRows<f64>,
@@ -24,7 +25,8 @@ pub(super) struct Gradient {
 }
 
 impl Gradient {
-    /// Makes the gradient of an axis with one coefficient per interval, for the functions of `window`; held ends are trimmed off.
+    /// Makes the gradient of an axis with one coefficient per interval, for the functions of `window`; held
+    /// ends are trimmed off.
     pub(super) fn new(axis: &Axis, coefficient: &[f64], window: &Range<usize>) -> Result<Self, SolveError> {
         let (whole, first) = (divergence_matrix(&axis.line)?, axis.functions().start + window.start);
         let offsets = potential_offsets(&axis.line);
@@ -43,7 +45,7 @@ impl Gradient {
 }
 
 impl Primal {
-    /// Energies u_i A u_j of potentials, a symmetric matrix; under a map no less than these.
+    /// Energies u_i A u_j of potentials, a symmetric matrix; under a map an upper bound on them.
     ///
     /// # Errors
     /// A map that turns space inside out.
@@ -78,7 +80,8 @@ impl Primal {
         matrix
     }
 
-    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. Not under a map.
+    /// The product u A v of two potentials, for which [`Primal::energies`] would do more than is needed. What
+    /// a map adds is left out.
     pub(crate) fn product_of(&self, u: &[f64], v: &[f64]) -> f64 {
         let terms = self.terms.terms.iter();
         let total: f64 = terms.map(|term| term.products(&[u], &[v], |_, _| true, self.dims)[(0, 0)]).sum();
@@ -88,20 +91,24 @@ impl Primal {
     }
 }
 
-/// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one slab along the other two.
+/// Derivatives of potentials piece by piece: of one row of the derivatives along the first axis, or of one
+/// slab along the other two.
 struct Pieces<'t> {
     term: &'t Term,
     /// The mass matrices of the second and the third axis.
     mass: [Strips; 2],
     /// The matrices D of the second and the third axis: see [`Gradient`].
     gradient: [Strips; 2],
+    /// Dimensions of the arrays of coefficients.
     dims: Dims,
 }
 
 /// One of the pieces.
 #[derive(Clone, Copy)]
 enum Piece {
+    /// A row of the derivatives along the first axis.
     Row(usize),
+    /// The derivatives of a slab along the other two axes.
     Slab(usize),
 }
 
@@ -115,12 +122,13 @@ impl<'t> Pieces<'t> {
         }
     }
 
-    fn all(&self) -> Vec<Piece> {
+    /// The pieces that make up all derivatives.
+    fn list(&self) -> Vec<Piece> {
         let rows = (0..self.term.gradient[0].matrix.rows()).map(Piece::Row);
         rows.chain((0..self.term.window[0].len()).map(Piece::Slab)).collect()
     }
 
-    /// Functions of the second and the third axis.
+    /// Numbers of functions of the second and the third axis.
     fn shape(&self) -> [usize; 2] {
         [self.term.window[1].len(), self.term.window[2].len()]
     }
@@ -195,13 +203,16 @@ impl<'t> Pieces<'t> {
 /// Working memory in which one thread differentiates, kept from one piece to the next.
 #[derive(Default)]
 struct Work {
+    /// A sum of slabs.
     slab: Vec<f64>,
+    /// That slab after products along one of its axes.
     once: Vec<f64>,
 }
 
 impl Term {
-    /// Products of potentials with others, those that are `wanted`. Piece by piece, so that derivatives of all of a potential, which take as
-    /// much memory as itself, are never held.
+    /// Products of the potentials `x` with the potentials `y`, for the pairs that are `wanted`; the others
+    /// are zero. They are computed piece by piece, so that all derivatives of a potential, which take as much
+    /// memory as the potential itself, are never held.
     fn products(
         &self,
         x: &[&[f64]],
@@ -225,7 +236,7 @@ impl Term {
         let plane = pieces.shape().iter().product::<usize>();
         // Added in order: the sum does not depend on the number of threads.
         let parts: Vec<Vec<f64>> = pieces
-            .all()
+            .list()
             .into_par_iter()
             .with_min_len((SMALL_TASK / plane.max(1)).max(1))
             .map_init(buffers, of_piece)

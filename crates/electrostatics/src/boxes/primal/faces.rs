@@ -1,12 +1,13 @@
 //! Potentials that decay along rays beyond the last nodes of open space.
 //!
-//! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field of a point
-//! charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is, for unit permittivity,
+//! Beyond the cube of half-width R around the pole the potential is continued as u(s x) = u(x) / s: the field
+//! of a point charge at the pole is of this kind. On the face x = R, with u = g(y, z) there, its energy is,
+//! for unit permittivity,
 //!
 //! integral of (g + y g_y + z g_z)^2 / R + R (g_y^2 + g_z^2) over the face,
 //!
-//! a sum of products of 1D matrices. Where rays cross different permittivities the greatest one is used: the energy of a trial
-//! potential may be too large, never too small.
+//! a sum of products of 1D matrices. Where rays cross different permittivities the greatest one is used: the
+//! energy of a trial potential may be too large, never too small.
 
 use crate::boxes::domain::{Axis, Domain, per_element};
 use crate::boxes::ray_permittivity::RayPermittivity;
@@ -17,21 +18,25 @@ use faer::Mat;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// All faces; none in a scene without rays.
+/// The faces of the cube through which rays leave; none in a scene without rays.
 #[derive(Debug)]
 pub(crate) struct Faces {
+    /// The rectangles that the faces consist of.
     pieces: Vec<Piece>,
 }
 
 /// A rectangle of one face with one permittivity.
 #[derive(Debug)]
 struct Piece {
+    /// The axis across the face.
     axis: usize,
-    /// The function of the outermost node.
+    /// The function of that axis that is 1 at the outermost node.
     index: usize,
+    /// The functions of the two transverse axes that do not vanish on the rectangle.
     across: [Range<usize>; 2],
-    /// Matrices of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the permittivity. M and K are mass
-    /// and stiffness, N and E the first and the second radial matrix ([`radial_matrices`]).
+    /// Matrices of the first transverse axis: (M + E + N + N^T) / R + R K, M, N / R, N^T / R, times the
+    /// permittivity. M and K are mass and stiffness, N and E the first and the second radial matrix
+    /// ([`radial_matrices`]).
     rows: [SparseRows<f64>; 4],
     /// Matrices of the second transverse axis, side by side: `[M | (E + N + N^T) / R + R K | N | N^T]`.
     columns: Dense<f64>,
@@ -41,8 +46,11 @@ struct Piece {
 struct Side {
     mass: Mat<f64>,
     stiffness: Mat<f64>,
+    /// The first of the [`radial_matrices`].
     first: Mat<f64>,
+    /// The second of the [`radial_matrices`].
     second: Mat<f64>,
+    /// The functions of the axis that do not vanish on the side.
     functions: Range<usize>,
 }
 
@@ -74,19 +82,21 @@ impl Faces {
         Self { pieces }
     }
 
-    /// The products of potentials on the faces, given by their coefficients on the whole face of an axis and a side, `[p][q]`.
-    pub(crate) fn products(&self, on_face: &[impl Fn(usize, usize) -> Vec<f64>], cells: Dims) -> Mat<f64> {
+    /// The products u A v of potentials on the faces. Each potential is given by a function from an axis and
+    /// a side to its coefficients on that whole face, `[p][q]`; `dims` are those of the arrays of
+    /// coefficients.
+    pub(crate) fn products(&self, on_face: &[impl Fn(usize, usize) -> Vec<f64>], dims: Dims) -> Mat<f64> {
         let n = on_face.len();
         let mut out = Mat::zeros(n, n);
         for piece in &self.pieces {
             let [p, q] = across(piece.axis);
             let side = usize::from(piece.index > 0);
             let cut = |face: Vec<f64>| -> Vec<f64> {
-                let width = cells[q];
+                let width = dims[q];
                 let rows = piece.across[0].clone();
                 rows.flat_map(|s| face[s * width..][piece.across[1].clone()].to_vec()).collect()
             };
-            debug_assert!(piece.across[0].end <= cells[p]);
+            debug_assert!(piece.across[0].end <= dims[p]);
             let cuts: Vec<Vec<f64>> = on_face.iter().map(|face| cut(face(piece.axis, side))).collect();
             let images: Vec<Vec<f64>> =
                 cuts.iter().map(|coefficients| piece.product_of(coefficients)).collect();
@@ -97,12 +107,12 @@ impl Faces {
         out
     }
 
-    /// `y += A x`.
+    /// `y += A x` for the part of A that belongs to the faces.
     pub(super) fn add_product(&self, x: &[f64], y: &mut [f64], dims: Dims) {
         let products: Vec<Vec<f64>> = self.pieces.par_iter().map(|p| p.product(x, dims)).collect();
         for (piece, product) in self.pieces.iter().zip(products) {
-            for (at, value) in piece.places(dims).zip(product) {
-                y[at] += value;
+            for (index, value) in piece.places(dims).zip(product) {
+                y[index] += value;
             }
         }
     }
@@ -118,7 +128,7 @@ fn face(
 ) -> Vec<Piece> {
     let [p, q] = across(a);
     let cells = domain.cells();
-    let at = |s: usize, t: usize| {
+    let permittivity_at = |s: usize, t: usize| {
         let mut c = [0; 3];
         (c[a], c[p], c[q]) = (if side == 0 { 0 } else { cells[a] - 1 }, s, t);
         ray_permittivity.greatest(domain, c)
@@ -128,8 +138,8 @@ fn face(
     for s in 0..cells[p] {
         let mut t = 0;
         while t < cells[q] {
-            let value = at(s, t);
-            let end = (t + 1..cells[q]).find(|&n| at(s, n) != value).unwrap_or(cells[q]);
+            let value = permittivity_at(s, t);
+            let end = (t + 1..cells[q]).find(|&n| permittivity_at(s, n) != value).unwrap_or(cells[q]);
             match rectangles.iter_mut().find(|(r, v)| r[1] == s && r[2] == t && r[3] == end && *v == value) {
                 Some((r, _)) => r[1] = s + 1,
                 None => rectangles.push(([s, s + 1, t, end], value)),
@@ -180,12 +190,14 @@ impl Piece {
             .flat_map(move |s| columns.clone().map(move |t| base + s * strides[p] + t * strides[q]))
     }
 
+    /// The product of the rectangle's part of A with the potential `x`, at [`Piece::places`].
     fn product(&self, x: &[f64], dims: Dims) -> Vec<f64> {
-        let gathered: Vec<f64> = self.places(dims).map(|at| x[at]).collect();
+        let gathered: Vec<f64> = self.places(dims).map(|index| x[index]).collect();
         self.product_of(&gathered)
     }
 
-    /// The product of the rectangle's part of A with a potential whose coefficients on the rectangle are given, row by row.
+    /// The product of the rectangle's part of A with a potential whose coefficients on the rectangle are
+    /// given, row by row.
     fn product_of(&self, gathered: &[f64]) -> Vec<f64> {
         let [rows, columns] = [0, 1].map(|b| self.across[b].len());
         let mut by_columns = vec![0.0; rows * 4 * columns];

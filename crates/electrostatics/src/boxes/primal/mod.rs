@@ -1,8 +1,8 @@
 //! Dirichlet's principle: continuous potentials of order p, whose energy bounds the capacitance from above.
 //!
-//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a conductor's closed block are
-//! prescribed. In this basis both 1D matrices have a handful of entries per row, so that the operator is cheap compared with the
-//! preconditioner.
+//! Unknowns are the coefficients of products of the hierarchical 1D functions, `[i][j][k]`; those of a
+//! conductor's closed block are prescribed. In this basis both 1D matrices have a handful of entries per row,
+//! so that the operator is cheap compared with the preconditioner.
 
 mod energies;
 pub(crate) mod faces;
@@ -31,19 +31,22 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use terms::{Product, separable_terms};
 
-/// Factor by which the iteration limit is larger under a map.
+/// Factor by which the iteration limit is larger under a map. Not tuned: a limit that ordinary cases do not
+/// reach.
 const UNDER_MAP: usize = 2;
 
 /// Rows of a strip of the matrices of the last axis. The columns of a strip reach beyond its rows by the
-/// degree on either side: narrower strips spend more work on this overlap, wider ones more on zeros.
+/// degree on either side: narrower strips spend more work on this overlap, wider ones more on zeros. Tuned:
+/// `cargo bench --bench solver`.
 const STRIP: usize = 16;
 
 /// One separable part of the operator, K0 M1 M2 + M0 K1 M2 + M0 M1 K2, on a window of the array.
 #[derive(Debug)]
 struct Term {
     window: Window,
-    /// Mass and stiffness of each axis, indices relative to the window.
+    /// The mass matrix M of each axis, with indices relative to the window.
     mass: [SparseRows<f64>; 3],
+    /// The stiffness matrix K of each axis, with indices relative to the window.
     stiffness: [SparseRows<f64>; 3],
     /// Mass and stiffness of the last axis, for products with rows.
     last: [Strips; 2],
@@ -51,16 +54,20 @@ struct Term {
     gradient: [Gradient; 3],
 }
 
-/// The operator.
+/// The operator, without open space beyond the last nodes and without what a map adds.
 #[derive(Debug)]
 struct Terms {
+    /// Dimensions of the array of unknowns.
     dims: Dims,
+    /// The separable parts that add up to the operator.
     terms: Vec<Term>,
+    /// Results along the last two axes, between two passes over the array.
     scratch: Vec<f64>,
 }
 
 impl Term {
-    /// Makes the part of the operator that belongs to a product of one factor per axis and interval, which is zero outside a block.
+    /// Makes the part of the operator that belongs to a product of one factor per axis and interval, which is
+    /// zero outside a block.
     fn new(domain: &Domain, (block, factors): &Product) -> Result<Self, SolveError> {
         let window = [0, 1, 2].map(|a| domain.axes[a].closed(block.lo[a], block.hi[a]));
         let matrices = [0, 1, 2].map(|a| {
@@ -92,7 +99,7 @@ impl Terms {
             let [w0, w1, w2] = &term.window;
             let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
             let sheet = n1 * n2;
-            // c = M1 M2 x and d = (M1 K2 + K1 M2) x, side by side per slab.
+            // c = M1 M2 x and d = (M1 K2 + K1 M2) x, side by side per slab; from a = M2 x and b = K2 x.
             self.scratch.resize(n0 * 2 * sheet, 0.0);
             self.scratch.par_chunks_mut(2 * sheet).enumerate().with_min_len(batch(sheet)).for_each_init(
                 || vec![0.0; 2 * sheet],
@@ -128,8 +135,8 @@ impl Terms {
                         axpy(slab, weight, source);
                     } else {
                         for j in 0..n1 {
-                            let at = (w1.start + j) * dims[2] + w2.start;
-                            axpy(&mut slab[at..at + n2], weight, &source[j * n2..(j + 1) * n2]);
+                            let start = (w1.start + j) * dims[2] + w2.start;
+                            axpy(&mut slab[start..start + n2], weight, &source[j * n2..(j + 1) * n2]);
                         }
                     }
                 };
@@ -144,6 +151,7 @@ impl Terms {
     }
 }
 
+/// Slabs handled by one task: enough work to be worth the start of a task.
 fn batch(plane: usize) -> usize {
     (2048 / plane.max(1)).max(1)
 }
@@ -151,19 +159,24 @@ fn batch(plane: usize) -> usize {
 /// The primal problem on one domain.
 #[derive(Debug)]
 pub(crate) struct Primal {
+    /// Dimensions of the array of unknowns.
     dims: Dims,
-    /// Closed function ranges of the conductors.
+    /// The functions that do not vanish on each block of the conductors.
     conductors: Vec<Window>,
+    /// The vertex functions of each axis.
     vertices: [Vec<usize>; 3],
     terms: Terms,
     /// Open space beyond the last nodes.
     faces: Faces,
-    /// The operator that the map of a bent scene adds, and the domain, for a finer rule.
+    /// The operator that the map of a bent scene adds, and the domain, for energies by a finer rule.
     bent: Option<(Gradients, Domain)>,
+    /// Buffers of `bent`.
     bent_work: Work,
     /// Set where the potential is even or odd under a half turn.
     fold: Option<Fold>,
+    /// The preconditioner.
     schwarz: Schwarz<f32>,
+    /// Buffers of `schwarz`.
     work: SchwarzWork<f32>,
 }
 
@@ -178,6 +191,7 @@ impl Primal {
         Self::preconditioned(domain, Schwarz::new(Vec::new(), domain.primal_dims()))
     }
 
+    /// Assembles line matrices, for a given preconditioner.
     fn preconditioned(domain: &Domain, schwarz: Schwarz<f32>) -> Result<Self, SolveError> {
         let dims = domain.primal_dims();
         let terms = separable_terms(domain)
@@ -224,6 +238,7 @@ impl Primal {
         u
     }
 
+    /// y = A x over all functions, prescribed ones included.
     fn product(&mut self, x: &[f64], y: &mut [f64]) {
         self.terms.apply(x, y);
         self.faces.add_product(x, y, self.dims);
@@ -237,7 +252,8 @@ impl Primal {
         self.bent.as_ref().map(|(gradients, _)| gradients)
     }
 
-    /// A u over all functions, prescribed ones included: tested with a lift it gives charges.
+    /// A u over all functions, prescribed ones included. Its products with the results of [`Primal::lift`]
+    /// are charges.
     pub(crate) fn full_product(&mut self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         self.product(u, &mut out);
@@ -280,11 +296,13 @@ impl Operator for Primal {
 /// The split of potentials on the half of a scene into parts on its quarters; `None` for a whole scene.
 fn fold(domain: &Domain) -> Result<Option<Fold>, SolveError> {
     let Some(turn) = &domain.turn else { return Ok(None) };
-    // The function of the middle of the first axis is odd, or even, across the last.
+    // The function of the middle of the first axis is odd across the middle of the last where the potential
+    // is odd under the turn, else even.
     let skipped = if turn.odd { [0, 1] } else { [1, 0] };
     Fold::new(domain.primal_dims(), reflected(&domain.axes[2]).as_ref(), skipped).map(Some)
 }
 
+/// The preconditioner of a domain; for the half of a scene, with the boxes of its quarters.
 fn schwarz(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     let schwarz = boxes(domain, dims)?;
     let (Some(turn), Some(fold)) = (&domain.turn, fold(domain)?) else { return Ok(schwarz) };
@@ -337,11 +355,11 @@ fn boxes(domain: &Domain, dims: Dims) -> Result<Schwarz<f32>, SolveError> {
     Ok(Schwarz::new(boxes, dims))
 }
 
-/// Axis, interval range, held outer planes, and the bits of the permittivity factor of every interval (1 outside the
-/// range).
+/// What the modes of one axis of a box depend on: the axis, the first interval and one past the last, the
+/// outer planes that are held, and the bits of the permittivity factor of every interval (1 outside the box).
 pub(crate) type AxisKey = (usize, usize, usize, [bool; 2], Vec<u64>);
 
-/// The data that the modes of each axis of a box depend on.
+/// The keys of the modes of a box, one for each axis.
 pub(crate) fn axis_keys(domain: &Domain, b: &FreeBox) -> [AxisKey; 3] {
     let (lo, hi) = (b.block.lo, b.block.hi);
     let factors = domain.separable(&b.block);

@@ -1,5 +1,5 @@
-//! The contribution of each function of an axis to the energy. That of the highest degree, the surplus, shows
-//! where a grid is too coarse, and in which direction.
+//! The contribution of each function of an axis to the energy. The contribution of the functions of the
+//! highest degree, the surplus, shows where a grid is too coarse, and in which direction.
 
 use super::{Primal, Term};
 use elastocap_fem::tensor::{Dims, SparseRows, axpy, target};
@@ -20,11 +20,12 @@ impl Primal {
     }
 }
 
-/// `out += (matrix x)` for row `i` of a matrix that acts on slabs of `size` entries of `x`, `stride` apart.
+/// Adds to `out` row `i` of the product of a matrix with slabs of `x`, which are as long as `out`, begin at
+/// `offset` and are `stride` entries apart.
 fn combine(out: &mut [f64], matrix: &SparseRows<f64>, i: usize, x: &[f64], offset: usize, stride: usize) {
     for &(s, weight) in matrix.row(i) {
-        let at = s * stride + offset;
-        axpy(out, weight, &x[at..at + out.len()]);
+        let start = s * stride + offset;
+        axpy(out, weight, &x[start..start + out.len()]);
     }
 }
 
@@ -33,6 +34,7 @@ fn diagonal(matrix: &SparseRows<f64>, i: usize) -> f64 {
 }
 
 impl Term {
+    /// What the term contributes to [`Primal::slice_energies`], for the functions of its window.
     fn slice_energies(&self, u: &[f64], dims: Dims) -> [Vec<f64>; 3] {
         let [w0, w1, w2] = &self.window;
         let (n0, n1, n2) = (w0.len(), w1.len(), w2.len());
@@ -60,15 +62,17 @@ impl Term {
                 let slab_values = &values[i * sheet..(i + 1) * sheet];
                 let slab = |parts: &[(&SparseRows<f64>, &[f64], usize, usize)]| {
                     let mut out = vec![0.0; sheet];
-                    parts.iter().for_each(|(m, x, at, stride)| combine(&mut out, m, i, x, *at, *stride));
+                    parts.iter().for_each(|(m, x, from, stride)| combine(&mut out, m, i, x, *from, *stride));
                     out
                 };
+                // M0 M2 u, (K0 M2 + M0 K2) u, M0 u and K0 u.
                 let mass = slab(&[(m0, &products, 0, 2 * sheet)]);
                 let rest = slab(&[(k0, &products, 0, 2 * sheet), (m0, &products, sheet, 2 * sheet)]);
                 let by_mass = slab(&[(m0, &values, 0, sheet)]);
                 let by_stiffness = slab(&[(k0, &values, 0, sheet)]);
                 let slab_products = &products[i * 2 * sheet..(i + 1) * 2 * sheet];
                 let (mut first, mut second, mut third) = (0.0, vec![0.0; n1], vec![0.0; n2]);
+                // Rows of M1 M2 u, (K1 M2 + M1 K2) u, M1 M0 u and (K1 M0 + M1 K0) u.
                 let (mut p, mut q, mut r, mut s) =
                     (vec![0.0; n2], vec![0.0; n2], vec![0.0; n2], vec![0.0; n2]);
                 for j in 0..n1 {

@@ -14,7 +14,7 @@ pub(crate) fn separable_terms(domain: &Domain) -> Vec<Product> {
     if let Some(factors) = domain.product() {
         return vec![(whole, factors)];
     }
-    // Layers lie across x2 mostly: of equals, the first is taken.
+    // Layers lie across x2 mostly, so that this axis comes first: of equally good choices the first is taken.
     let choices = [1, 0, 2].map(|axis| {
         let layers = least(domain, axis);
         let boxes = boxes_above(domain, axis, &layers);
@@ -30,9 +30,9 @@ pub(crate) fn separable_terms(domain: &Domain) -> Vec<Product> {
             false => (0..cells[a]).map(|m| f64::from((block.lo[a]..block.hi[a]).contains(&m))).collect(),
         })
     };
-    let of_box = |(block, more): (Block, f64)| {
+    let of_box = |(block, excess): (Block, f64)| {
         let inside = |m: usize| (block.lo[axis]..block.hi[axis]).contains(&m);
-        let factors = (0..cells[axis]).map(|m| if inside(m) { more } else { 0.0 }).collect();
+        let factors = (0..cells[axis]).map(|m| if inside(m) { excess } else { 0.0 }).collect();
         (block, product_of(axis, factors, &block))
     };
     let layered = (whole, product_of(axis, layers, &whole));
@@ -53,23 +53,24 @@ fn all_cells(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..n[0]).flat_map(move |i| (0..n[1]).flat_map(move |j| (0..n[2]).map(move |k| [i, j, k])))
 }
 
-/// Boxes that do not overlap, with the permittivity in them above that of layers across an axis.
+/// Boxes that do not overlap, each with the excess of the permittivity in it over that of layers across an
+/// axis.
 fn boxes_above(domain: &Domain, axis: usize, layers: &[f64]) -> Vec<(Block, f64)> {
     let n = domain.cells();
-    let above = |cell: [usize; 3]| domain.permittivity_of(cell) - layers[cell[axis]];
+    let excess_in = |cell: [usize; 3]| domain.permittivity_of(cell) - layers[cell[axis]];
     let index = |[i, j, k]: [usize; 3]| (i * n[1] + j) * n[2] + k;
     let mut taken = vec![false; n.iter().product()];
     let mut out = Vec::new();
     for lo in all_cells(n) {
-        let more = above(lo);
-        if more <= 0.0 || taken[index(lo)] {
+        let excess = excess_in(lo);
+        if excess <= 0.0 || taken[index(lo)] {
             continue;
         }
         // Extended as far as possible along the last axis, then as a whole along the others.
         let mut hi = lo.map(|m| m + 1);
         for a in [2, 1, 0] {
             let (mut from, mut to) = (lo, hi);
-            let is_alike = |cell: [usize; 3]| !taken[index(cell)] && above(cell) == more;
+            let is_alike = |cell: [usize; 3]| !taken[index(cell)] && excess_in(cell) == excess;
             while hi[a] < n[a] {
                 (from[a], to[a]) = (hi[a], hi[a] + 1);
                 if !cells_of(from, to).all(is_alike) {
@@ -79,11 +80,12 @@ fn boxes_above(domain: &Domain, axis: usize, layers: &[f64]) -> Vec<(Block, f64)
             }
         }
         cells_of(lo, hi).for_each(|cell| taken[index(cell)] = true);
-        out.push((Block { lo, hi }, more));
+        out.push((Block { lo, hi }, excess));
     }
     out
 }
 
+/// The cells of a block.
 fn cells_of(lo: [usize; 3], hi: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (lo[0]..hi[0]).flat_map(move |i| (lo[1]..hi[1]).flat_map(move |j| (lo[2]..hi[2]).map(move |k| [i, j, k])))
 }

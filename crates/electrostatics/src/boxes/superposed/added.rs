@@ -24,11 +24,12 @@ use std::time::Instant;
 
 /// Upper limit of the largest eigenvalue of eps K^-1 for adding a solution to a base. Where a gap is squeezed
 /// further, as between an indenter and the layer it touches, the error of the base in the gap costs more than
-/// the base saves.
+/// the base saves. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const MOST_SQUEEZED: f64 = 60.0;
 
-/// The same limit for a dielectric body. At the edges of a box that a map makes round the eigenvalue is
-/// always large, but the flux of the base is smooth there.
+/// [`MOST_SQUEEZED`] for a dielectric body. At the edges of a box that a map makes round the eigenvalue is
+/// always large, but the flux of the base is smooth there. Tuned: time the runs of the balls in
+/// docs/change.md, section "Reach".
 const MOST_SQUEEZED_INSIDE: f64 = 1e4;
 
 /// Rounding error of a square of z in a body, relative to the square of u0 there: the sums have millions of
@@ -38,23 +39,26 @@ const ROUNDING: f64 = 1e-12;
 /// The solution on a coarse grid that is added to one symmetric part of a base. The symbols are those of
 /// [`crate::boxes::superposed`].
 pub(crate) struct Added<'a> {
+    /// That part of the base.
     pub(super) base: &'a BasePart,
     /// The potential of the base that belongs to each right-hand side; `None` where all electrodes are at
     /// zero.
     pub(super) base_index: Vec<Option<usize>>,
     /// The block B.
     pub(super) block: Block,
-    /// p, for each right-hand side.
-    pub(crate) cut: Vec<Vec<f64>>,
+    /// The interpolated potential p of the base, for each right-hand side.
+    pub(crate) interpolated: Vec<Vec<f64>>,
     /// Potentials that y has on all blocks of conductors: those of the body, and zero on the electrodes.
     pub(crate) potentials: Vec<Vec<f64>>,
-    /// Set where the body is a dielectric.
+    /// The grid with the permittivities without the body: set where the body is a dielectric.
     pub(super) without: Option<WithoutBody>,
 }
 
 /// A coarse grid with the permittivities of the base.
 pub(super) struct WithoutBody {
+    /// The domain of the grid, without a map.
     pub(super) domain: Domain,
+    /// The primal problem on it.
     primal: Primal,
     /// The products of the operator with p, for each right-hand side.
     products: Vec<Vec<f64>>,
@@ -70,23 +74,23 @@ impl WithoutBody {
         base: &Domain,
         coarse: &Domain,
         block: &Block,
-        cut: &[Vec<f64>],
+        interpolated: &[Vec<f64>],
     ) -> Result<Option<Self>, SolveError> {
         let permittivity = permittivity_of(base, coarse).ok_or(SolveError::Superposition)?;
         let cells = coarse.cells();
         let mut largest = 1.0_f64;
         let mut body = Block { lo: cells, hi: [0; 3] };
-        for (n, (eps, with)) in permittivity.iter().zip(&coarse.permittivity).enumerate() {
-            let at = [n / (cells[1] * cells[2]), n / cells[2] % cells[1], n % cells[2]];
-            if eps == with {
+        for (n, (eps, eps_with_body)) in permittivity.iter().zip(&coarse.permittivity).enumerate() {
+            let cell = [n / (cells[1] * cells[2]), n / cells[2] % cells[1], n % cells[2]];
+            if eps == eps_with_body {
                 continue;
             }
-            if (0..3).any(|a| at[a] < block.lo[a] || block.hi[a] <= at[a]) {
+            if (0..3).any(|a| cell[a] < block.lo[a] || block.hi[a] <= cell[a]) {
                 return Err(SolveError::Superposition);
             }
-            largest = largest.max(eps / with);
+            largest = largest.max(eps / eps_with_body);
             for a in 0..3 {
-                (body.lo[a], body.hi[a]) = (body.lo[a].min(at[a]), body.hi[a].max(at[a] + 1));
+                (body.lo[a], body.hi[a]) = (body.lo[a].min(cell[a]), body.hi[a].max(cell[a] + 1));
             }
         }
         if permittivity == coarse.permittivity {
@@ -94,13 +98,14 @@ impl WithoutBody {
         }
         let domain = Domain { permittivity, map: None, ..coarse.clone() };
         let mut primal = Primal::without_preconditioner(&domain)?;
-        let products = cut.iter().map(|p| primal.straight_product(p)).collect();
+        let products = interpolated.iter().map(|p| primal.straight_product(p)).collect();
         Ok(Some(Self { domain, primal, products, largest, body }))
     }
 }
 
 impl<'a> Added<'a> {
-    /// `held` are the conductors that the blocks of the domain belong to; those of the base come first.
+    /// What is added to a base for a part of a scene, on its coarse grid. `held` are the conductors that the
+    /// blocks of the domain belong to; those of the base come first.
     ///
     /// # Errors
     /// [`SolveError::Superposition`] where the base does not have this part, or where an electrode lies in
@@ -112,10 +117,12 @@ impl<'a> Added<'a> {
         held: &[usize],
     ) -> Result<Self, SolveError> {
         let mut out = Self::of_conductors(base, part, domain, held).ok_or(SolveError::Superposition)?;
-        out.without = WithoutBody::new(&out.base.domain, domain, &out.block, &out.cut)?;
+        out.without = WithoutBody::new(&out.base.domain, domain, &out.block, &out.interpolated)?;
         Ok(out)
     }
 
+    /// [`Added::new`] without the permittivities of the base; `None` where the base does not have this part,
+    /// or where an electrode lies in the region that the map bends.
     fn of_conductors(base: &'a Base, part: &Part, domain: &Domain, held: &[usize]) -> Option<Self> {
         let count = base.conductors;
         let (base_part, base_index) = base.part_of(part)?;
@@ -134,7 +141,7 @@ impl<'a> Added<'a> {
         let to = interpolation(&base_part.domain, domain, &block)?;
         let dims = domain.primal_dims();
         let window = closed(domain, &block);
-        let cut = |k: &Option<usize>| {
+        let interpolated = |k: &Option<usize>| {
             let Some(k) = k else { return vec![0.0; dims.iter().product()] };
             let (mut out, mut now) = (base_part.coefficients[*k].clone(), base_part.domain.primal_dims());
             for (a, matrix) in to.iter().enumerate() {
@@ -143,16 +150,16 @@ impl<'a> Added<'a> {
             only(&mut out, dims, &window);
             out
         };
-        let cut = base_index.iter().map(cut).collect();
+        let interpolated = base_index.iter().map(interpolated).collect();
         let on_body = |v: &Vec<f64>| held.iter().map(|&c| if c < count { 0.0 } else { v[c] }).collect();
         let potentials = part.potentials.iter().map(on_body).collect();
-        Some(Self { base: base_part, base_index, block, cut, potentials, without: None })
+        Some(Self { base: base_part, base_index, block, interpolated, potentials, without: None })
     }
 
     /// The source by which the base, whose energies are given, drives y.
     pub(crate) fn drive<'d>(&'d self, energies: &'d [f64]) -> Drive<'d> {
         let products = self.without.as_ref().map(|without| without.products.as_slice());
-        Drive { pull: &self.cut, products, energies }
+        Drive { pull: &self.interpolated, products, energies }
     }
 
     /// The limit of [`MOST_SQUEEZED`] for this body.
@@ -186,28 +193,33 @@ impl<'a> Added<'a> {
 
     /// Approximate energies of u, from those of y under the map: u0 is taken for the exact potential of the
     /// base.
-    pub(crate) fn about(&self, energies: &Mat<f64>, y: &[Vec<f64>], primal: &mut Primal) -> Mat<f64> {
+    pub(crate) fn approximate_energies(
+        &self,
+        energies: &Mat<f64>,
+        y: &[Vec<f64>],
+        primal: &mut Primal,
+    ) -> Mat<f64> {
         let pulled = match &self.without {
             Some(without) => without.products.clone(),
-            None => self.cut.iter().map(|p| primal.straight_product(p)).collect(),
+            None => self.interpolated.iter().map(|p| primal.straight_product(p)).collect(),
         };
         let product = |x: &[f64], k: usize| dot(x, &pulled[k]);
         let base = self.of_base(&self.base.upper);
         let n = y.len();
         Mat::from_fn(n, n, |i, j| {
             base[(i, j)] + energies[(i, j)] - product(&y[i], j) - product(&y[j], i)
-                + 0.5 * (product(&self.cut[i], j) + product(&self.cut[j], i))
+                + 0.5 * (product(&self.interpolated[i], j) + product(&self.interpolated[j], i))
         })
     }
 
     /// The potentials of the base, for those right-hand sides that have one.
-    fn solved(&self) -> Vec<&[f64]> {
+    fn base_potentials(&self) -> Vec<&[f64]> {
         self.base_index.iter().flatten().map(|k| self.base.coefficients[*k].as_slice()).collect()
     }
 
-    /// Expands a matrix whose rows or columns are the right-hand sides that have a base to all right-hand
-    /// sides.
-    fn spread(&self, m: &Mat<f64>, is_base: [bool; 2]) -> Mat<f64> {
+    /// Expands a matrix whose rows or columns (`is_base`) belong to [`Added::base_potentials`] to one whose
+    /// rows and columns belong to all right-hand sides; the new entries are zero.
+    fn expanded(&self, m: &Mat<f64>, is_base: [bool; 2]) -> Mat<f64> {
         let place = |k: usize, is_base: bool| match (is_base, self.base_index[k]) {
             (true, None) => None,
             (true, Some(_)) => Some(self.base_index[..k].iter().flatten().count()),
@@ -220,21 +232,25 @@ impl<'a> Added<'a> {
         })
     }
 
-    /// The squares of z, which is u0 - p restricted to the block, and those of u0 on the block.
+    /// The squares of z, which is u0 - p restricted to the functions that do not vanish on the block, and
+    /// those of u0 restricted in the same way.
     fn missed(&self, joint: &Joint) -> [Mat<f64>; 2] {
-        let some = self.solved();
-        let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
-        let (on_block, cut) = ((Space::BaseOnBlock, some.as_slice()), (Space::CoarseOnBlock, cut.as_slice()));
-        let whole = self.spread(&joint.products(on_block, on_block), [true, true]);
-        let mixed = double(self.spread(&joint.products(on_block, cut), [true, false]));
-        [&whole - mixed + joint.products(cut, cut), whole]
+        let base_potentials = self.base_potentials();
+        let interpolated: Vec<&[f64]> = self.interpolated.iter().map(Vec::as_slice).collect();
+        let (on_block, interpolated) = (
+            (Space::BaseOnBlock, base_potentials.as_slice()),
+            (Space::CoarseOnBlock, interpolated.as_slice()),
+        );
+        let whole = self.expanded(&joint.products(on_block, on_block), [true, true]);
+        let mixed = double(self.expanded(&joint.products(on_block, interpolated), [true, false]));
+        [&whole - mixed + joint.products(interpolated, interpolated), whole]
     }
 
     /// An upper bound on the square of eps grad z in the norm of K^-1, from the square in the norm of
     /// 1 / eps. `largest` is that of eps K^-1.
     ///
-    /// At the edges of a body that a map makes round, K^-1 is large and z almost zero: the body is bounded
-    /// apart.
+    /// At the edges of a body that a map makes round, K^-1 is large and z almost zero: the part inside the
+    /// body has a bound of its own.
     fn missed_under_map(
         &self,
         domain: &Domain,
@@ -260,22 +276,25 @@ impl<'a> Added<'a> {
         let n = y.len();
         let of_base: Vec<&[f64]> =
             self.base_index.iter().map(|k| k.map_or(&[][..], |k| &self.base.coefficients[k])).collect();
-        let some = self.solved();
-        let difference: Vec<Vec<f64>> =
-            (y.iter().zip(&self.cut)).map(|(y, p)| y.iter().zip(p).map(|(y, p)| y - p).collect()).collect();
+        let base_potentials = self.base_potentials();
+        let difference: Vec<Vec<f64>> = (y.iter().zip(&self.interpolated))
+            .map(|(y, p)| y.iter().zip(p).map(|(y, p)| y - p).collect())
+            .collect();
         let coarse: Vec<&[f64]> = difference.iter().map(Vec::as_slice).collect();
-        let cut: Vec<&[f64]> = self.cut.iter().map(Vec::as_slice).collect();
-        let spread = |m: Mat<f64>, rows: bool, columns: bool| self.spread(&m, [rows, columns]);
-        let (base, on_block) = ((Space::Base, some.as_slice()), (Space::BaseOnBlock, some.as_slice()));
-        let (coarse, cut) = ((Space::Coarse, coarse.as_slice()), (Space::CoarseOnBlock, cut.as_slice()));
+        let interpolated: Vec<&[f64]> = self.interpolated.iter().map(Vec::as_slice).collect();
+        let expanded = |m: Mat<f64>, rows: bool, columns: bool| self.expanded(&m, [rows, columns]);
+        let (base, on_block) =
+            ((Space::Base, base_potentials.as_slice()), (Space::BaseOnBlock, base_potentials.as_slice()));
+        let (coarse, interpolated) =
+            ((Space::Coarse, coarse.as_slice()), (Space::CoarseOnBlock, interpolated.as_slice()));
         let [missed, _] = self.missed(&joint);
         let mut out = self.of_base(&self.base.upper);
-        out += double(spread(joint.products(base, coarse), true, false));
+        out += double(expanded(joint.products(base, coarse), true, false));
         out += primal.straight_energies(&difference);
-        out -= double(spread(joint.products(base, on_block), true, true));
-        out += double(spread(joint.products(base, cut), true, false));
-        out -= double(spread(joint.products(on_block, coarse), true, false));
-        out += double(joint.products(cut, coarse));
+        out -= double(expanded(joint.products(base, on_block), true, true));
+        out += double(expanded(joint.products(base, interpolated), true, false));
+        out -= double(expanded(joint.products(on_block, coarse), true, false));
+        out += double(joint.products(interpolated, coarse));
         out += &missed;
         // Beyond the last nodes z is zero. There, only the products of base and difference are still missing.
         let beyond = |base: bool, coarse: bool| {
@@ -295,7 +314,7 @@ impl<'a> Added<'a> {
         self.without.as_ref().map_or((domain, primal), |without| (&without.domain, &without.primal))
     }
 
-    /// Upper energies, from `energies` of y under the map and those without it, and the squares of z.
+    /// Upper energies of u, from the `energies` of y under the map, and the squares of z.
     ///
     /// # Errors
     /// Grids without a common refinement.
@@ -315,7 +334,7 @@ impl<'a> Added<'a> {
         Ok([out, missed])
     }
 
-    /// Lower energies, from the upper ones.
+    /// Lower energies, from the `upper` ones and the squares of z (`missed`).
     ///
     /// # Errors
     /// As for [`Added::upper`]; a request to stop.
@@ -331,18 +350,19 @@ impl<'a> Added<'a> {
     ) -> Result<Energies, SolveError> {
         let permittivity =
             self.without.as_ref().map_or(&domain.permittivity, |without| &without.domain.permittivity);
-        let less = Less { potentials: &self.cut, permittivity };
+        let less = Less { potentials: &self.interpolated, permittivity };
         let solved = Solved { coefficients: y, less: Some(less), energies, images, bent: primal.bent() };
-        let found = distances(domain, &self.potentials, &solved, &less, &self.block, share, cancel)?;
+        let distances_found =
+            distances(domain, &self.potentials, &solved, &less, &self.block, share, cancel)?;
         // In terms of eps K^-1 with the permittivity of the base.
-        let largest = found.largest * self.without.as_ref().map_or(1.0, |without| without.largest);
+        let largest = distances_found.largest * self.without.as_ref().map_or(1.0, |without| without.largest);
         let begin = Instant::now();
         let n = y.len();
         let known = self.of_base(&self.base.gap());
         let [on_block, more] = self.under_map(domain, &known, largest)?;
         let missed = self.missed_under_map(domain, missed, largest)?;
-        let added_errors = [&found.apart, &found.repair, &missed];
-        let below = |by: &Mat<f64>| {
+        let added_errors = [&distances_found.apart, &distances_found.repair, &missed];
+        let lowered_by = |by: &Mat<f64>| {
             let mut matrix = upper - by;
             for i in 0..n {
                 matrix[(i, i)] -= 256.0 * f64::EPSILON * upper[(i, i)];
@@ -350,28 +370,28 @@ impl<'a> Added<'a> {
             matrix
         };
         let lost = squared_sum([&(&known + &more)].into_iter().chain(added_errors));
-        let mut matrix = below(&lost);
+        let mut matrix = lowered_by(&lost);
         let is_finite = |m: &Mat<f64>| (0..n).all(|i| (0..n).all(|j| m[(i, j)].is_finite()));
-        let proved = found.proved && is_finite(&lost);
+        let proved = distances_found.proved && is_finite(&lost);
         let with_error_of_base = match sight {
             Some(sight) if proved => {
                 let in_ball = self.errors_around(domain, sight)?;
                 let seen = squared_sum([&(&known * Scale(sight.share(self.base.is_odd()))), &in_ball]);
                 let apart = squared_sum([&on_block, &(&on_block + &more)].into_iter().chain(added_errors));
                 let product = twice_the_product(&known, &apart);
-                Some([below(&(&product + &apart)), upper + seen + product])
+                Some([lowered_by(&(&product + &apart)), upper + seen + product])
             }
             _ => None,
         };
         if !proved {
             matrix = Mat::zeros(n, n);
         }
-        let [setup, solve] = found.seconds;
+        let [setup, solve] = distances_found.seconds;
         Ok(Energies {
             matrix,
-            unknowns: found.unknowns,
-            iterations: found.iterations,
-            converged: found.converged,
+            unknowns: distances_found.unknowns,
+            iterations: distances_found.iterations,
+            converged: distances_found.converged,
             repair_share: 0.0,
             coefficients: Vec::new(),
             with_error_of_base,

@@ -12,9 +12,11 @@ use faer::Mat;
 pub struct Base {
     /// Number of conductors: they are the first ones of the other scenes.
     pub(crate) conductors: usize,
+    /// The frame that the base and the other scenes are laid out in.
     pub(crate) frame: Frame,
     /// Where rays to infinity begin, in the frame.
     pub(crate) radius: f64,
+    /// The symmetric parts that were solved.
     pub(crate) parts: Vec<BasePart>,
     /// The relative spread of the target to which it was solved.
     pub spread: f64,
@@ -29,14 +31,19 @@ pub struct Base {
 /// One symmetric part of a [`Base`].
 #[derive(Debug)]
 pub(crate) struct BasePart {
+    /// Whether the potentials are odd across the mirror plane of each axis.
     pub(crate) odd: [bool; 3],
     /// The potentials of the conductors, one list for each right-hand side.
     pub(crate) potentials: Vec<Vec<f64>>,
+    /// The domain of the grid.
     pub(crate) domain: Domain,
     /// The coefficients of the potential of each right-hand side, in the functions of the domain.
     pub(crate) coefficients: Vec<Vec<f64>>,
+    /// Upper energies.
     pub(crate) upper: Mat<f64>,
+    /// Lower energies.
     pub(crate) lower: Mat<f64>,
+    /// The fluxes of the dual problem.
     pub(crate) fluxes: Fluxes,
 }
 
@@ -53,8 +60,9 @@ impl BasePart {
 }
 
 impl Base {
-    /// The part that another scene's part is added to, and the right-hand side of it that belongs to each one
-    /// of the other part: `None` where the electrodes are at zero. `None` if the base has no such part.
+    /// The part of the base that a `part` of another scene is added to, and for each right-hand side of
+    /// `part` the right-hand side of the base with the same potentials of the electrodes, `None` where these
+    /// are zero. `None` if the base has no such part.
     pub(crate) fn part_of(&self, part: &Part) -> Option<(&BasePart, Vec<Option<usize>>)> {
         let number = |base_part: &BasePart, v: &Vec<f64>| {
             let electrodes = v.get(..self.conductors)?;

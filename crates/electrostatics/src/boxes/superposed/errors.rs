@@ -14,15 +14,19 @@ use crate::error::SolveError;
 use faer::{Mat, Scale};
 use std::ops::Range;
 
-/// Numbers of Gauss points on each element, counted beyond its degree: one with which the rule is exact
-/// without a map, and two whose difference estimates the error under a map.
+/// Number of Gauss points on each element, counted beyond its degree, with which the rule is exact without a
+/// map.
 const EXACT: usize = 1;
+
+/// Two such numbers for integrals under a map: the difference of the two results estimates the error.
 const RULES: [usize; 2] = [0, 1];
 
-/// The usual ratio of a norm on B with K^-1 to the same norm without a map.
+/// The usual ratio of a norm on B with K^-1 to the same norm without a map. Tuned: time the runs of the balls
+/// in docs/change.md, section "Reach".
 const BENT: f64 = 3.0;
 
-/// Share of the error of the base below which a contribution need not be computed accurately.
+/// Share of the error of the base below which a contribution need not be computed accurately. Tuned: time the
+/// runs of the balls in docs/change.md, section "Reach".
 const NEGLIGIBLE: f64 = 0.03;
 
 impl Added<'_> {
@@ -49,8 +53,8 @@ impl Added<'_> {
         Ok([on_block, out])
     }
 
-    /// A forecast of the spread of the energies, those of the error of the base included, if the base were
-    /// the only source of error; over the energies of the base.
+    /// A forecast of the spread of the energies, over those of the base, if the base were the only source of
+    /// error. The energies are those that include the energies of the error of the base.
     pub(crate) fn least_apart(&self, domain: &Domain, sight: &Sight) -> Result<f64, SolveError> {
         let [gap, energies] = self.base_forms();
         let seen =
@@ -75,8 +79,8 @@ impl Added<'_> {
         })
     }
 
-    /// An upper bound on the square of d0 - eps grad u0 in a ball, over the permittivity, whatever is added
-    /// there.
+    /// An upper bound on the square of d0 - eps grad u0 in the ball of `sight`, in the norm of 1 / eps,
+    /// whatever is added there: the square on all elements that the ball touches.
     ///
     /// # Errors
     /// A ball that reaches beyond the last node of an axis that continues to infinity.
@@ -108,8 +112,9 @@ impl Added<'_> {
         Ok(at_planes(&self.base.domain, coarse, more).ok_or(SolveError::Superposition)?.truncated())
     }
 
-    /// The square of d0 - eps grad u0 on elements of a grid from [`Added::divided`], with `extra` more Gauss
-    /// points on each element than its degree: over the permittivity, or its increase in the norm of K^-1.
+    /// The square of d0 - eps grad u0 on elements of a grid from [`Added::divided`], by `extra` more Gauss
+    /// points on each element than its degree: in the norm of 1 / eps, or how much larger it is in that of
+    /// K^-1.
     fn errors(
         &self,
         coarse: &Domain,
@@ -137,7 +142,7 @@ impl Added<'_> {
             let base = &self.base;
             let gradient = gradients_at(&base.domain, &of_potential, &[&base.coefficients[k]]).pop();
             let mut error = weights.times_permittivity(gradient.ok_or(SolveError::Superposition)?);
-            let flux = base.fluxes.at(k, &of_flux).ok_or(SolveError::Superposition)?;
+            let flux = base.fluxes.flux_at(k, &of_flux).ok_or(SolveError::Superposition)?;
             for (error, flux) in error.iter_mut().zip(&flux) {
                 error.iter_mut().zip(flux).for_each(|(e, d)| *e -= d);
             }

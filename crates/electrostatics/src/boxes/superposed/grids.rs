@@ -1,4 +1,5 @@
-//! The grids of base and difference: their common refinement, and interpolation from one to the other.
+//! The grid of a base and the coarse grid of what is added to it: their common refinement, and interpolation
+//! from the first to the second.
 
 use crate::boxes::common_line::common_line;
 use crate::boxes::domain::{Axis, Block, Domain};
@@ -14,6 +15,7 @@ pub(super) fn joined_domain(base: &Domain, coarse: &Domain) -> Option<Domain> {
     Some(Domain { axes: [axis(0)?, axis(1)?, axis(2)?], ..coarse.clone() })
 }
 
+/// One axis of [`joined_domain`].
 fn joined_axis(base: &Axis, coarse: &Axis) -> Option<Axis> {
     if base.rays != coarse.rays || base.walls != coarse.walls {
         return None;
@@ -26,8 +28,8 @@ fn joined_axis(base: &Axis, coarse: &Axis) -> Option<Axis> {
         _ if m == 0 => Some(0),
         _ if m == last => Some(line.elements()),
         Some(node) => {
-            let at = coarse.line.nodes[node];
-            line.nodes.iter().position(|x| *x == at).map(|i| i + line.first_finite())
+            let plane = coarse.line.nodes[node];
+            line.nodes.iter().position(|x| *x == plane).map(|i| i + line.first_finite())
         }
         None => None,
     };
@@ -117,7 +119,8 @@ pub(super) fn permittivity_of(base: &Domain, coarse: &Domain) -> Option<Vec<f64>
     Some(out)
 }
 
-/// Overlap of two intervals, over the shorter one, below which it is due to rounding.
+/// Overlap of two intervals, over the shorter one, below which it is due to rounding. Not tuned: it only has
+/// to lie above rounding errors and below distances that matter.
 const MEET: f64 = 1e-3;
 
 /// For each interval of an axis of a scene, the intervals of a base that it overlaps.

@@ -30,7 +30,9 @@ pub(super) enum Space {
 
 /// The spaces of the two grids in that of their common refinement.
 pub(super) struct Joint {
+    /// The common refinement, without a map.
     domain: Domain,
+    /// Numbers of functions on the axes of the base and of the coarse grid.
     dims: [Dims; 2],
     /// Functions of base and coarse grid (columns) in those of the common refinement (rows), by axis.
     embeddings: [[Mat<f64>; 3]; 2],
@@ -38,15 +40,18 @@ pub(super) struct Joint {
     window: Window,
     /// Mass and stiffness of each term and axis.
     terms: Vec<[[Mat<f64>; 2]; 3]>,
+    /// Open space beyond the last nodes.
     faces: Faces,
 }
 
 /// The matrices of each axis between two spaces, for each term: mass and stiffness. Rows and columns that are
 /// zero along an axis are left out: few functions of a fine grid are nonzero on the block.
 struct Between {
+    /// Mass and stiffness of each term and axis.
     terms: Vec<[[SparseRows<f64>; 2]; 3]>,
-    /// The functions that remain, of the rows and of the columns.
+    /// The functions of the rows that remain.
     rows: Window,
+    /// The functions of the columns that remain.
     columns: Window,
 }
 
@@ -87,6 +92,7 @@ impl Joint {
         })
     }
 
+    /// The index of the grid that a space belongs to: 0 for the base, 1 for the coarse grid.
     fn grid(space: Space) -> usize {
         match space {
             Space::Base | Space::BaseOnBlock => 0,
@@ -108,6 +114,7 @@ impl Joint {
         }
     }
 
+    /// The matrices between two spaces.
     fn between(&self, rows: Space, columns: Space) -> Between {
         let functions = [rows, columns].map(|space| [0, 1, 2].map(|a| self.functions(space, a)));
         let term = |matrices: &[[Mat<f64>; 2]; 3]| {
@@ -175,7 +182,8 @@ impl Joint {
         self.faces.products(&sums, dims)
     }
 
-    /// The coefficients of a potential of one of the grids on a face, in the functions of the common refinement.
+    /// The coefficients of a potential of one of the grids on a face, in the functions of the common
+    /// refinement.
     fn face(&self, grid: usize, a: usize, side: usize, u: &[f64]) -> Vec<f64> {
         let dims = self.dims[grid];
         let index = if side == 0 { 0 } else { dims[a] - 1 };

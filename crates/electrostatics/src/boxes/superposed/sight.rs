@@ -18,12 +18,13 @@ use elastocap_geometry::meshing::grid::GradedAxis;
 use elastocap_geometry::scene::{Box3, Role, Scene, Wall};
 use std::f64::consts::PI;
 
-/// A body in the middle of a ball that holds nothing else.
+/// A body in the middle of a ball that holds nothing else. It tells how much of the error of a base the body
+/// sees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight {
     /// The middle, in a frame.
     pub(crate) middle: [f64; 3],
-    /// Radius of the ball, in the unit of the frame.
+    /// Radius of the ball that holds nothing else, in the unit of the frame.
     pub(crate) clear: f64,
     /// Radius of a ball that holds the body, over `clear`.
     near: f64,
@@ -36,11 +37,11 @@ pub(crate) struct Sight {
 /// (Ehlich and Zeller 1964).
 const FINER: usize = 4;
 
-/// That factor for two axes.
+/// The square of that factor, rounded up: it holds for polynomials of two coordinates.
 const BETWEEN: f64 = 1.18;
 
 /// Radius of the ball over the distance of the nearest other thing. The error of the base in the ball grows
-/// towards that.
+/// towards that. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const CLEAR: f64 = 0.8;
 
 impl Sight {
@@ -112,10 +113,11 @@ impl Sight {
 }
 
 /// Weight of the energy that a base misses in the ball: the body sees it from close by, and the energy that
-/// is missing at edges from afar.
+/// is missing at edges from afar. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const WEIGHT: f64 = 40.0;
 
-/// Least distance of an element of the ball, over that of the farthest conductor.
+/// Least distance of an element of the ball, over that of the farthest conductor. Tuned: time the runs of the
+/// balls in docs/change.md, section "Reach".
 const BESIDE: f64 = 2.0;
 
 impl Sight {
@@ -199,7 +201,8 @@ mod tests {
     use elastocap_geometry::scene::Body;
     use elastocap_geometry::shapes::Shape;
 
-    /// A box of half a width of 0.5 at a height of 10 that a map makes a ball of a radius of 0.5 and lowers by 0.25, over a slab and a box.
+    /// A box of half a width of 0.5 at a height of 10 that a map makes a ball of a radius of 0.5 and lowers
+    /// by 0.25, over a slab and a box.
     fn scene() -> (Scene, SceneMap) {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         let bodies = vec![
@@ -285,7 +288,8 @@ mod tests {
         assert!(has_sight(&|scene| scene.bodies.insert(1, cover(9.0, 2.0))));
     }
 
-    /// A harmonic of degree 1 in a ball of radius b, and what a body of radius a sees of it: by quadrature along the radius.
+    /// A harmonic of degree 1 in a ball of radius b, and what a body of radius a sees of it: by quadrature
+    /// along the radius.
     #[test]
     fn the_share_of_a_linear_error_is_that_of_the_solution_between_two_spheres() {
         let sight = Sight { middle: [0.0; 3], clear: 1.0, near: 0.4, contrast: 1.0 };

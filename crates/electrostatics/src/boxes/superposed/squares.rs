@@ -6,7 +6,8 @@ use faer::{Mat, Scale};
 pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -> Mat<f64> {
     let sized: Vec<_> = squares.into_iter().map(|m| (m, size(m))).collect();
     let total: f64 = sized.iter().map(|(_, size)| size).sum();
-    // (a + b + ..)^2 <= (a + b + ..) (a^2 / a + b^2 / b + ..).
+    // (a + b + ..)^2 <= (s + t + ..) (a^2 / s + b^2 / t + ..) for positive s, t, ..: here the sizes of the
+    // forms.
     let n = sized.first().map_or(0, |(m, _)| m.nrows());
     let mut out = Mat::zeros(n, n);
     for (m, size) in sized.into_iter().filter(|(_, size)| *size != 0.0) {
@@ -18,7 +19,7 @@ pub(super) fn squared_sum<'m>(squares: impl IntoIterator<Item = &'m Mat<f64>>) -
 /// An upper bound on twice the product of two lengths, from their squares.
 pub(super) fn twice_the_product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let ratio = size(b) / size(a);
-    // 2 a b <= t a^2 + b^2 / t.
+    // 2 a b <= t a^2 + b^2 / t for positive t.
     if ratio.is_finite() && ratio > 0.0 {
         a * Scale(ratio) + b * Scale(1.0 / ratio)
     } else {

@@ -5,23 +5,25 @@ use super::reference::{EDGES, PAIRS, Reference};
 use elastocap_geometry::meshing::tets::TetMesh;
 use elastocap_linalg::vector::{cross, dot};
 
-/// The energy matrices of one tetrahedron. The loops (see [`super::reference`]) are condensed out: they follow from the other
-/// functions by minimal energy.
+/// The energy matrices of one tetrahedron. The loops (see [`super::reference`]) are condensed out: they
+/// follow from the other functions by minimal energy.
 #[derive(Debug, Default)]
 pub(super) struct Element {
     /// Jacobian by columns: edges from the first corner.
     jacobian: [[f64; 3]; 3],
+    /// Determinant of the Jacobian.
     determinant: f64,
     /// Energies of all functions, `size x size`.
     pub(super) mass: Vec<f64>,
     /// Energies of face moments and sources with the loops condensed out, a square table.
     pub(super) energy: Vec<f64>,
-    /// Loops of minimal energy (rows) for each face moment or source (columns).
+    /// Coefficients of the loops (rows) that minimise the energy, for each unit face moment or source
+    /// (columns).
     pub(super) follow: Vec<f64>,
 }
 
 impl Element {
-    /// Fills in tetrahedron `t` with a permittivity.
+    /// Computes the matrices of tetrahedron `t` of a mesh, with the relative permittivity `eps`.
     pub(super) fn load(
         &mut self,
         mesh: &TetMesh,
@@ -30,8 +32,8 @@ impl Element {
         t: usize,
         eps: f64,
     ) {
-        let at = passages.corners[t].map(|p| mesh.points[p as usize]);
-        self.jacobian = [1, 2, 3].map(|k| [0, 1, 2].map(|a| at[k][a] - at[0][a]));
+        let corners = passages.corners[t].map(|p| mesh.points[p as usize]);
+        self.jacobian = [1, 2, 3].map(|k| [0, 1, 2].map(|a| corners[k][a] - corners[0][a]));
         let [u, v, w] = self.jacobian;
         self.determinant = dot(u, cross(v, w));
         let scale = 1.0 / (eps * self.determinant.abs());
@@ -47,6 +49,7 @@ impl Element {
         self.condense(reference);
     }
 
+    /// Computes `energy` and `follow` from `mass`.
     fn condense(&mut self, reference: &Reference) {
         let (size, loops) = (reference.size(), reference.loops);
         let retained = size - loops;
@@ -81,7 +84,8 @@ impl Element {
         }
     }
 
-    /// -eps grad u, carried to the unit tetrahedron: `3 nodes` values, from the gradients in the mesh's order of nodes.
+    /// The flux -eps grad u, carried to the unit tetrahedron: `3 nodes` values. `gradients` are in the order
+    /// of the nodes in the mesh, and `original` is that of [`Passages`].
     pub(super) fn carry(&self, eps: f64, original: [u8; 4], gradients: &[[f64; 3]], carried: &mut Vec<f64>) {
         let [u, v, w] = self.jacobian;
         let factor = -eps * self.determinant.signum();
@@ -112,8 +116,9 @@ pub(super) fn times(table: &[f64], x: &[f64], y: &mut Vec<f64>) {
 impl Beyond {
     /// Energy beyond a face to open space as a form of its moments, `on_face x on_face`.
     ///
-    /// A flux that continues along rays decays with the square of the distance: through a face with normal flux q at X from
-    /// the centre, in a plane at distance d, its energy is that of q^2 |X|^2 / (d eps) over the face.
+    /// A flux that continues along rays decays with the square of the distance: through a face with normal
+    /// flux q at X from the centre, in a plane at distance d, its energy is that of q^2 |X|^2 / (d eps) over
+    /// the face.
     pub(super) fn energy(&self, reference: &Reference) -> Vec<f64> {
         let mut energy = vec![0.0; reference.on_face * reference.on_face];
         for ([a, b], table) in PAIRS.iter().zip(&reference.face_mass) {

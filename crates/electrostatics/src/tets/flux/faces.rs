@@ -1,4 +1,5 @@
-//! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to where flux can leave.
+//! The faces through which flux can pass, and spanning trees along which a remaining divergence is carried to
+//! where flux can leave.
 
 use super::reference::corners_of_face;
 use crate::error::FluxError;
@@ -21,7 +22,8 @@ pub(super) struct Beyond {
     pub(super) weight: f64,
 }
 
-/// The passages of a mesh: faces through which flux can pass. A face of a conductor is a separate passage for each of its sides.
+/// The passages of a mesh: faces through which flux can pass. A face of a conductor is a separate passage for
+/// each of its sides.
 #[derive(Debug)]
 pub(super) struct Passages {
     /// Corners of each tetrahedron, ascending: the two sides of a face then agree on its coordinates.
@@ -30,8 +32,8 @@ pub(super) struct Passages {
     pub(super) original: Vec<[u8; 4]>,
     /// Passage of the face opposite each corner, or [`NONE`].
     pub(super) of_tet: Vec<[u32; 4]>,
-    /// Tetrahedra that share a passage; the flux counts as going out of the first. The second is [`NONE`] where flux can
-    /// leave the mesh.
+    /// Tetrahedra that share a passage; the flux counts as going out of the first. The second is [`NONE`]
+    /// where flux can leave the mesh.
     pub(super) tets: Vec<[u32; 2]>,
     /// Conductor on which each passage ends, or [`NONE`].
     pub(super) conductor: Vec<u32>,
@@ -42,7 +44,7 @@ pub(super) struct Passages {
     pub(super) to_open: Vec<u32>,
     /// Faces to open space.
     pub(super) open: Vec<Beyond>,
-    /// Conductors of the mesh.
+    /// Number of conductors, up to the last one with a face in the mesh.
     pub(super) conductors: usize,
 }
 
@@ -51,7 +53,8 @@ impl Passages {
     ///
     /// # Errors
     ///
-    /// [`FluxError::OpenFace`] if a face to open space has tetrahedra on both sides, or does not see the centre from inside.
+    /// [`FluxError::OpenFace`] if a face to open space has tetrahedra on both sides, or does not see the
+    /// centre from inside.
     pub(super) fn new(mesh: &TetMesh, permittivity: &[f64]) -> Result<Passages, FluxError> {
         let sorted: Vec<([u32; 4], [u8; 4])> = mesh
             .tets
@@ -121,6 +124,7 @@ impl Passages {
         Ok(passages)
     }
 
+    /// The cost of a passage: see the field `cost`.
     fn cost_of(&self, mesh: &TetMesh, permittivity: &[f64], passage: usize) -> f64 {
         let adjacent = self.tets[passage].into_iter().filter(|&t| t != NONE);
         let costs = adjacent.map(|t| {
@@ -137,6 +141,7 @@ impl Passages {
         costs.sum()
     }
 
+    /// Adds the passage between these sides, each a tetrahedron and the number of its face.
     fn add(&mut self, sides: &[(u32, u8)], conductor: u32) {
         let passage = self.tets.len() as u32;
         let mut tets = [NONE; 2];
@@ -148,17 +153,20 @@ impl Passages {
         self.conductor.push(conductor);
     }
 
+    /// Adds to `open` the next passage, a face to open space that is given by its corners, its tetrahedron
+    /// and the corner opposite to it there.
     fn add_open(
         &mut self,
         mesh: &TetMesh,
         &(face, tet, opposite): &([u32; 3], u32, u8),
         permittivity: f64,
     ) -> Result<(), FluxError> {
-        let place = |p: u32| [0, 1, 2].map(|a| mesh.points[p as usize][a] - mesh.center[a]);
-        let corners = face.map(place);
-        let inner = place(self.corners[tet as usize][opposite as usize]);
+        let from_center = |p: u32| [0, 1, 2].map(|a| mesh.points[p as usize][a] - mesh.center[a]);
+        let corners = face.map(from_center);
+        let inner = from_center(self.corners[tet as usize][opposite as usize]);
         let inside = determinant(inner, corners[0], corners[1], corners[2]);
-        // 2 area x distance of the face's plane from the centre, positive where the centre is on the inner side.
+        // 2 area x distance of the face's plane from the centre, positive where the centre is on the inner
+        // side.
         let cone = determinant([0.0; 3], corners[0], corners[1], corners[2]) * inside.signum();
         if !(cone > 0.0 && permittivity > 0.0) {
             return Err(FluxError::OpenFace { face });
@@ -186,14 +194,15 @@ pub(super) struct Forest {
     pub(super) parent: Vec<u8>,
     /// Number of tetrahedra, the first in `order`, that are connected to a passage out of the mesh.
     pub(super) drained: usize,
+    /// The next steps, while trees grow.
     heap: BinaryHeap<Step>,
 }
 
 /// The rule by which trees grow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Growth {
-    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path around it within them.
-    /// Elimination along such trees is stable however flat the tetrahedra are.
+    /// Through the cheapest passage (Prim): a passage outside the trees costs no less than any on the path
+    /// around it within them. Elimination along such trees is stable however flat the tetrahedra are.
     Cheapest,
     /// To the tetrahedron with the cheapest path out (Dijkstra).
     Nearest,
@@ -202,8 +211,12 @@ pub(super) enum Growth {
 /// A tetrahedron that can be reached, and the cost of reaching it; the greatest step is the cheapest.
 #[derive(Debug, PartialEq)]
 struct Step {
+    /// By [`Growth`], that of the passage or of the whole path out of the mesh.
     cost: f64,
+    /// The tetrahedron that can be reached.
     tet: u32,
+    /// The face of the tetrahedron through which it is reached; 4 for a root without a passage out of the
+    /// mesh.
     face: u8,
 }
 
@@ -223,7 +236,8 @@ impl PartialOrd for Step {
 }
 
 impl Forest {
-    /// Grows trees over tetrahedra with passages `of_tet` that are shared as in `tets`, with `cost` per passage.
+    /// Grows trees over tetrahedra with passages `of_tet` that are shared as in `tets`, with `cost` per
+    /// passage.
     pub(super) fn grow(
         &mut self,
         of_tet: &[[u32; 4]],

@@ -1,29 +1,30 @@
 //! Lower bounds on capacitance on tetrahedra: a flux without divergence near that of the discrete potential.
 //!
-//! Thomson's principle: for potentials V on the conductors, and any square-integrable flux `sigma` without divergence and
-//! with none through insulated faces,
+//! Thomson's principle: for potentials V on the conductors, and any square-integrable flux `sigma` without
+//! divergence and with none through insulated faces,
 //!
 //! `V^T C V >= 2 sum_i V_i Q_i(sigma) - int |sigma|^2 / eps`
 //!
-//! with `Q_i` the flux that comes out of conductor i. Equality holds for `sigma = -eps grad u`, so that a good flux is near
-//! the one of the discrete potential. It is made vertex by vertex (Destuynder and Métivet, Math. Comp. 68, 1999; Braess and
-//! Schöberl, Math. Comp. 77, 2008; Ern and Vohralík, SIAM J. Numer. Anal. 53, 2015): in the patch of vertex a, with hat
-//! function `psi_a`, a Raviart-Thomas flux with divergence `grad psi_a . (-eps grad u)` that is nearest, in energy, to the
-//! interpolated `-psi_a eps grad u`. The hats sum to one: the divergences cancel, and a discrete flux that needs no repair
-//! comes back as it was.
+//! with `Q_i` the flux that comes out of conductor i. Equality holds for `sigma = -eps grad u`, so that a
+//! good flux is near the one of the discrete potential. It is made vertex by vertex (Destuynder and Métivet,
+//! Math. Comp. 68, 1999; Braess and Schöberl, Math. Comp. 77, 2008; Ern and Vohralík, SIAM J. Numer. Anal.
+//! 53, 2015): in the patch of vertex a, with hat function `psi_a`, a Raviart-Thomas flux with divergence
+//! `grad psi_a . (-eps grad u)` that is nearest, in energy, to the interpolated `-psi_a eps grad u`. The hats
+//! sum to one: the divergences cancel, and a discrete flux that needs no repair comes back as it was.
 //!
-//! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal component cannot
-//! jump. Its basis has functions of constant divergence and functions without; only those are used, so that the divergence in
-//! a tetrahedron is the sum of four face moments. A potential solved to a finite residual leaves some divergence there. It is
-//! carried from tetrahedron to tetrahedron along the cheapest path to a face where flux may leave, and is then zero up to rounding,
-//! see [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the bound is depends on
-//! them. The flux is zero in a part of the mesh that no flux can leave.
+//! **Why the bound holds at any residual.** A flux is stored as one number per face and moment: its normal
+//! component cannot jump. Of its basis, only functions of constant divergence and functions without
+//! divergence are used, so that the divergence in a tetrahedron is the sum of four face moments. A potential
+//! solved to a finite residual leaves some divergence there. It is carried from tetrahedron to tetrahedron
+//! along the cheapest path to a face where flux may leave, and is then zero up to rounding, see
+//! [`Flux::divergence`]. Whatever the gradients are, the result is an admissible flux; only how near the
+//! bound is depends on them. The flux is zero in a part of the mesh that no flux can leave.
 //!
-//! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy is taken with the
-//! smallest permittivity that the rays cross.
+//! **Open space.** Beyond an open face the flux continues along rays from the centre of the mesh; its energy
+//! is taken with the smallest permittivity that the rays cross.
 //!
-//! Permittivities are relative, lengths in metres, so that charges per volt and energies are in metres: times eps_0 they are
-//! farads.
+//! Permittivities are relative, lengths in metres, so that charges per volt and energies are in metres: times
+//! eps_0 they are farads.
 
 mod element;
 mod faces;
@@ -45,14 +46,14 @@ use reference::Reference;
 /// Charges, energies and error indicators of the fluxes of several states.
 #[derive(Debug, Clone)]
 pub(crate) struct Flux {
-    /// Flux that comes out of each conductor (rows) in each state (columns): its charge over eps_0 per volt, m. Conductors up
-    /// to the last one with a face in the mesh.
+    /// Flux that comes out of each conductor (rows) in each state (columns): its charge over eps_0 per volt,
+    /// m. Conductors up to the last one with a face in the mesh.
     pub charges: Mat<f64>,
     /// (sigma_i, sigma_j) / eps over all space, open space included, m.
     pub energy: Mat<f64>,
-    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces this is the upper minus
-    /// the lower bound (Prager and Synge, Quart. Appl. Math. 5, 1947); with them the difference also contains that of the two
-    /// continuations.
+    /// (sigma_i + eps grad u_i, sigma_j + eps grad u_j) / eps over the mesh, m. In a mesh without open faces
+    /// this is the upper minus the lower bound (Prager and Synge, Quart. Appl. Math. 5, 1947); with them the
+    /// difference also contains that of the two continuations.
     pub gap: Mat<f64>,
     /// Per state and tetrahedron, its contribution to the diagonal of `gap`, m.
     pub gaps: Vec<Vec<f64>>,
@@ -62,11 +63,11 @@ pub(crate) struct Flux {
 }
 
 impl Flux {
-    /// Lower bound on P^T C P for the Maxwell matrix C of the mesh, over eps_0, m: the true one less this is positive
-    /// semidefinite.
+    /// Lower bound on P^T C P for the Maxwell matrix C of the mesh, over eps_0, m: the true one less this is
+    /// positive semidefinite.
     ///
-    /// `potentials` has the conductors' potentials (rows, V) in each state (columns); for unit potentials it is the identity
-    /// and the bound is one on C.
+    /// `potentials` has the conductors' potentials (rows, V) in each state (columns); for unit potentials it
+    /// is the identity and the bound is one on C.
     ///
     /// # Panics
     ///
@@ -80,22 +81,27 @@ impl Flux {
 }
 
 /// Number of vertices whose patches are solved in parallel before their contributions are added in order.
+/// Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const BATCH: usize = 4096;
 
-/// Number of tetrahedra whose energies one task sums.
+/// Number of tetrahedra whose energies one task sums. Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const CHUNK: usize = 1024;
 
 /// Computes the fluxes of discrete potentials of order 1, 2 or 3.
 ///
-/// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state the gradients,
-/// V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order - 1`: one value, or those at
-/// the four corners, or those followed by the middles of the edges 01, 02, 03, 12, 13, 23, tetrahedron after tetrahedron.
+/// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state
+/// the gradients, V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order
+/// - 1`: one value, or those at the four corners, or those followed by the middles of the edges 01, 02, 03,
+/// 12, 13, 23, tetrahedron after tetrahedron.
 ///
-/// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state follows from the others.
+/// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state
+/// follows from the others.
 ///
 /// # Errors
 ///
-/// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of the mesh.
+/// [`FluxError`] if lists do not fit the mesh, numbers are not finite, or open faces do not see the centre of
+/// the mesh.
 pub(crate) fn equilibrate(
     mesh: &TetMesh,
     permittivity: &[f64],
@@ -120,12 +126,13 @@ pub(crate) fn equilibrate(
     let mut moments = collect(&problem);
     drain(&problem, &mut moments);
     if independent.len() < gradients.len() {
-        let rest = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
-        moments.push((0..passages.tets.len() * reference.on_face).map(rest).collect());
+        let minus_sum = |k: usize| -moments.iter().map(|x| x[k]).sum::<f64>();
+        moments.push((0..passages.tets.len() * reference.on_face).map(minus_sum).collect());
     }
     Ok(measure(&FluxProblem { gradients, ..problem }, &moments))
 }
 
+/// Checks that lists fit the mesh and that numbers are sound.
 fn check(
     mesh: &TetMesh,
     permittivity: &[f64],
@@ -151,13 +158,13 @@ fn check(
     for state in gradients {
         length("gradients", state.len(), nodes * mesh.tets.len())?;
     }
-    let finite = |t: usize| {
-        let sound = gradients
+    let is_sound = |t: usize| {
+        let finite = gradients
             .iter()
             .all(|g| g[t * nodes..(t + 1) * nodes].as_flattened().iter().all(|g| g.is_finite()));
-        sound && mesh.determinant(t) > 0.0
+        finite && mesh.determinant(t) > 0.0
     };
-    match (0..mesh.tets.len()).into_par_iter().find_first(|&t| !finite(t)) {
+    match (0..mesh.tets.len()).into_par_iter().find_first(|&t| !is_sound(t)) {
         Some(tetrahedron) => Err(FluxError::NotFinite { tetrahedron }),
         None => Ok(()),
     }
@@ -168,6 +175,7 @@ fn collect(problem: &FluxProblem) -> Vec<Vec<f64>> {
     let per = problem.reference.on_face;
     let corners = &problem.passages.corners;
     let vertices = problem.mesh.points.len();
+    // The tetrahedra around each vertex, one vertex after the other, and where those of each begin.
     let mut starts = vec![0_usize; vertices + 1];
     corners.iter().flatten().for_each(|&c| starts[c as usize + 1] += 1);
     for v in 0..vertices {
@@ -225,7 +233,7 @@ fn drain(problem: &FluxProblem, moments: &mut [Vec<f64>]) {
     });
 }
 
-/// The sum of the outward first moments of a tetrahedron, and the largest of them.
+/// The sum of the outward first moments of the faces of a tetrahedron, and the largest magnitude among them.
 fn outflow(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
     passages.of_tet[t].iter().filter(|&&p| p != NONE).fold((0.0, 0.0), |(sum, largest): (f64, f64), &p| {
         let out = passages.sign(p, t) * x[p as usize * per];
@@ -233,11 +241,15 @@ fn outflow(passages: &Passages, per: usize, x: &[f64], t: usize) -> (f64, f64) {
     })
 }
 
-/// Energies of a chunk of tetrahedra for all pairs of states, and the gap of each tetrahedron.
+/// Sums over a chunk of tetrahedra, and the gap of each of them.
 struct Sums {
+    /// The part of [`Flux::energy`], row by row.
     energy: Vec<f64>,
+    /// The part of [`Flux::gap`], row by row.
     gap: Vec<f64>,
+    /// The contribution to the diagonal of `gap`, tetrahedron after tetrahedron, for each state.
     gaps: Vec<f64>,
+    /// See [`Flux::divergence`].
     divergence: f64,
 }
 
@@ -262,17 +274,18 @@ fn measure(problem: &FluxProblem, moments: &[Vec<f64>]) -> Flux {
     }
     for beyond in &passages.open {
         let form = beyond.energy(reference);
-        let at = |s: usize| &moments[s][beyond.passage as usize * per..][..per];
+        let on_face = |s: usize| &moments[s][beyond.passage as usize * per..][..per];
         for i in 0..states {
             for j in 0..states {
-                energy[i * states + j] += product(&form, at(i), at(j));
+                energy[i * states + j] += product(&form, on_face(i), on_face(j));
             }
         }
     }
     let mut charges = Mat::zeros(passages.conductors, states);
     for (p, &conductor) in passages.conductor.iter().enumerate().filter(|p| *p.1 != NONE) {
         for (s, x) in moments.iter().enumerate() {
-            // The first moment is sqrt(2) times the flux, which counts as going out of the mesh into the conductor.
+            // The first moment is sqrt(2) times the flux, which counts as going out of the mesh into the
+            // conductor.
             charges[(conductor as usize, s)] -= x[p * per] / 2.0_f64.sqrt();
         }
     }
@@ -286,6 +299,7 @@ fn product(table: &[f64], x: &[f64], y: &[f64]) -> f64 {
     table.chunks_exact(y.len()).zip(x).map(|(a, x)| x * row(a)).sum()
 }
 
+/// The sums over the tetrahedra of chunk `chunk`.
 fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
     let (passages, reference) = (problem.passages, problem.reference);
     let (states, per, size) = (moments.len(), reference.on_face, reference.size());
@@ -306,8 +320,8 @@ fn sums(problem: &FluxProblem, moments: &[Vec<f64>], chunk: usize) -> Sums {
         for s in 0..states {
             let (flux, difference): (&mut Vec<f64>, &mut Vec<f64>) = (&mut fluxes[s], &mut difference[s]);
             element.carry(eps, passages.original[t], problem.gradient(s, t), &mut carried);
-            // First the flux of the discrete potential; then the difference from it in face moments and sources, and the loops of
-            // minimal energy that follow from these.
+            // First the flux of the discrete potential; then the difference from it in face moments and
+            // sources, and the loops of minimal energy that follow from these.
             times(&reference.interpolation, &carried, difference);
             flux.clear();
             flux.resize(size, 0.0);

@@ -24,6 +24,7 @@ pub(super) struct FluxProblem<'a> {
 }
 
 impl FluxProblem<'_> {
+    /// The relative permittivity of a tetrahedron.
     pub(super) fn eps(&self, t: usize) -> f64 {
         self.permittivity[self.mesh.regions[t] as usize]
     }
@@ -49,14 +50,22 @@ pub(super) struct Share {
 pub(super) struct Workspace {
     element: Element,
     forest: Forest,
+    /// Like those of [`Passages`], with the passages and the tetrahedra as numbered in the patch.
     of_tet: Vec<[u32; 4]>,
     tets: Vec<[u32; 2]>,
+    /// The matrix of the energy, row by row.
     matrix: Vec<f64>,
+    /// The right-hand sides, state after state.
     right: Vec<f64>,
+    /// The divergence that each tetrahedron must have, state after state.
     supply: Vec<f64>,
+    /// The flux of the discrete potential in one tetrahedron: see [`Element::carry`].
     carried: Vec<f64>,
+    /// The face moments, then the sources, of the flux to approximate in one tetrahedron.
     departure: Vec<f64>,
+    /// The sources alone.
     sources: Vec<f64>,
+    /// The products of the energy matrix of the tetrahedron with `departure`.
     pull: Vec<f64>,
 }
 
@@ -87,18 +96,18 @@ impl Workspace {
         }
         let free: Vec<usize> = (0..unknowns).filter(|&k| is_free[k]).collect();
         // The factorisation reads the lower triangle only.
-        let mut small = Mat::zeros(free.len(), free.len());
+        let mut free_matrix = Mat::zeros(free.len(), free.len());
         for (j, &column) in free.iter().enumerate() {
             let from = &self.matrix[column * unknowns..(column + 1) * unknowns];
-            let to = &mut small.col_as_slice_mut(j)[j..];
+            let to = &mut free_matrix.col_as_slice_mut(j)[j..];
             to.iter_mut().zip(&free[j..]).for_each(|(to, &row)| *to = from[row]);
         }
         let mut solution = Mat::from_fn(free.len(), states, |i, s| self.right[s * unknowns + free[i]]);
         let scratch = factor::cholesky_in_place_scratch::<f64>(free.len(), Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
-        let done = factor::cholesky_in_place(
-            small.as_mut(),
+        let factorised = factor::cholesky_in_place(
+            free_matrix.as_mut(),
             Default::default(),
             Par::Seq,
             stack,
@@ -106,8 +115,8 @@ impl Workspace {
         );
         // If rounding spoils the factorisation, the flux along the trees is still admissible, but not of
         // minimal energy.
-        if done.is_ok() {
-            solve::solve_in_place(small.as_ref(), solution.as_mut(), Par::Seq, stack);
+        if factorised.is_ok() {
+            solve::solve_in_place(free_matrix.as_ref(), solution.as_mut(), Par::Seq, stack);
             if (0..states).all(|s| solution.col(s).iter().all(|x| x.is_finite())) {
                 for s in 0..states {
                     for (i, &k) in free.iter().enumerate() {
@@ -120,7 +129,8 @@ impl Workspace {
         Share { passages, moments }
     }
 
-    /// Numbers the passages at the vertex.
+    /// Lists the passages at the vertex, ascending, and fills in `of_tet` and `tets` with their numbers in
+    /// this list.
     fn number(&mut self, problem: &FluxProblem, vertex: u32, around: &[u32]) -> Vec<u32> {
         let inner = |t: u32| {
             let (corners, of_tet) =
@@ -175,11 +185,11 @@ impl Workspace {
                 })
                 .collect();
             for &(i, row, sign) in &sides {
-                for &(j, column, other) in &sides {
+                for &(j, column, other_sign) in &sides {
                     for a in 0..per {
                         let from = &self.element.energy[(i * per + a) * retained + j * per..][..per];
                         let to = &mut self.matrix[(row + a) * unknowns + column..][..per];
-                        to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * other * from);
+                        to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * other_sign * from);
                     }
                 }
             }
@@ -206,8 +216,8 @@ impl Workspace {
                 let supply = &reference.hat_supply[corner];
                 self.supply[s * around.len() + k] =
                     supply.iter().zip(&self.carried).map(|(a, b)| a * b).sum::<f64>();
-                // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds the prescribed one by
-                // hat times the flux's divergence.
+                // The flux to approximate: the interpolated product of hat and flux. Its divergence exceeds
+                // the prescribed one by the product of the hat and the divergence of the flux.
                 times(&reference.hat_moments[corner], &self.carried, &mut self.departure);
                 times(&reference.hat_sources[corner], &self.carried, &mut self.sources);
                 self.departure.extend_from_slice(&self.sources);
@@ -237,21 +247,22 @@ impl Workspace {
                 if parent > 3 {
                     continue;
                 }
-                let mut left = self.supply[s * tets + t];
+                let mut remaining = self.supply[s * tets + t];
                 for i in (0..4).filter(|&i| i != parent && self.of_tet[t][i] != NONE) {
                     let p = self.of_tet[t][i] as usize;
-                    left -= self.sign(p, t) * x[p * per];
+                    remaining -= self.sign(p, t) * x[p * per];
                 }
                 let p = self.of_tet[t][parent] as usize;
-                x[p * per] = self.sign(p, t) * left;
+                x[p * per] = self.sign(p, t) * remaining;
             }
         }
     }
 
-    /// Eliminates the moments that `fulfil` sets from the matrix A and the right-hand sides b: T^T A T and T^T b.
+    /// Eliminates the moments that `fulfil` sets from the matrix A and the right-hand sides b: T^T A T and
+    /// T^T b.
     ///
-    /// The matrix is symmetric, hence T^T A T = T^T (T^T A)^T: rows are added to rows twice, with a transposition in between,
-    /// since columns are far apart in memory.
+    /// The matrix is symmetric, hence T^T A T = T^T (T^T A)^T: rows are added to rows twice, with a
+    /// transposition in between, since columns are far apart in memory.
     fn reduce(&mut self, per: usize, unknowns: usize) {
         let mut matrix = std::mem::take(&mut self.matrix);
         self.add_rows(&mut matrix, per, unknowns);
@@ -292,6 +303,7 @@ impl Workspace {
         }
     }
 
+    /// +1 if flux through a passage of the patch counts as going out of tetrahedron `t` of it, else -1.
     fn sign(&self, passage: usize, t: usize) -> f64 {
         if self.tets[passage][0] as usize == t { 1.0 } else { -1.0 }
     }

@@ -1,10 +1,11 @@
 //! Raviart-Thomas fluxes on the unit tetrahedron, in a basis in which their divergence can be read off.
 //!
-//! Corner 0 is the origin, corner 1 + a lies on axis a, face i is opposite corner i. A flux is carried to a tetrahedron with
-//! Jacobian J by Piola's map, `sigma = J s / |det J|`, which preserves the flux through every face and the total divergence.
-//! Three groups of functions follow one another:
+//! Corner 0 is the origin, corner 1 + a lies on axis a, face i is opposite corner i. A flux is carried to a
+//! tetrahedron with Jacobian J by Piola's map, `sigma = J s / |det J|`, which preserves the flux through
+//! every face and the total divergence. Three groups of functions follow one another:
 //!
-//! * for each face its moments against orthonormal polynomials (the first is constant), of constant divergence;
+//! * for each face its moments against orthonormal polynomials (the first is constant), of constant
+//!   divergence;
 //! * for each polynomial but the constant one a flux with that divergence and none through the faces;
 //! * loops: no divergence, and none through the faces (three for quadratics, none below).
 
@@ -16,27 +17,29 @@ use faer::Mat;
 /// Tables of the unit tetrahedron for one degree.
 #[derive(Debug)]
 pub(super) struct Reference {
-    /// Moments per face.
+    /// Number of moments per face.
     pub(super) on_face: usize,
-    /// Functions of the second group.
+    /// Number of functions of the second group.
     pub(super) sources: usize,
-    /// Functions of the third group.
+    /// Number of functions of the third group.
     pub(super) loops: usize,
-    /// Nodes of a polynomial of the same degree.
+    /// Number of nodes of a polynomial of the same degree.
     pub(super) nodes: usize,
-    /// Products of the functions by pairs of components 00, 11, 22, 01, 02, 12 (the mixed ones added both ways), each
-    /// `size() x size()`.
+    /// Products of the functions by pairs of components 00, 11, 22, 01, 02, 12 (the mixed ones added both
+    /// ways), each `size() x size()`.
     pub(super) mass: [Vec<f64>; 6],
-    /// Coefficients of the flux with given nodal values: `size() x 3 nodes`, component by component within a node.
+    /// Coefficients of the flux with given nodal values: `size() x 3 nodes`, component by component within a
+    /// node.
     pub(super) interpolation: Vec<f64>,
     /// Per corner: the face moments of the same flux times the corner's hat function, `4 on_face x 3 nodes`.
     pub(super) hat_moments: [Vec<f64>; 4],
-    /// Per corner: moments of hat times divergence against the second group's polynomials, `sources x 3 nodes`.
+    /// Per corner: moments of hat times divergence against the second group's polynomials, `sources x 3
+    /// nodes`.
     pub(super) hat_sources: [Vec<f64>; 4],
     /// Per corner: sqrt(2) times the integral of grad hat . flux, `3 nodes`.
     pub(super) hat_supply: [Vec<f64>; 4],
-    /// Integrals of q_i q_j times the barycentric products 00, 11, 22, 01, 02, 12 (mixed ones doubled) over the unit
-    /// triangle, each `on_face x on_face`.
+    /// Integrals of q_i q_j times the barycentric products 00, 11, 22, 01, 02, 12 (mixed ones doubled) over
+    /// the unit triangle, each `on_face x on_face`.
     pub(super) face_mass: [Vec<f64>; 6],
 }
 
@@ -51,7 +54,8 @@ pub(super) fn corners_of_face(i: usize) -> [usize; 3] {
     [0, 1, 2].map(|k| if k < i { k } else { k + 1 })
 }
 
-/// Points per direction: exact to degree 9 with the two powers that the collapse of a cube takes.
+/// Points per direction. Rules are exact to degree 9: collapsing a cube to a tetrahedron takes two of the 11
+/// degrees that six Gauss points integrate.
 const POINTS: usize = 6;
 
 /// Gradients of the barycentric coordinates.
@@ -60,6 +64,7 @@ const GRADIENTS: [[f64; 3]; 4] = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0
 /// Middle of the unit tetrahedron: monomials are taken around it.
 const MIDDLE: f64 = 0.25;
 
+/// The barycentric coordinates of a point.
 fn barycentric(x: [f64; 3]) -> [f64; 4] {
     [1.0 - x[0] - x[1] - x[2], x[0], x[1], x[2]]
 }
@@ -103,10 +108,12 @@ fn exponents(degree: usize) -> Vec<[i32; 3]> {
     exponents
 }
 
+/// The monomial with these exponents, in the coordinates relative to the middle.
 fn monomial(e: [i32; 3], x: [f64; 3]) -> f64 {
     (0..3).map(|a| (x[a] - MIDDLE).powi(e[a])).product()
 }
 
+/// The gradient of [`monomial`].
 fn monomial_gradient(e: [i32; 3], x: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|a| {
         let mut lower = e;
@@ -171,22 +178,29 @@ fn raw(degree: usize, x: [f64; 3]) -> Vec<([f64; 3], f64)> {
     functions
 }
 
-/// A vector and its divergence at every point of the rules: in the volume, and on each face.
+/// A vector field and its divergence at the points of the rules.
 struct Field {
+    /// The vector and its divergence at each point in the tetrahedron.
     volume: Vec<([f64; 3], f64)>,
+    /// The vector at each point of each face.
     faces: [Vec<[f64; 3]>; 4],
 }
 
 /// Points, weights and test polynomials of the functionals that fix a flux.
 struct Functionals {
     degree: usize,
+    /// Points and weights in the tetrahedron.
     volume: Vec<([f64; 3], f64)>,
+    /// Points and weights on the unit triangle.
     triangle: Vec<([f64; 2], f64)>,
+    /// The orthonormal polynomials of a face at each point of `triangle`.
     on_face: Vec<Vec<f64>>,
+    /// The orthonormal polynomials of the tetrahedron at each point of `volume`.
     inside: Vec<Vec<f64>>,
 }
 
 impl Functionals {
+    /// The functionals for fluxes of a degree.
     fn new(degree: usize) -> Functionals {
         let (volume, triangle) = (tetrahedron_rule(), triangle_rule());
         let plane = exponents(degree);
@@ -206,6 +220,7 @@ impl Functionals {
         }
     }
 
+    /// The point of a face at the point `p` of the unit triangle.
     fn point(&self, face: usize, p: [f64; 2]) -> [f64; 3] {
         let corners = corners_of_face(face);
         let shares = [1.0 - p[0] - p[1], p[0], p[1]];
@@ -225,39 +240,44 @@ impl Functionals {
         }
     }
 
+    /// Moments of the outward component on each face: they determine the functions of the first group.
     fn face_moments(&self, field: &Field) -> Vec<f64> {
         let count = self.on_face[0].len();
         let mut moments = Vec::with_capacity(4 * count);
         for i in 0..4 {
             let outward = GRADIENTS[i].map(|g| -g);
             for j in 0..count {
-                let at = self.triangle.iter().zip(&self.on_face).zip(&field.faces[i]);
-                moments.push(at.map(|((p, q), &v)| p.1 * q[j] * dot(v, outward)).sum());
+                let samples = self.triangle.iter().zip(&self.on_face).zip(&field.faces[i]);
+                moments.push(samples.map(|((p, q), &v)| p.1 * q[j] * dot(v, outward)).sum());
             }
         }
         moments
     }
 
+    /// Moments of the divergence against all polynomials but the constant one: they determine those of the
+    /// second group.
     fn source_moments(&self, field: &Field) -> Vec<f64> {
         let count = self.inside[0].len();
-        let at = || self.volume.iter().zip(&self.inside).zip(&field.volume);
-        (1..count).map(|j| at().map(|((p, r), v)| p.1 * r[j] * v.1).sum()).collect()
+        let samples = || self.volume.iter().zip(&self.inside).zip(&field.volume);
+        (1..count).map(|j| samples().map(|((p, r), v)| p.1 * r[j] * v.1).sum()).collect()
     }
 
     /// Moments against rotations: they determine the loops of quadratics.
     fn loop_moments(&self, field: &Field) -> Vec<f64> {
         let axes = if self.degree < 2 { 0..0 } else { 0..3 };
         axes.map(|a| {
-            let at = self.volume.iter().zip(&field.volume);
-            at.map(|((x, w), (v, _))| {
-                let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-                w * (v[c] * (x[b] - MIDDLE) - v[b] * (x[c] - MIDDLE))
-            })
-            .sum()
+            let samples = self.volume.iter().zip(&field.volume);
+            samples
+                .map(|((x, w), (v, _))| {
+                    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+                    w * (v[c] * (x[b] - MIDDLE) - v[b] * (x[c] - MIDDLE))
+                })
+                .sum()
         })
         .collect()
     }
 
+    /// All functionals, in the order of the three groups.
     fn moments(&self, field: &Field) -> Vec<f64> {
         let mut moments = self.face_moments(field);
         moments.extend(self.source_moments(field));
@@ -337,15 +357,15 @@ impl Reference {
             hat_sources: corners.map(|c| table(Some(c), &|v| f.source_moments(v))),
             hat_supply: corners.map(|c| {
                 table(None, &|v| {
-                    let at = f.volume.iter().zip(&v.volume);
-                    vec![at.map(|(p, v)| 2.0_f64.sqrt() * p.1 * dot(GRADIENTS[c], v.0)).sum()]
+                    let samples = f.volume.iter().zip(&v.volume);
+                    vec![samples.map(|(p, v)| 2.0_f64.sqrt() * p.1 * dot(GRADIENTS[c], v.0)).sum()]
                 })
             }),
             face_mass: triangle_products,
         }
     }
 
-    /// Functions on a tetrahedron.
+    /// The number of functions on a tetrahedron.
     pub(super) fn size(&self) -> usize {
         4 * self.on_face + self.sources + self.loops
     }
@@ -373,8 +393,8 @@ mod tests {
             let out = |row: usize| -> f64 {
                 (0..reference.nodes).map(|n| reference.interpolation[row * columns + 3 * n]).sum()
             };
-            // A unit flux along the first axis goes in through the face on it and out through the slanted one; the moments
-            // carry a factor sqrt(2).
+            // A unit flux along the first axis goes in through the face on it and out through the slanted
+            // one; the moments carry a factor sqrt(2).
             let half = 0.5 * 2.0_f64.sqrt();
             let faces = [half, -half, 0.0, 0.0];
             for i in 0..4 {

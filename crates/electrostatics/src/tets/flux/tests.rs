@@ -6,7 +6,8 @@ use elastocap_geometry::scene::{Body, Box3, Scene, Wall};
 use elastocap_geometry::shapes::Shape;
 use primal::solve;
 
-/// Capacitance of a cube of side 1 in a cube of side 2, over eps_0 (an edge-graded hp boundary-element code, charge balance 2e-16).
+/// Capacitance of a cube of side 1 in a cube of side 2, over eps_0 (an edge-graded hp boundary-element code,
+/// charge balance 2e-16).
 const CUBE_IN_CUBE: f64 = 19.127134997;
 
 fn cube(a: f64) -> Box3 {

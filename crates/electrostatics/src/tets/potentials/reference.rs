@@ -1,7 +1,8 @@
 //! The reference tetrahedron: Lagrange functions of order p and their integrals.
 //!
-//! A function is identified by the lattice point at which it is one: barycentric coordinates alpha / p with integer alpha. Each is a
-//! product of one polynomial per barycentric coordinate, on a triangle as well as on a tetrahedron.
+//! A function is identified by the lattice point at which it is one: barycentric coordinates alpha / p with
+//! integer alpha. Each is a product of one polynomial per barycentric coordinate, on a triangle as well as on
+//! a tetrahedron.
 
 use elastocap_fem::quadrature::gauss_legendre;
 
@@ -12,8 +13,9 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 
 /// Largest number of functions of a tetrahedron, that of order 3.
 pub(super) const MAX_FUNCTIONS: usize = 20;
 
-/// Lattice points of order `order` (0 to 3) of a tetrahedron (4 corners) or a triangle (3, the fourth entry zero): corners,
-/// edges from their first corner to their second, faces. Order 0 has one point, at no particular place.
+/// Lattice points of order `order` (0 to 3) of a tetrahedron (4 corners) or a triangle (3, the fourth entry
+/// zero): corners, edges from their first corner to their second, faces. Order 0 has one point, at no
+/// particular place.
 pub(super) fn lattice(order: usize, corners: usize) -> Vec<[u8; 4]> {
     let p = order as u8;
     if p == 0 {
@@ -45,8 +47,8 @@ pub(super) fn lattice(order: usize, corners: usize) -> Vec<[u8; 4]> {
     points
 }
 
-/// Value and derivatives by the barycentric coordinates, taken as independent, of the function of order `order` that is one
-/// at `point`.
+/// Value and derivatives by the barycentric coordinates, taken as independent, of the function of order
+/// `order` that is one at the lattice point `point`, at the point with the barycentric coordinates `at`.
 pub(super) fn shape(order: usize, point: [u8; 4], at: [f64; 4]) -> (f64, [f64; 4]) {
     let p = order as f64;
     let (mut value, mut slope) = ([1.0; 4], [0.0; 4]);
@@ -100,16 +102,17 @@ fn unit_rule() -> (Vec<f64>, Vec<f64>) {
 /// Integrals over the reference tetrahedron, and gradients at its lattice points.
 #[derive(Debug, Clone)]
 pub(super) struct Reference {
-    /// Functions of a tetrahedron.
+    /// The number of functions of a tetrahedron.
     pub(super) functions: usize,
-    /// `[i][m][j]`: the integral of d_a phi_i d_b phi_j + d_b phi_i d_a phi_j, halved where a = b; m counts the pairs
-    /// a <= b: 11, 12, 13, 22, 23, 33.
+    /// `[i][m][j]`: the integral of d_a phi_i d_b phi_j + d_b phi_i d_a phi_j, halved where a = b; m counts
+    /// the pairs a <= b: 11, 12, 13, 22, 23, 33.
     pub(super) stiffness: Vec<f64>,
     /// `[lattice point of order p - 1][i]`: derivatives by the barycentric coordinates 1, 2, 3.
     pub(super) gradients: Vec<Vec<[f64; 3]>>,
 }
 
 impl Reference {
+    /// The integrals of the functions of order `order`, 1 to 3.
     pub(super) fn new(order: usize) -> Self {
         let points = lattice(order, 4);
         let n = points.len();

@@ -1,4 +1,5 @@
-//! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and which are prescribed.
+//! Continuous potentials of order 1, 2 or 3 on a mesh of tetrahedra: the numbering of the functions, and
+//! which are prescribed.
 
 use super::reference::{EDGES, FACES, lattice};
 use crate::error::PotentialError;
@@ -25,11 +26,17 @@ pub(crate) enum Held {
 #[derive(Debug, Clone)]
 pub(crate) struct Space {
     order: usize,
+    /// The number of points of the mesh.
     points: usize,
+    /// The ends of each edge, ascending; empty for order 1.
     edges: Vec<[u32; 2]>,
+    /// The corners of each face, ascending; empty below order 3.
     faces: Vec<[u32; 3]>,
+    /// See [`Space::dofs`].
     dofs: Vec<u32>,
+    /// See [`Space::held`].
     held: Vec<Held>,
+    /// See [`Space::unknown`].
     unknown: Vec<u32>,
     unknowns: usize,
 }
@@ -41,8 +48,9 @@ impl Space {
     /// The space of order `order`, 1 to 3, on a mesh.
     ///
     /// # Errors
-    /// If the order is not 1 to 3, if a corner of a face with a role is in no tetrahedron of the mesh, if a function is held by two
-    /// conductors or by a conductor and the ground, or if the mesh is too large for 32-bit numbers.
+    /// If the order is not 1 to 3, if a boundary face has a corner that the mesh lacks or, beyond order 1, an
+    /// edge that no tetrahedron has, if a function is held by two conductors or by a conductor and the
+    /// ground, or if the mesh is too large for 32-bit numbers.
     pub(crate) fn new(mesh: &TetMesh, order: usize) -> Result<Self, PotentialError> {
         if !(1..=3).contains(&order) {
             return Err(PotentialError::Order(order));
@@ -105,7 +113,7 @@ impl Space {
         self.order
     }
 
-    /// Functions, held ones included.
+    /// Number of functions, held ones included.
     pub(crate) fn functions(&self) -> usize {
         self.held.len()
     }
@@ -125,14 +133,14 @@ impl Space {
         &self.unknown
     }
 
-    /// Functions of all tetrahedra, 4, 10 or 20 each for order 1, 2 or 3: corners, edges (01, 02, 03, 12, 13, 23; p - 1 each, from the first
-    /// corner to the second), with p = 3 faces (012, 013, 023, 123).
+    /// Functions of all tetrahedra, 4, 10 or 20 each for order 1, 2 or 3: corners, edges (01, 02, 03, 12, 13,
+    /// 23; p - 1 each, from the first corner to the second), with p = 3 faces (012, 013, 023, 123).
     pub(crate) fn dofs(&self) -> &[u32] {
         &self.dofs
     }
 
-    /// The points of the mesh and the weights whose mean is the place of function `dof`: also the value there of a potential
-    /// of order 1.
+    /// The points of the mesh, with weights, whose weighted mean is the place of function `dof`. The same
+    /// mean of the values at these points is the value of a potential of order 1 at that place.
     pub(crate) fn linear(&self, dof: usize) -> Vec<(u32, f64)> {
         let inner = self.order - 1;
         if dof < self.points {
@@ -147,8 +155,8 @@ impl Space {
         self.faces[on_edges - inner * self.edges.len()].map(|p| (p, 1.0 / 3.0)).to_vec()
     }
 
-    /// From the unknowns of the potentials of order 1 on the same mesh, in the space `linear`, to the unknowns of this one:
-    /// the values at their places.
+    /// The map from the unknowns of the potentials of order 1 on the same mesh, in the space `linear`, to the
+    /// unknowns of this space, which are the values at their places.
     pub(super) fn prolongation(&self, linear: &Self) -> SparseMatrix {
         let free: Vec<usize> = (0..self.functions()).filter(|&d| self.unknown[d] != NONE).collect();
         SparseMatrix::build(free.len(), linear.unknowns, |i, terms| {
@@ -168,6 +176,7 @@ impl Space {
         faces.iter().map(|face| self.of_face(&index, *face)).collect()
     }
 
+    /// Functions on a face, as [`Space::of_faces`] gives them.
     fn of_face(&self, index: &Index, mut face: [u32; 3]) -> Result<Vec<u32>, PotentialError> {
         face.sort_unstable();
         let mut dofs = vec![0; lattice(self.order, 3).len()];
@@ -191,14 +200,14 @@ impl Space {
             }
             *dof = corner;
         }
-        let (mut at, inner) = (corners.len(), self.order - 1);
+        let (mut next, inner) = (corners.len(), self.order - 1);
         if inner > 0 {
             for [a, b] in edges.iter().map(|e| e.map(|k| corners[k])) {
                 let edge = find(&self.edges, &index.edges, [a.min(b), a.max(b)])?;
                 let first = (self.points + edge * inner) as u32;
                 for step in 0..inner as u32 {
-                    dofs[at] = first + if a < b { step } else { inner as u32 - 1 - step };
-                    at += 1;
+                    dofs[next] = first + if a < b { step } else { inner as u32 - 1 - step };
+                    next += 1;
                 }
             }
         }
@@ -207,17 +216,20 @@ impl Space {
                 let mut face = face.map(|k| corners[k]);
                 face.sort_unstable();
                 let face = find(&self.faces, &index.faces, face)?;
-                dofs[at] = (self.points + inner * self.edges.len() + face) as u32;
-                at += 1;
+                dofs[next] = (self.points + inner * self.edges.len() + face) as u32;
+                next += 1;
             }
         }
         Some(())
     }
 }
 
-/// Where the edges and faces with each lowest corner begin.
+/// For each point, where the edges and the faces of which it is the lowest corner begin in their lists; and
+/// the lengths of the lists.
 struct Index {
+    /// Where the edges begin.
     edges: Vec<u32>,
+    /// Where the faces begin.
     faces: Vec<u32>,
 }
 
@@ -239,6 +251,7 @@ fn distinct<const N: usize, const M: usize>(tets: &[[u32; 4]], parts: [[usize; N
     distinct
 }
 
+/// Where the parts with each lowest corner begin among `parts`, which ascend.
 fn starts<const N: usize>(parts: &[[u32; N]], points: usize) -> Vec<u32> {
     let mut starts = vec![0_u32; points + 1];
     for part in parts {
@@ -250,6 +263,7 @@ fn starts<const N: usize>(parts: &[[u32; N]], points: usize) -> Vec<u32> {
     starts
 }
 
+/// The number of a part among `parts`, with what [`starts`] gives for them.
 fn find<const N: usize>(parts: &[[u32; N]], starts: &[u32], part: [u32; N]) -> Option<usize> {
     let first = part[0] as usize;
     let (from, to) = (starts[first] as usize, starts[first + 1] as usize);

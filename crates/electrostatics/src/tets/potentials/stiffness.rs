@@ -1,12 +1,12 @@
 //! The energy form on a mesh: tetrahedra, and faces to open space.
 //!
 //! # Open space
-//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential continues as u(y) = g(x) / t. The
-//! face has the unit normal n and the distance d = n x from the centre, so that dy = d t^2 dt dS. Along the face
-//! t grad_tau u = grad_tau g / t; along the ray x grad u = -g / t^2, hence
-//! d n grad u = -(g + x grad_tau g) / t^2. With the integral of t^2 t^-4 over t being 1, the energy beyond is
-//! d times the integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the rays
-//! keeps it an upper bound.
+//! Beyond a face, at y = x t with x on the face (from the centre) and t >= 1, the potential continues as u(y)
+//! = g(x) / t. The face has the unit normal n and the distance d = n x from the centre, so that dy = d t^2 dt
+//! dS. Along the face t grad_tau u = grad_tau g / t; along the ray x grad u = -g / t^2, hence d n grad u =
+//! -(g + x grad_tau g) / t^2. With the integral of t^2 t^-4 over t being 1, the energy beyond is d times the
+//! integral over the face of |grad_tau g|^2 + (g + x grad_tau g)^2 / d^2. The largest permittivity along the
+//! rays keeps it an upper bound.
 
 use super::reference::{MAX_FUNCTIONS, PAIRS, Reference, lattice, shape, triangle_rule};
 use super::space::{NONE, Space};
@@ -23,22 +23,29 @@ pub(super) struct Stiffness {
     reference: Reference,
     /// eps det(J) J^-1 J^-T of each tetrahedron, as [`PAIRS`] lists it.
     metrics: Vec<[f64; 6]>,
+    /// The faces to open space.
     open: Vec<OpenFace>,
 }
 
+/// The energy beyond a face to open space.
 #[derive(Debug, Clone)]
 struct OpenFace {
+    /// The functions on the face.
     dofs: Vec<u32>,
+    /// The form of the energy in these functions, row by row.
     matrix: Vec<f64>,
 }
 
-/// The equations: unknowns times unknowns, and unknowns times all functions that are held.
+/// The equations of the unknowns.
 pub(super) struct System {
+    /// The matrix between the unknowns.
     pub(super) matrix: SparseMatrix,
+    /// The matrix between the unknowns (rows) and the held functions; it has a column for every function.
     pub(super) held: SparseMatrix,
 }
 
 impl Stiffness {
+    /// Computes the parts of the form for the functions of a space.
     pub(super) fn new(mesh: &TetMesh, permittivity: &[f64], space: &Space) -> Result<Self, PotentialError> {
         let metric = |t: usize| {
             let eps =
@@ -68,15 +75,17 @@ impl Stiffness {
             .iter()
             .zip(space.of_faces(&corners)?)
             .map(|(&(face, eps), dofs)| {
-                let at = face.map(|p| minus(mesh.points[p as usize], mesh.center));
-                let matrix = open_matrix(at, eps, space.order()).ok_or(PotentialError::OpenFace(face))?;
+                let from_center = face.map(|p| minus(mesh.points[p as usize], mesh.center));
+                let matrix =
+                    open_matrix(from_center, eps, space.order()).ok_or(PotentialError::OpenFace(face))?;
                 Ok(OpenFace { dofs, matrix })
             })
             .collect::<Result<_, PotentialError>>()?;
         Ok(Self { reference: Reference::new(space.order()), metrics, open })
     }
 
-    /// Assembles the equations row by row: no two threads write to one row, and sums do not depend on the number of threads.
+    /// Assembles the equations row by row: no two threads write to one row, and sums do not depend on the
+    /// number of threads.
     pub(super) fn assemble(&self, space: &Space) -> System {
         let n = self.reference.functions;
         let of_tets = incidence(space.dofs(), space.functions());
@@ -119,7 +128,8 @@ impl Stiffness {
         }
     }
 
-    /// a(u_i, u_j), m. Differences to the first corner are taken first, so that a common constant does not cost accuracy.
+    /// The energy form of each two potentials, m. Differences to the first corner are taken first, so that a
+    /// common constant does not cost accuracy.
     pub(super) fn energies(&self, space: &Space, potentials: &[Vec<f64>]) -> Mat<f64> {
         let (n, k) = (self.reference.functions, potentials.len());
         let of_tets = |first: usize, metrics: &[[f64; 6]]| {
@@ -181,6 +191,7 @@ impl Stiffness {
 }
 
 impl OpenFace {
+    /// The form of two potentials.
     fn product(&self, u: &[f64], v: &[f64]) -> f64 {
         let n = self.dofs.len();
         let row = |i: usize| -> f64 {
@@ -190,12 +201,13 @@ impl OpenFace {
     }
 }
 
-/// Functions of a face.
+/// The number of functions on a face.
 fn lattice_size(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// The form beyond a face with these corners, seen from the centre; `None` if the centre is in the plane of the face.
+/// The form beyond a face with these corners, seen from the centre; `None` if the centre is in the plane of
+/// the face.
 fn open_matrix(corners: [[f64; 3]; 3], eps: f64, order: usize) -> Option<Vec<f64>> {
     let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let normal = cross(u, v);
@@ -238,18 +250,22 @@ fn barycentric_gradients(mesh: &TetMesh, t: usize) -> ([[f64; 3]; 3], f64) {
     ([cross(v, w), cross(w, u), cross(u, v)].map(|g| g.map(|x| x / determinant)), determinant)
 }
 
-/// Which places of a list hold each function.
+/// For each function its places in a list of functions.
 struct Incidence {
+    /// For each function the index in `place` at which its places begin; then the length of `place`.
     start: Vec<u32>,
+    /// The places, function after function.
     place: Vec<u32>,
 }
 
 impl Incidence {
+    /// The places of a function.
     fn of(&self, dof: u32) -> &[u32] {
         &self.place[self.start[dof as usize] as usize..self.start[dof as usize + 1] as usize]
     }
 }
 
+/// The places of each function in the list `dofs`.
 fn incidence(dofs: &[u32], functions: usize) -> Incidence {
     let mut start = vec![0_u32; functions + 1];
     for &d in dofs {
@@ -274,7 +290,8 @@ mod tests {
 
     #[test]
     fn the_form_of_a_face_to_open_space_is_the_energy_beyond_it() {
-        // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over s = 1 / t.
+        // A face aslant, seen from the origin; u(y) = g(x) / t, its gradient by differences, integrated over
+        // s = 1 / t.
         let corners = [[1.0, 0.2, -0.1], [0.3, 1.1, 0.2], [0.4, 0.3, 1.3]];
         let (u, v) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
         let normal = cross(u, v);

@@ -25,8 +25,9 @@ pub(crate) struct Start<'a> {
 }
 
 impl Start<'_> {
-    /// The first `count` of the potentials at the lattice points of a finer mesh with the functions `space`, V. A point that rounding
-    /// puts outside its tetrahedron does no harm: iterations may start from any potential.
+    /// The first `count` of the potentials at the lattice points of a finer mesh with the functions `space`,
+    /// V. A point that rounding puts outside its tetrahedron does no harm: iterations may start from any
+    /// potential.
     pub(super) fn values(&self, mesh: &TetMesh, space: &Space, count: usize) -> Vec<Vec<f64>> {
         let order = space.order();
         let points = lattice(order, 4);
@@ -46,10 +47,10 @@ impl Start<'_> {
                 if std::mem::replace(&mut known[d as usize], true) {
                     continue;
                 }
-                let at = [0, 1, 2, 3]
+                let in_origin = [0, 1, 2, 3]
                     .map(|k| (0..4).map(|c| f64::from(point[c]) * corners[c][k]).sum::<f64>() / order as f64);
                 for (&from, &function) in around.iter().zip(&points) {
-                    let weight = shape(order, function, at).0;
+                    let weight = shape(order, function, in_origin).0;
                     for (to, old) in values.iter_mut().zip(&self.potentials.values) {
                         to[d as usize] += weight * old[from as usize];
                     }

@@ -14,7 +14,8 @@ fn sheets(gap: f64) -> String {
     scene.open(to(1e-3))
 }
 
-fn one(subject: &'static str, name: String, case: String, truth: Truth) -> Entry {
+/// An entry of one case with the claim that its two-terminal capacitance has these limits.
+fn capacitance_entry(subject: &'static str, name: String, case: String, truth: Truth) -> Entry {
     Entry::new(subject, name, [case], move |out| {
         Ok(vec![Claim::capacitance("capacitance", terminals(out, 0)?, truth)])
     })
@@ -22,30 +23,35 @@ fn one(subject: &'static str, name: String, case: String, truth: Truth) -> Entry
 
 fn near(gap: f64) -> Entry {
     let [low, high] = near_plates(gap);
-    one(SUBJECT, format!("sheets, {gap:e}"), sheets(gap), Truth::between(low, high))
+    capacitance_entry(SUBJECT, format!("sheets, {gap:e}"), sheets(gap), Truth::between(low, high))
 }
 
-/// Boxes have a larger capacitance than the sheets on their facing sides, and a smaller one than these and a
-/// cube each.
+/// Boxes have a larger capacitance than the sheets on their facing sides, and a smaller one than these sheets
+/// with a cube each.
 fn near_boxes(gap: f64) -> Entry {
     let scene = Scene::new().conductor("lower", [0.0; 3], [1.0, 0.1, 1.0]);
     let scene = scene.conductor("upper", [0.0, 0.1 + gap, 0.0], [1.0, 0.2 + gap, 1.0]);
     let real = (0.1 + gap) - 0.1;
     let [low, high] = near_plates(real);
     let truth = Truth::between(low.max(VACUUM_PERMITTIVITY / real), high + FOUR_PI_EPS0);
-    one(SUBJECT, format!("boxes, {gap:e}"), scene.open(to(1e-3)), truth)
+    capacitance_entry(SUBJECT, format!("boxes, {gap:e}"), scene.open(to(1e-3)), truth)
 }
 
 fn far(distance: f64) -> Entry {
     let scene = Scene::new().cube("first", [0.0; 3], 1.0).cube("second", [distance, 0.0, 0.0], 1.0);
     let (value, relative) = far_cubes(distance);
-    one(SUBJECT, format!("cubes, {distance:e}"), scene.open(to(1e-3)), Truth::value(value, relative))
+    capacitance_entry(
+        SUBJECT,
+        format!("cubes, {distance:e}"),
+        scene.open(to(1e-3)),
+        Truth::value(value, relative),
+    )
 }
 
 fn long_needle(length: f64, tolerance: f64) -> Entry {
     let case = Scene::new().conductor("needle", [0.0; 3], [length, 1.0, 1.0]).open(to(tolerance));
     let [low, high] = needle(length, 1.0).map(|c| c * FOUR_PI_EPS0);
-    one(SHAPE, format!("needle of aspect {length:e}"), case, Truth::between(low, high))
+    capacitance_entry(SHAPE, format!("needle of aspect {length:e}"), case, Truth::between(low, high))
 }
 
 /// Plates 1 nm thick, 1 mm apart and wide, against sheets.
@@ -54,15 +60,21 @@ fn nanometre_plates() -> Entry {
     let case = scene.conductor("upper", [0.0, 1e-3, 0.0], [1e-3, 1e-3 + 1e-9, 1e-3]).open(to(1e-3));
     // Thickness adds of the order of t/a ln(a/t), 1.4e-5.
     let sheets = 1e-3 * PLATES_SIDE * FOUR_PI_EPS0;
-    one(SHAPE, "plates 1 nm thick, 1 mm wide".to_owned(), case, Truth::between(sheets, sheets * (1.0 + 1e-4)))
+    capacitance_entry(
+        SHAPE,
+        "plates 1 nm thick, 1 mm wide".to_owned(),
+        case,
+        Truth::between(sheets, sheets * (1.0 + 1e-4)),
+    )
 }
 
-/// A tiny cube in a box so large that it might be open: with walls at a distance R, C (1 + C / (4 pi eps0 R) ...).
+/// A tiny cube in a box so large that it might be open space: walls at a distance R raise the capacitance C
+/// by the factor 1 + C / (4 pi eps0 R) + ...
 fn tiny_in_large(side: f64) -> Entry {
     let case = Scene::new().cube("cube", [0.0; 3], side).grounded([-1.0; 3], [1.0; 3], to(1e-3));
     let open = side * super::super::truths::CUBE * FOUR_PI_EPS0;
     let truth = Truth::between(open, open * (1.0 + 2.0 * side));
-    one(SHAPE, format!("cube of {side:e} in a box of 2"), case, truth)
+    capacitance_entry(SHAPE, format!("cube of {side:e} in a box of 2"), case, truth)
 }
 
 /// The smaller of two bodies hardly changes the larger.
@@ -82,7 +94,12 @@ fn tiny_beside_large() -> Entry {
 
 pub(super) fn entries() -> Vec<Entry> {
     let known = |gap: f64, value: f64| {
-        one(SUBJECT, format!("sheets, {gap:e}"), sheets(gap), Truth::value(value * FOUR_PI_EPS0, 1e-11))
+        capacitance_entry(
+            SUBJECT,
+            format!("sheets, {gap:e}"),
+            sheets(gap),
+            Truth::value(value * FOUR_PI_EPS0, 1e-11),
+        )
     };
     vec![
         near(1e-5).quick(),

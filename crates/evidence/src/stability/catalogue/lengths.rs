@@ -1,4 +1,4 @@
-//! From nanometres to kilometres: capacitances scale with length, forces with its square.
+//! Cases from nanometres to kilometres: capacitances scale with length, forces with its square.
 
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, known, row, terminals};
@@ -9,7 +9,7 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 const SUBJECT: &str = "nm and km lengths";
 const THIN: &str = "1 nm electrodes in a 1 mm layer";
 
-/// The relative error of the scaling law that rounding may cause.
+/// The relative error of the scaling law that rounding may cause. It is not tuned.
 const LAW: f64 = 1e-10;
 
 fn cubes(scale: f64) -> Entry {
@@ -97,8 +97,8 @@ fn thin(stacked: bool, open: bool) -> Entry {
 }
 
 pub(super) fn entries() -> Vec<Entry> {
-    let mut all = vec![cubes(1e-9), cubes(1e-6), cubes(1e3), cubes(1e6), shifted(1e6)];
-    all.extend([1e-5, 1e-3, 1e6].map(sensors));
-    all.extend([thin(false, false), thin(true, false).quick(), thin(false, true)]);
-    all
+    let mut entries = vec![cubes(1e-9), cubes(1e-6), cubes(1e3), cubes(1e6), shifted(1e6)];
+    entries.extend([1e-5, 1e-3, 1e6].map(sensors));
+    entries.extend([thin(false, false), thin(true, false).quick(), thin(false, true)]);
+    entries
 }

@@ -1,4 +1,5 @@
-//! Compressions from 1e-12 to 0.97, forces from nothing to more than the layer can carry.
+//! Entries with small and extreme loads: compressions from 1e-12 to 0.97, and forces from nothing to more
+//! than the layer can carry.
 
 use elastocap_electrostatics::Bounded;
 
@@ -10,24 +11,28 @@ use super::super::truths::{Layer, force_at_first};
 const COMPRESSION: &str = "compression 0 to 0.97";
 const FORCE: &str = "force 0 to too much";
 
-/// The closed form is exact to rounding; its conditioning at 0.95 costs two or three digits.
+/// The relative error that the numbers of the closed form should have: it is exact to rounding, and its
+/// conditioning at a compression of 0.95 costs two or three digits.
 const FORMULA: f64 = 1e-11;
 
-/// Scale of the force, 2 w L mu in N, and the lengths over the thickness.
-fn contact(sensor: &Sensor) -> (f64, f64, f64) {
+/// The scale of the force, 2 w L mu, N, and the shear length and the half-length of the contact over the
+/// thickness of the layer.
+fn force_scale_and_lengths(sensor: &Sensor) -> (f64, f64, f64) {
     let scale = 2.0 * sensor.contact * sensor.contact * MODULUS;
     (scale, sensor.shear_length / sensor.layer, sensor.contact / sensor.layer)
 }
 
+/// The claim that two capacitances are equal to a relative error.
 fn same(what: &str, found: Bounded, expected: Bounded, relative: f64) -> Claim {
-    // Both come from one grid, deformed: only the load differs.
+    // Both are solved on the same grid, deformed by different loads, so that their errors are nearly the
+    // same.
     Claim::formula(what, "F", found.value, relative, Truth::value(expected.value, 0.0))
 }
 
 /// A compression so small that the first order suffices.
 fn tiny(compression: f64, name: &str) -> Entry {
     let sensor = Sensor::default();
-    let (scale, a, b) = contact(&sensor);
+    let (scale, a, b) = force_scale_and_lengths(&sensor);
     let cases = [sensor.clone().compressed(compression).text(), sensor.clone().compressed(0.0).text()];
     Entry::new(COMPRESSION, name, cases, move |out| {
         let found = row(out, 0, 0)?;
@@ -44,7 +49,8 @@ fn tiny(compression: f64, name: &str) -> Entry {
             same("capacitance", loaded, unloaded, 10.0 * compression + 1e-13),
         ];
         if compression >= 1e-9 {
-            // dC/dc / C at 0, by differences of the acceptance values at 0, 5 and 10 %: -0.474.
+            // The derivative of C by the compression over C, at zero: -0.474 by differences of the acceptance
+            // values at 0, 5 and 10 %.
             let slope = (1.0 - loaded.value / unloaded.value) / compression;
             claims.push(Claim::formula(
                 "slope of the capacitance",
@@ -62,7 +68,7 @@ fn tiny(compression: f64, name: &str) -> Entry {
 /// A compression at which the printed formulas can be evaluated as they stand.
 fn large(compression: f64, name: &str) -> Entry {
     let sensor = Sensor::default();
-    let (scale, a, b) = contact(&sensor);
+    let (scale, a, b) = force_scale_and_lengths(&sensor);
     Entry::new(COMPRESSION, name, [sensor.clone().compressed(compression).text()], move |out| {
         let found = row(out, 0, 0)?;
         let layer = Layer::new(compression);
@@ -80,7 +86,7 @@ fn large(compression: f64, name: &str) -> Entry {
     })
 }
 
-/// The independent acceptance values.
+/// Forces and capacitances against acceptance values that do not come from this program.
 fn accepted() -> Entry {
     const KNOWN: [(f64, f64, f64); 3] = [
         (0.05, 0.014_193_743_29, 42.88609),
@@ -102,7 +108,7 @@ fn accepted() -> Entry {
     .quick()
 }
 
-/// Beyond the largest force: a capacitance, and no force.
+/// A compression beyond that of the largest force: it has a capacitance, and no force.
 fn beyond(compression: f64, long: bool) -> Entry {
     let mut sensor = Sensor::default();
     if long {
@@ -129,7 +135,7 @@ fn beyond(compression: f64, long: bool) -> Entry {
 /// A force so small that the layer is a linear spring.
 fn tiny_force(force: f64, name: &str) -> Entry {
     let sensor = Sensor::default();
-    let (scale, a, b) = contact(&sensor);
+    let (scale, a, b) = force_scale_and_lengths(&sensor);
     let case = sensor.pressed(force).text();
     Entry::new(FORCE, name, [case], move |out| {
         let compression = known(row(out, 0, 0)?.compression, "compression")?;

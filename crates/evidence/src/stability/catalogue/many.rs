@@ -10,7 +10,8 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 
 const SUBJECT: &str = "many conductors";
 
-/// The laws that hold for every Maxwell matrix: reciprocity, no positive entry off the diagonal, no negative sum of a row.
+/// The laws that hold for every Maxwell matrix: reciprocity, no positive entry off the diagonal, no negative
+/// sum of a row.
 fn laws(out: &[Outcome], count: usize) -> Claims {
     let at = |i: usize, j: usize| maxwell(out, 0, i, j);
     let mut claims = vec![Claim::capacitance("C11", at(0, 0)?, Truth::at_least(0.0))];
@@ -35,6 +36,8 @@ fn laws(out: &[Outcome], count: usize) -> Claims {
     Ok(claims)
 }
 
+/// An entry with the claims of [`laws`], and with `mirror` the claims that conductors have the same
+/// capacitances as their mirror images, which are numbered from the other end.
 fn lawful(name: String, case: String, count: usize, mirror: bool) -> Entry {
     Entry::new(SUBJECT, name, [case], move |out| {
         let mut claims = laws(out, count)?;

@@ -57,8 +57,8 @@ fn all_grounded() -> Entry {
 }
 
 pub(super) fn entries() -> Vec<Entry> {
-    let mut all: Vec<_> = [1e-9, 1e-6, 1e-4, 1e-2, 1.0, 1e3].map(ordered).into();
-    all.extend([converges("insulated", 0.1), converges("grounded", 0.1), converges("insulated", 10.0)]);
-    all.push(all_grounded().quick());
-    all
+    let mut entries: Vec<_> = [1e-9, 1e-6, 1e-4, 1e-2, 1.0, 1e3].map(ordered).into();
+    entries.extend([converges("insulated", 0.1), converges("grounded", 0.1), converges("insulated", 10.0)]);
+    entries.push(all_grounded().quick());
+    entries
 }

@@ -85,7 +85,8 @@ fn sheet_between(ratio: f64) -> Entry {
     })
 }
 
-/// A sheet on a thick slab in open space: its capacitance is less than on a half-space, and more than without the slab.
+/// A sheet on a thick slab in open space: its capacitance is less than on a half-space, and more than without
+/// the slab.
 fn sheet_on_slab(ratio: f64) -> Entry {
     let sheet = || Scene::new().sheet("sheet", 0.0, [-0.5; 2], [0.5; 2]);
     let cases = [sheet().slab(2, ratio, -10.0, 0.0).open(to(1e-2)), sheet().open(to(1e-3))];

@@ -13,15 +13,15 @@ fn sensor(ratio: f64) -> Sensor {
     Sensor { modulus, ..Sensor::default() }.compressed(COMPRESSION)
 }
 
-/// f^2 - f^-2 at the electrodes.
+/// The load on the electrodes, f^2 - f^-2 with the stretch f of the layer at their height.
 fn load() -> f64 {
     let sensor = Sensor::default();
     let f = Layer::new(COMPRESSION).stretch(sensor.height / sensor.layer);
     f * f - 1.0 / (f * f)
 }
 
-/// The thickness, and the capacitance, which differs from that of rigid electrodes by less than the thinning
-/// allows.
+/// Electrodes that the load thins: their thickness, and the capacitance, which differs from that of rigid
+/// electrodes by less than the thinning allows.
 fn thinned(ratio: f64) -> Entry {
     let cases = [sensor(ratio).text(), sensor(f64::INFINITY).text()];
     Entry::new(SUBJECT, format!("{ratio:e}"), cases, move |out| {

@@ -8,7 +8,8 @@ use elastocap_electrostatics::VACUUM_PERMITTIVITY;
 const SURFACE: &str = "electrodes at the layer's surface";
 const PLANES: &str = "touching and nearly coinciding planes";
 
-/// An insulated face is a mirror: half of twice as thick electrodes in the middle of a layer of twice the thickness.
+/// An insulated face is a mirror: electrodes at the face have half the capacitance of electrodes twice as
+/// thick in the middle of a layer twice as thick.
 fn mirrored(top: bool) -> Entry {
     let sensor = Sensor { above: INSULATED.to_owned(), ..Sensor::default() };
     let half = 0.5 * sensor.thickness;

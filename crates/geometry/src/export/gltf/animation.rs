@@ -11,13 +11,15 @@ use super::document::File;
 /// The key frames that all moving bodies share: times, s, and weights of the morph targets.
 #[derive(Clone, Copy)]
 pub(super) struct Clock {
+    /// The time of each step.
     times: Index<json::Accessor>,
+    /// The weights of all targets at the first step, then at the second, and so on.
     weights: Index<json::Accessor>,
 }
 
 impl File {
-    /// One second per step. At each step the weight of the target of that step is 1; at step 0 all weights
-    /// are 0.
+    /// Writes the key frames, one second per step. At each step the weight of the target of that step is 1,
+    /// and all others are 0; step 0 has no target.
     pub(super) fn clock(&mut self, steps: usize) -> Clock {
         let times = self.seconds(steps);
         let weight = |step: usize, target: usize| if step == target { 1.0_f32 } else { 0.0 };
@@ -38,7 +40,8 @@ impl File {
         self.root.push(input)
     }
 
-    /// Shows a node at one of the steps and scales it to nothing at the others; `times` are those of all steps.
+    /// Shows a node at one of the steps and scales it to nothing at the others; `times` are those of all
+    /// steps.
     pub(in crate::export) fn show_at(
         &mut self,
         node: Index<json::Node>,

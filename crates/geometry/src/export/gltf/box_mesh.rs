@@ -38,7 +38,8 @@ impl BoxSurface {
         }
     }
 
-    /// The corners of all faces with their normals, four for each face, counter-clockwise as seen from outside.
+    /// The corners of all faces with their normals, four for each face, counter-clockwise as seen from
+    /// outside.
     fn corners(self) -> Vec<(Corner, [f32; 3])> {
         let mut out = Vec::with_capacity(24);
         for (axis, upper) in self.faces() {
@@ -68,11 +69,13 @@ impl BoxSurface {
 /// Normals and indices that are written once for all bodies with the same surface.
 #[derive(Default)]
 pub(super) struct SharedSurfaces {
+    /// The surfaces written so far, each with its normals and its indices.
     known: Vec<(BoxSurface, Index<json::Accessor>, Index<json::Accessor>)>,
 }
 
 impl File {
-    /// The mesh of a body about `home`, its displacements from step 0 as morph targets.
+    /// The mesh of a body, with positions relative to the point `home`, and its displacements from step 0 as
+    /// morph targets.
     pub(super) fn mesh(
         &mut self,
         body: &SceneBody,
@@ -95,7 +98,8 @@ impl File {
         let positions = self.vectors(&base, true);
         let mut targets = Vec::new();
         for pose in body.poses.iter().skip(1).filter(|_| body.moves()) {
-            // From the rounded base, so that base + displacement is as near to the pose as 32 bits allow.
+            // The displacement starts from the rounded base, so that base + displacement is as near to the
+            // pose as 32 bits allow.
             let displacement: Vec<[f32; 3]> = (place(pose).iter().zip(&base))
                 .map(|(to, from)| [0, 1, 2].map(|a| (to[a] - f64::from(from[a])) as f32))
                 .collect();

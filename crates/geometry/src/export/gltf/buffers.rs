@@ -12,22 +12,24 @@ use json::validation::USize64;
 use super::GltfError;
 use super::document::File;
 
-/// Sections of the binary part: until [`File::into_bytes`] makes a buffer view of each that is not empty, accessors name
-/// their section by one of these numbers.
+/// The number of the section of vertices. Accessors name their section of the binary part by its number until
+/// [`File::into_bytes`] makes a buffer view of each section that is not empty.
 pub(super) const VERTICES: u32 = 0;
+/// The number of the section of indices.
 pub(super) const INDICES: u32 = 1;
+/// The number of the section of key frames.
 pub(super) const KEYFRAMES: u32 = 2;
 
-/// A typed view of `bytes` within a section.
+/// A typed view of the range `bytes` of a section.
 pub(super) fn accessor(
-    view: u32,
+    section: u32,
     bytes: Range<usize>,
     component: ComponentType,
     kind: Type,
 ) -> json::Accessor {
     let size = component.size() * kind.multiplicity();
     json::Accessor {
-        buffer_view: Some(Index::new(view)),
+        buffer_view: Some(Index::new(section)),
         byte_offset: Some(USize64::from(bytes.start)),
         count: USize64::from(bytes.len() / size),
         component_type: Valid(GenericComponentType(component)),
@@ -52,7 +54,7 @@ pub(super) fn append<const N: usize>(
     start..section.len()
 }
 
-/// A mesh of triangles. Without indices, each three corners in a row are one.
+/// A mesh of triangles, without indices yet: each three corners in a row are a triangle.
 pub(in crate::export) fn triangles(
     name: &str,
     material: Index<json::Material>,
@@ -81,16 +83,16 @@ pub(in crate::export) fn triangles(
 }
 
 impl File {
-    /// Appends vectors; with their exact `bounds` if they are positions, as the format demands.
+    /// Appends vectors, with their exact bounds if `bounds` is set: the format demands these for positions.
     pub(in crate::export) fn vectors(&mut self, vectors: &[[f32; 3]], bounds: bool) -> Index<json::Accessor> {
         let bytes = append(&mut self.vertices, vectors.iter().flatten().map(|x| x.to_le_bytes()));
         let mut entry = accessor(VERTICES, bytes, ComponentType::F32, Type::Vec3);
         if bounds {
-            let over = |pick: fn(f32, f32) -> f32, start: f32| {
+            let extreme = |pick: fn(f32, f32) -> f32, start: f32| {
                 vectors.iter().fold([start; 3], |b, v| [0, 1, 2].map(|a| pick(b[a], v[a])))
             };
-            entry.min = Some(over(f32::min, f32::INFINITY).to_vec().into());
-            entry.max = Some(over(f32::max, f32::NEG_INFINITY).to_vec().into());
+            entry.min = Some(extreme(f32::min, f32::INFINITY).to_vec().into());
+            entry.max = Some(extreme(f32::max, f32::NEG_INFINITY).to_vec().into());
         }
         self.root.push(entry)
     }

@@ -10,11 +10,17 @@ use super::units::SceneUnit;
 /// A file under construction: the JSON part, and the three sections of the binary part.
 #[derive(Default)]
 pub(in crate::export) struct File {
+    /// The JSON part, without its animation and its buffer views.
     pub(in crate::export) root: json::Root,
+    /// The section of positions, normals and displacements.
     pub(super) vertices: Vec<u8>,
+    /// The section of the indices of triangles.
     pub(super) indices: Vec<u8>,
+    /// The section of the times and values of the animation.
     pub(super) keyframes: Vec<u8>,
+    /// The nodes that the animation moves, each with its sampler.
     pub(super) channels: Vec<json::animation::Channel>,
+    /// The key frames of the channels, and how to interpolate between them.
     pub(super) samplers: Vec<json::animation::Sampler>,
 }
 

@@ -6,13 +6,17 @@ use json::validation::Checked::Valid;
 use super::{BodyRole, PART};
 use std::collections::HashMap;
 
-/// The materials of bodies: one per role, with another colour for each conductor and dielectric.
+/// The materials of bodies: one per role, but conductors and dielectrics take their colours in turn from a
+/// list.
 #[derive(Default)]
 pub(in crate::export) struct Materials {
+    /// The number of driven conductors so far.
     conductors: usize,
+    /// The number of floating conductors so far.
     floating: usize,
+    /// The number of bodies with the role [`BodyRole::Dielectric`] so far.
     dielectrics: usize,
-    /// The colour of each body, by its name.
+    /// The colour of each of these bodies, by its name.
     given: HashMap<String, [u8; 3]>,
 }
 
@@ -78,7 +82,8 @@ impl Materials {
             } else {
                 json::material::AlphaMode::Opaque
             }),
-            // The far faces of a translucent solid would be drawn through the near ones, in no order.
+            // Solids are not double-sided: the far faces of a translucent one would be drawn through the near
+            // ones, in no order.
             double_sided,
             pbr_metallic_roughness: json::material::PbrMetallicRoughness {
                 base_color_factor: json::material::PbrBaseColorFactor([red, green, blue, alpha]),

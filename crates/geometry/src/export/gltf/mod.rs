@@ -8,8 +8,8 @@
 //! Positions are 32-bit, too coarse for a 1 nm electrode in a 1 mm layer. Every mesh is therefore written
 //! about the centre of its body, and the node moves the body to its place.
 //!
-//! A load step is a morph target: the displacement of every corner from step 0, m. Between two steps the corners move
-//! on straight lines. A body that never moves has no targets.
+//! A load step is a morph target: the displacement of every corner from step 0, m. Between two steps the
+//! corners move on straight lines. A body that never moves has no targets.
 
 mod animation;
 mod box_mesh;
@@ -34,7 +34,7 @@ pub use units::round_length;
 /// The kind of a body, which determines its material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BodyRole {
-    /// Metal that is held at a potential: opaque, each body in another colour.
+    /// Metal that is held at a potential: opaque, in colours that take turns.
     Conductor,
     /// Metal that floats: opaque, in shades of green.
     FloatingConductor,
@@ -42,7 +42,7 @@ pub enum BodyRole {
     GroundedConductor,
     /// The elastomer: translucent, so that the electrodes in it show.
     Layer,
-    /// Any other dielectric: translucent, each body in another colour.
+    /// Any other dielectric: translucent, in pale colours that take turns.
     Dielectric,
     /// The substrate, on which the layer lies: translucent.
     Substrate,
@@ -113,11 +113,13 @@ pub struct SceneBody {
     pub name: String,
     /// The kind of body.
     pub role: BodyRole,
-    /// Its box or sheet at each load step, m, all finite: bodies that extend to infinity must be cut off first.
+    /// Its box or sheet at each load step, m, all finite: bodies that extend to infinity must be cut off
+    /// first.
     pub poses: Vec<Box3>,
 }
 
 impl SceneBody {
+    /// Whether the body has another pose at some step.
     fn moves(&self) -> bool {
         self.poses.windows(2).any(|pair| pair[0] != pair[1])
     }
@@ -125,8 +127,8 @@ impl SceneBody {
 
 /// The scene as a binary glTF file; `step_labels` name the load steps, for instance `U/H = 0.05`.
 ///
-/// The first step is the base shape. The others are morph targets, which the animation "load steps" plays at one second
-/// per step.
+/// The first step is the base shape. The others are morph targets, which the animation "load steps" plays at
+/// one second per step.
 ///
 /// # Errors
 /// When a body is not a finite box or sheet at every step: see [`GltfError`].
@@ -208,6 +210,7 @@ pub(in crate::export) fn centre(region: &Box3) -> [f64; 3] {
     [0, 1, 2].map(|a| 0.5 * region.min[a] + 0.5 * region.max[a])
 }
 
+/// The middle of a body at the first step, m.
 fn centre_of_first(body: &SceneBody) -> [f64; 3] {
     body.poses.first().map_or([0.0; 3], centre)
 }

@@ -12,17 +12,18 @@ pub(in crate::export) struct SceneUnit {
     pub(super) label: String,
 }
 
-/// The largest of 1, 2 and 5 times a power of ten metres that is not larger than `at_most`, m, and the same in words, such as
-/// `200 um`: for a scale bar.
+/// The largest of 1, 2 and 5 times a power of ten metres that is not larger than `at_most`, m, and the same
+/// in words, such as `200 um`: for a scale bar.
 ///
 /// # Errors
-/// [`GltfError::OutOfRange`] where a scene file could not show it.
+/// [`GltfError::OutOfRange`] where `at_most` is too small or too large for a scene file.
 pub fn round_length(at_most: f64) -> Result<(f64, String), GltfError> {
     SceneUnit::for_extent(at_most).map(|unit| (unit.metres, unit.label))
 }
 
 impl SceneUnit {
-    /// The largest of 1, 2 and 5 times a power of ten metres that is not larger than the scene.
+    /// The largest of 1, 2 and 5 times a power of ten metres that is not larger than `extent`, the largest
+    /// extent of the scene, m.
     pub(in crate::export) fn for_extent(extent: f64) -> Result<Self, GltfError> {
         if !(1e-30..=1e30).contains(&extent) {
             return Err(GltfError::OutOfRange { extent });

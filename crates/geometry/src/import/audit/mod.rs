@@ -1,5 +1,5 @@
-//! Checks that triangles form the closed surface of a body. Faults that can be repaired without changing the shape are
-//! repaired, all others are refused.
+//! Checks that triangles form the closed surface of a body. Faults that can be repaired without changing the
+//! shape are repaired, all others are refused.
 
 mod topology;
 mod weld;
@@ -10,15 +10,16 @@ use crate::intersect;
 use crate::shapes::TriangleSurface;
 use crate::winding::contains;
 
-/// Smallest and largest size of a body, m.
+/// Smallest and largest size of a body, m. Not tuned: limits that ordinary cases do not reach.
 const SIZES: [f64; 2] = [1e-12, 1e6];
-/// Largest distance of a body from the origin, in sizes of the body: double precision resolves 1e-16 of the distance.
+/// Largest distance of a body from the origin, in sizes of the body: double precision resolves 1e-16 of the
+/// distance.
 const MAX_DISTANCE: f64 = 1e9;
 
 /// Repairs that leave the shape as it is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Repairs {
-    /// Points merged with an earlier one that is closer than 1e-12 of the size.
+    /// Points merged with an earlier one that lies within 1e-12 of the size of the body.
     pub welded_points: usize,
     /// Points that no face uses.
     pub unused_points: usize,
@@ -28,9 +29,11 @@ pub struct Repairs {
     pub turned_faces: usize,
 }
 
-/// Audits triangles with coordinates in m; messages name the `file` and the `unit`, m, by which they were scaled.
+/// Audits triangles with coordinates in m; messages name the `file` and the `unit`, m, by which they were
+/// scaled.
 ///
-/// The surface returned is closed, turned outward and free of self-intersections, without unused points and faces.
+/// The surface returned is closed, turned outward and free of self-intersections, without unused points and
+/// faces.
 ///
 /// # Errors
 /// The first fault that cannot be repaired without guessing at the shape.
@@ -77,10 +80,11 @@ pub fn audit(triangles: Triangles, file: &str, unit: f64) -> Result<(TriangleSur
 
 /// Checks that named surfaces have no point in common and that none lies inside another.
 ///
-/// All must have passed [`audit`].
+/// All surfaces must have passed [`audit`].
 ///
 /// # Errors
-/// [`ImportProblem::Overlap`] or [`ImportProblem::Inside`], with the name of a surface in place of the file's.
+/// [`ImportProblem::Overlap`] or [`ImportProblem::Inside`], with the name of a surface in place of that of a
+/// file.
 pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
     let place = |s: &TriangleSurface, f: usize| Place {
         at: middle(s.faces[f].map(|p| s.points[p as usize])),
@@ -94,14 +98,15 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
                 let problem = ImportProblem::Overlap { other: (*other).to_owned(), place: place(surface, f) };
                 return Err(ImportError::new(name, problem));
             }
-            // Without a common point each closed part is inside or outside as a whole, and any part may be inside.
+            // Without a common point each closed part is inside or outside as a whole, and any part may be
+            // inside.
             let inside = |inner: &TriangleSurface, outer: &TriangleSurface| {
                 topology::representatives(inner).into_iter().find(|&p| contains(outer, p))
             };
-            let found = [(name, other, surface, around), (other, name, around, surface)]
+            let inner = [(name, other, surface, around), (other, name, around, surface)]
                 .into_iter()
                 .find_map(|(name, other, s, o)| inside(s, o).map(|at| (name, other, at)));
-            if let Some((name, other, at)) = found {
+            if let Some((name, other, at)) = inner {
                 let problem =
                     ImportProblem::Inside { other: (*other).to_owned(), place: Place { at, line: None } };
                 return Err(ImportError::new(name, problem));
@@ -114,12 +119,13 @@ pub fn apart(surfaces: &[(&str, &TriangleSurface)]) -> Result<(), ImportError> {
 /// The largest extent of points, m.
 ///
 /// # Errors
-/// A size out of bounds or too small for the distance from the origin; coordinates that are not finite count as huge.
+/// A size out of bounds or too small for the distance from the origin; coordinates that are not finite count
+/// as huge.
 pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> Result<f64, ImportProblem> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points {
         for a in 0..3 {
-            // Scaling may have made it infinite or NaN: then the check of the size below fails.
+            // Scaling may have made a coordinate infinite or NaN: then the check of the size below fails.
             let x = if p[a].is_finite() { p[a] } else { f64::MAX };
             low[a] = low[a].min(x);
             high[a] = high[a].max(x);
@@ -136,6 +142,7 @@ pub(super) fn check_size(points: impl Iterator<Item = [f64; 3]>, unit: f64) -> R
     Ok(size)
 }
 
+/// The mean of some points.
 pub(super) fn middle<const N: usize>(corners: [[f64; 3]; N]) -> [f64; 3] {
     [0, 1, 2].map(|a| corners.iter().map(|p| p[a]).sum::<f64>() / N as f64)
 }

@@ -1,19 +1,22 @@
-//! Edges, the faces around points, closed parts of a surface, and the side on which their bodies are.
+//! Checks of how the faces of a surface are connected, its closed parts, and the side of each on which the
+//! body is.
 
 use super::{ImportProblem, Place, middle};
 use crate::shapes::TriangleSurface;
 use crate::winding;
 
-/// The closed parts of a surface, each with all its faces turned the same way.
+/// The closed parts of a surface, in each of which all faces are turned the same way.
 pub(super) struct Components {
-    /// The part of each face; parts are counted by their first face.
+    /// The part that each face belongs to; parts are numbered in the order of their first faces.
     part: Vec<u32>,
+    /// The number of parts.
     count: usize,
-    /// Whether a face was turned to agree with the first one of its part.
+    /// For each face whether it was turned to agree with the first one of its part.
     turned: Vec<bool>,
 }
 
-/// Finds the closed parts and turns the faces of each the same way. `lines` has the line of each face in the file.
+/// Finds the closed parts and turns the faces of each the same way. `lines` has the line of each face in the
+/// file.
 ///
 /// # Errors
 /// Edges with one face or more than two, parts that meet in a point, parts with one side only.
@@ -49,7 +52,7 @@ pub(super) fn components(surface: &mut TriangleSurface, lines: &[u32]) -> Result
     for (face, _) in faces.iter_mut().zip(&parts.turned).filter(|(_, turned)| **turned) {
         face.swap(1, 2);
     }
-    fans(surface, lines)?;
+    check_fans(surface, lines)?;
     Ok(parts)
 }
 
@@ -84,8 +87,9 @@ fn neighbours(surface: &TriangleSurface, lines: &[u32]) -> Result<Vec<[(u32, boo
     Ok(out)
 }
 
-/// Checks that the faces around each point form a single ring.
-fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
+/// Checks that the faces around each point form a single closed fan.
+fn check_fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
+    // For each corner of a face: its point, the two other points of the face, and the face.
     let mut corners: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * surface.faces.len());
     for (f, face) in surface.faces.iter().enumerate() {
         for k in 0..3 {
@@ -93,28 +97,30 @@ fn fans(surface: &TriangleSurface, lines: &[u32]) -> Result<(), ImportProblem> {
         }
     }
     corners.sort_unstable();
-    for round in corners.chunk_by(|a, b| a.0 == b.0) {
+    for fan in corners.chunk_by(|a, b| a.0 == b.0) {
         let mut steps = 0;
-        let mut at = round[0].1;
-        while let Ok(k) = round.binary_search_by_key(&at, |c| c.1) {
-            at = round[k].2;
+        let mut neighbour = fan[0].1;
+        while let Ok(k) = fan.binary_search_by_key(&neighbour, |c| c.1) {
+            neighbour = fan[k].2;
             steps += 1;
-            if at == round[0].1 || steps > round.len() {
+            if neighbour == fan[0].1 || steps > fan.len() {
                 break;
             }
         }
-        if steps != round.len() {
-            let line = lines.get(round[0].3 as usize).map(|&l| l as usize);
-            return Err(ImportProblem::Pinched(Place { at: surface.points[round[0].0 as usize], line }));
+        if steps != fan.len() {
+            let line = lines.get(fan[0].3 as usize).map(|&l| l as usize);
+            return Err(ImportProblem::Pinched(Place { at: surface.points[fan[0].0 as usize], line }));
         }
     }
     Ok(())
 }
 
-/// Turns the faces of bodies outward and those of hollows inward; returns how many end up turned against the file.
+/// Turns the faces of bodies outward and those of hollows inward; returns how many end up turned against the
+/// file.
 ///
 /// # Errors
-/// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would a hollow.
+/// Parts without a volume, and parts inside another that the file does not turn the opposite way, as it would
+/// a hollow.
 pub(super) fn outward(
     surface: &mut TriangleSurface,
     parts: &Components,
@@ -131,21 +137,22 @@ pub(super) fn outward(
     };
     let bounds: Vec<_> =
         members.iter().map(|m| Bounds::of(points, m.iter().map(|&f| surface.faces[f]))).collect();
-    let mut positive = Vec::new();
+    let mut is_outward = Vec::new();
     for (c, faces) in members.iter().enumerate() {
         let origin = points[surface.faces[faces[0]][0] as usize];
-        let parts = || {
+        let six_volumes = || {
             faces.iter().map(|&f| {
                 let [a, b, c] = surface.faces[f].map(|p| points[p as usize]);
                 crate::meshing::tets::determinant(origin, a, b, c)
             })
         };
-        let (volume, size): (f64, f64) = (parts().sum(), parts().map(f64::abs).sum());
-        if volume.abs() <= 1e-14 * size || bounds[c].flat() {
+        let (volume, size): (f64, f64) = (six_volumes().sum(), six_volumes().map(f64::abs).sum());
+        if volume.abs() <= 1e-14 * size || bounds[c].is_flat() {
             return Err(ImportProblem::NoVolume(place(faces[0])));
         }
-        positive.push(volume > 0.0);
+        is_outward.push(volume > 0.0);
     }
+    // For each part the parts that contain it.
     let around: Vec<Vec<usize>> = (0..parts.count)
         .map(|c| {
             let p = points[surface.faces[members[c][0]][0] as usize];
@@ -158,22 +165,25 @@ pub(super) fn outward(
             (0..parts.count).filter(holds).collect()
         })
         .collect();
-    // Whether a part is turned outward in the file; known only if all its faces agree.
-    let given: Vec<Option<bool>> = (0..parts.count)
-        .map(|c| members[c].iter().all(|&f| !parts.turned[f]).then_some(positive[c]))
+    // Whether a part is turned outward in the file; known only if all its faces agree there.
+    let outward_in_file: Vec<Option<bool>> = (0..parts.count)
+        .map(|c| members[c].iter().all(|&f| !parts.turned[f]).then_some(is_outward[c]))
         .collect();
     let mut turned = parts.turned.clone();
     for c in 0..parts.count {
         let depth = around[c].len();
         if depth % 2 == 1 {
             let parent = around[c].iter().find(|&&d| around[d].len() + 1 == depth);
-            let hollow =
-                parent.is_some_and(|&d| given[c].is_some() && given[d].is_some() && given[c] != given[d]);
+            let hollow = parent.is_some_and(|&d| {
+                outward_in_file[c].is_some()
+                    && outward_in_file[d].is_some()
+                    && outward_in_file[c] != outward_in_file[d]
+            });
             if !hollow {
                 return Err(ImportProblem::Nested(place(members[c][0])));
             }
         }
-        if positive[c] == (depth % 2 == 1) {
+        if is_outward[c] == (depth % 2 == 1) {
             for &f in &members[c] {
                 turned[f] = !turned[f];
             }
@@ -187,7 +197,7 @@ pub(super) fn outward(
     Ok(turned.iter().filter(|&&t| t).count())
 }
 
-/// One point of every connected part, m.
+/// One point of every connected part of a surface, m.
 pub(super) fn representatives(surface: &TriangleSurface) -> Vec<[f64; 3]> {
     let mut parent: Vec<u32> = (0..surface.points.len() as u32).collect();
     fn root(parent: &mut [u32], mut p: u32) -> u32 {
@@ -207,12 +217,16 @@ pub(super) fn representatives(surface: &TriangleSurface) -> Vec<[f64; 3]> {
     (0..surface.points.len() as u32).filter(first).map(|p| surface.points[p as usize]).collect()
 }
 
+/// The bounding box of a part.
 struct Bounds {
+    /// Its lower corner, m.
     low: [f64; 3],
+    /// Its upper corner, m.
     high: [f64; 3],
 }
 
 impl Bounds {
+    /// The bounding box of some faces.
     fn of(points: &[[f64; 3]], faces: impl Iterator<Item = [u32; 3]>) -> Self {
         let mut out = Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
         for p in faces.flatten().map(|p| points[p as usize]) {
@@ -228,7 +242,8 @@ impl Bounds {
         (0..3).all(|a| self.low[a] <= p[a] && p[a] <= self.high[a])
     }
 
-    fn flat(&self) -> bool {
+    /// Whether the box has no extent along an axis.
+    fn is_flat(&self) -> bool {
         (0..3).any(|a| self.low[a] == self.high[a])
     }
 }

@@ -2,23 +2,30 @@
 
 use crate::import::{ImportError, ImportProblem, shown_word};
 
+/// A file, and how far it has been read.
 pub(super) struct Cursor<'a> {
+    /// The whole file.
     bytes: &'a [u8],
+    /// The number of bytes that have been read.
     at: usize,
+    /// The name of the file, for messages.
     file: &'a str,
-    /// Whether the numbers are binary, and of the other byte order.
+    /// `None` in an ASCII file. In a binary one, whether its numbers have their most significant byte first.
     binary: Option<bool>,
 }
 
 impl<'a> Cursor<'a> {
+    /// The beginning of a file, whose numbers are text until [`Self::binary`] is called.
     pub(super) fn new(bytes: &'a [u8], file: &'a str) -> Self {
         Self { bytes, at: 0, file, binary: None }
     }
 
+    /// An error of this file.
     pub(super) fn fail(&self, problem: ImportProblem) -> ImportError {
         ImportError::new(self.file, problem)
     }
 
+    /// An error at the present place of the file.
     pub(super) fn malformed(&self, what: impl Into<String>) -> ImportError {
         let place = if self.binary.is_some() {
             format!("byte {}", self.at)
@@ -28,11 +35,12 @@ impl<'a> Cursor<'a> {
         self.fail(ImportProblem::Malformed { place, what: what.into() })
     }
 
+    /// Whether numbers are binary.
     pub(super) fn is_binary(&self) -> bool {
         self.binary.is_some()
     }
 
-    /// Switches to binary numbers. The next number is a 1, whose bytes show the byte order.
+    /// Switches to binary numbers. The next number must be a 1, whose bytes show the byte order.
     pub(super) fn binary(&mut self) -> Result<(), ImportError> {
         let swapped = match i32::from_le_bytes(self.raw()?) {
             1 => false,
@@ -69,9 +77,9 @@ impl<'a> Cursor<'a> {
     pub(super) fn skip(&mut self, section: &str) -> Result<(), ImportError> {
         let end = format!("$End{section}");
         let rest = &self.bytes[self.at..];
-        let found = rest.windows(end.len()).position(|w| w == end.as_bytes());
-        let Some(found) = found else { return Err(self.malformed(format!("no {end}"))) };
-        self.at += found + end.len();
+        let place = rest.windows(end.len()).position(|w| w == end.as_bytes());
+        let Some(place) = place else { return Err(self.malformed(format!("no {end}"))) };
+        self.at += place + end.len();
         Ok(())
     }
 
@@ -83,6 +91,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// The next word of an ASCII file.
     fn token(&mut self) -> Result<&'a str, ImportError> {
         let rest = &self.bytes[self.at..];
         let begin = rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
@@ -96,6 +105,7 @@ impl<'a> Cursor<'a> {
         Ok(token)
     }
 
+    /// The next number of an ASCII file.
     fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, ImportError> {
         let token = self.token()?;
         token.parse().map_err(|_| {
@@ -104,14 +114,15 @@ impl<'a> Cursor<'a> {
         })
     }
 
+    /// The next bytes of a binary file, the least significant one first.
     fn raw<const N: usize>(&mut self) -> Result<[u8; N], ImportError> {
-        let found = self.bytes[self.at..].first_chunk::<N>().copied();
-        let mut found = found.ok_or_else(|| self.malformed("the file ends too early"))?;
+        let bytes = self.bytes[self.at..].first_chunk::<N>().copied();
+        let mut bytes = bytes.ok_or_else(|| self.malformed("the file ends too early"))?;
         self.at += N;
         if self.binary == Some(true) {
-            found.reverse();
+            bytes.reverse();
         }
-        Ok(found)
+        Ok(bytes)
     }
 
     /// An integer, of four bytes in a binary file.

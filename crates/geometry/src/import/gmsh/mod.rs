@@ -1,7 +1,7 @@
 //! Volume meshes from Gmsh: .msh files of the versions 2.2 and 4.1, ASCII and binary.
 //!
-//! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other volume
-//! elements, or curved ones, are refused.
+//! Tetrahedra with four corners are read, and triangles that belong to physical groups; meshes with other
+//! volume elements, or curved ones, are refused.
 //!
 //! No existing crate would do. The crate for this format, `mshio` 0.4.2 of 2020, reads version 4.1 only,
 //! while many programs still write 2.2. It skips the names of physical groups, by which a case says what is a
@@ -93,15 +93,15 @@ pub fn mesh(
     Ok((mesh, repairs))
 }
 
-/// A face of a tetrahedron: its corners in ascending order, 4 t + k for face k of tetrahedron t, and whether the sorted
-/// corners run anticlockwise as seen from outside.
+/// A face of a tetrahedron: its corners in ascending order, its number, which is 4 t + k for face k of
+/// tetrahedron t, and whether the sorted corners run anticlockwise as seen from outside.
 type Side = ([u32; 3], u32, bool);
 
 /// Faces of the tetrahedra for which `keep` holds, sorted by their corners.
 fn sides(mesh: &VolumeMesh, keep: impl Fn(usize) -> bool) -> Vec<Side> {
     let mut out = Vec::with_capacity(4 * (0..mesh.tets.len()).filter(|&t| keep(t)).count());
     for (t, [a, b, c, d]) in mesh.tets.iter().copied().enumerate().filter(|(t, _)| keep(*t)) {
-        // Anticlockwise from outside.
+        // The four faces, anticlockwise as seen from outside.
         for (k, mut face) in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]].into_iter().enumerate() {
             let mut even = true;
             for (i, j) in [(0, 1), (1, 2), (0, 1)] {
@@ -117,11 +117,12 @@ fn sides(mesh: &VolumeMesh, keep: impl Fn(usize) -> bool) -> Vec<Side> {
     out
 }
 
-/// The triangle of a side, anticlockwise from outside.
+/// The triangle of a side, anticlockwise as seen from outside.
 fn outward(&([a, b, c], _, even): &Side) -> [u32; 3] {
     if even { [a, b, c] } else { [a, c, b] }
 }
 
+/// Checks that a mesh is conforming, and carries out the repairs that need no guessing.
 fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, ImportProblem> {
     if mesh.tets.len() >= (u32::MAX / 4) as usize {
         return Err(ImportProblem::TooLarge);
@@ -132,13 +133,13 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, ImportProblem>
     for tet in &mut mesh.tets {
         let corners = tet.map(|p| mesh.points[p as usize]);
         let [a, b, c, d] = corners;
-        let six = determinant(a, b, c, d);
+        let six_volumes = determinant(a, b, c, d);
         let longest = [b, c, d].iter().flat_map(|p| (0..3).map(|k| (p[k] - a[k]).abs())).fold(0.0, f64::max);
         // A smaller determinant may have the wrong sign from rounding alone.
-        if six.abs() <= 1e-14 * longest.powi(3) {
+        if six_volumes.abs() <= 1e-14 * longest.powi(3) {
             return Err(ImportProblem::FlatTet(Place { at: middle(corners), line: None }));
         }
-        if six < 0.0 {
+        if six_volumes < 0.0 {
             tet.swap(2, 3);
             repairs.turned_tets += 1;
         }
@@ -165,7 +166,8 @@ fn audit(mesh: &mut VolumeMesh, unit: f64) -> Result<MeshRepairs, ImportProblem>
     if let Some(flat) = outer.iter().find(|f| intersect::collinear(f.map(|p| mesh.points[p as usize]))) {
         return Err(ImportProblem::FlatTet(place(*flat)));
     }
-    // Faces inside the mesh without a partner are among the outer ones too, and meet others there.
+    // Where the mesh does not conform, faces inside it belong to one tetrahedron alone, as outer ones do, and
+    // meet others.
     if let Some((f, g)) = intersect::within(&mesh.points, &outer) {
         return Err(ImportProblem::NonConforming(place(outer[f]), place(outer[g])));
     }

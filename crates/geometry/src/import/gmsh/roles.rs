@@ -12,25 +12,27 @@ use crate::shapes::Shape;
 impl VolumeMesh {
     /// The mesh around the conductors of a scene whose shapes are all [`Shape::Physical`].
     ///
-    /// A conductor is a group of volumes, whose tetrahedra are left out, or a group of surfaces, which is a sheet. A
-    /// dielectric is a group of volumes; where several have the same group, the last one counts. The background fills the
-    /// rest. An outer face in a side of the mesh's bounding box belongs to that side's wall; any other outer face needs six
-    /// equal walls. A ray from an open face to infinity is assumed to meet only the background and those dielectrics that
-    /// end at open faces. Parts of the mesh that border no conductor and no grounded or open wall have no field, and are
-    /// left out.
+    /// A conductor is a group of volumes, whose tetrahedra are left out, or a group of surfaces, which is a
+    /// sheet. A dielectric is a group of volumes; where several have the same group, the last one counts. The
+    /// background fills the rest. An outer face in a side of the mesh's bounding box belongs to that side's
+    /// wall; any other outer face needs six equal walls. A ray from an open face to infinity is assumed to
+    /// meet only the background and those dielectrics that end at open faces. Parts of the mesh that border
+    /// no conductor and no grounded or open wall have no field, and are left out.
     ///
     /// # Errors
-    /// Names that the file does not have; shapes that are not physical groups; conductors that touch one another or a
-    /// grounded wall, or that end the mesh next to open faces; outer faces without a wall; open faces that do not face away
-    /// from the middle of the conductors.
+    /// Names that the file does not have; shapes that are not physical groups; conductors that touch one
+    /// another or a grounded wall, or that end the mesh next to open faces; outer faces without a wall; open
+    /// faces that do not face away from the middle of the conductors.
     pub fn tet_mesh(&self, scene: &Scene) -> Result<TetMesh, ImportError> {
         self.with_roles(scene).map_err(|problem| ImportError::new(&self.file, problem))
     }
 
+    /// The middle of a face.
     fn place(&self, face: [u32; 3]) -> Place {
         Place { at: middle(face.map(|p| self.points[p as usize])), line: None }
     }
 
+    /// The mesh of [`Self::tet_mesh`], or the fault without the name of the file.
     fn with_roles(&self, scene: &Scene) -> Result<TetMesh, ImportProblem> {
         let conductors: Vec<Conductor<'_>> = scene.conductors().collect();
         let conductor_of = self.conductor_of(scene, &conductors)?;
@@ -42,8 +44,8 @@ impl VolumeMesh {
         self.check_open_faces(&sorted.open, center)?;
         let SortedFaces { mut roles, open, field, .. } = sorted;
         let permittivities = scene.permittivities();
-        let region = |o: &OpenFace| region_of[self.tet_groups[o.tet] as usize] as usize;
-        let met = open.iter().map(|o| permittivities[region(o)]);
+        let region_behind = |o: &OpenFace| region_of[self.tet_groups[o.tet] as usize] as usize;
+        let met = open.iter().map(|o| permittivities[region_behind(o)]);
         let background = scene.background_permittivity;
         let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
         roles.extend(open.iter().map(|o| (o.face, FaceRole::Open { permittivity })));
@@ -51,7 +53,8 @@ impl VolumeMesh {
         Ok(self.without(|t| !reached[t], &roles, &region_of, center))
     }
 
-    /// For each number of a group, the conductor that it is, if any.
+    /// For each number of a group, the conductor that the group belongs to, if any. Number 0 is that of no
+    /// group.
     fn conductor_of(
         &self,
         scene: &Scene,
@@ -71,7 +74,8 @@ impl VolumeMesh {
         Ok(conductor_of)
     }
 
-    /// For each number of a group, the region of its tetrahedra: 0 for the background, else 1 + the index of the dielectric.
+    /// For each number of a group, the region of its tetrahedra: 0 for the background, else 1 + the index of
+    /// the dielectric.
     fn region_of(&self, scene: &Scene) -> Result<Vec<u32>, ImportProblem> {
         let mut region_of = vec![0_u32; self.groups.len() + 1];
         for dielectric in scene.dielectrics() {
@@ -84,8 +88,8 @@ impl VolumeMesh {
         Ok(region_of)
     }
 
-    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field. `touched` is the
-    /// conductor that each point belongs to.
+    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field.
+    /// `touched` is the conductor that each point belongs to.
     fn sorted_faces(
         &self,
         scene: &Scene,
@@ -93,7 +97,7 @@ impl VolumeMesh {
         conductor_of: &[Option<usize>],
         touched: &[Option<usize>],
     ) -> Result<SortedFaces, ImportProblem> {
-        let holder = |t: usize| conductor_of[self.tet_groups[t] as usize];
+        let conductor_in = |t: usize| conductor_of[self.tet_groups[t] as usize];
         let mut sheets = BTreeMap::new();
         for (face, &group) in self.faces.iter().zip(&self.face_groups) {
             if let Some(k) = conductor_of[group as usize] {
@@ -109,18 +113,20 @@ impl VolumeMesh {
             field: Field::new(self.tets.len()),
         };
         for group in sides(self, |_| true).chunk_by(|a, b| a.0 == b.0) {
-            let held =
-                group.iter().find_map(|s| holder(s.1 as usize / 4)).or(sheets.get(&group[0].0).copied());
+            let held = group
+                .iter()
+                .find_map(|s| conductor_in(s.1 as usize / 4))
+                .or(sheets.get(&group[0].0).copied());
             if let ([_], Some(k)) = (group, held) {
                 sorted.ends.push((group[0].0, k));
             }
-            let free = group.iter().find(|s| holder(s.1 as usize / 4).is_none());
+            let free = group.iter().find(|s| conductor_in(s.1 as usize / 4).is_none());
             let Some(free) = free else { continue };
             let (face, tet) = (free.0, free.1 as usize / 4);
             if let Some(k) = held {
                 sorted.roles.insert(face, FaceRole::Conductor(k as u32));
                 let tets = group.iter().map(|s| s.1 as usize / 4);
-                tets.filter(|&t| holder(t).is_none()).for_each(|t| sorted.field.begin(t));
+                tets.filter(|&t| conductor_in(t).is_none()).for_each(|t| sorted.field.begin(t));
             } else if let [one, two] = group {
                 sorted.field.join(one.1, two.1);
             } else {
@@ -173,15 +179,16 @@ impl VolumeMesh {
         Ok(())
     }
 
-    /// Numbers, from 1, of the groups that a shape names, of dimension `least` or more: 3 for volumes, 2 for surfaces too.
+    /// The numbers, counted from 1, of the groups that a shape names. Their dimension is at least `least`: 3
+    /// for volumes alone, 2 for volumes and surfaces. `body` is the body of the shape, for messages.
     fn find(&self, body: &str, shape: &Shape, least: u8) -> Result<Vec<usize>, ImportProblem> {
         let Shape::Physical(name) = shape else {
             return Err(ImportProblem::NotPhysical(format!("\"{body}\" is not a physical group")));
         };
         let fits = |k: &usize| self.groups[*k].dimension >= least && self.groups[*k].name == *name;
-        let found: Vec<usize> = (0..self.groups.len()).filter(fits).map(|k| k + 1).collect();
-        if !found.is_empty() {
-            return Ok(found);
+        let numbers: Vec<usize> = (0..self.groups.len()).filter(fits).map(|k| k + 1).collect();
+        if !numbers.is_empty() {
+            return Ok(numbers);
         }
         let known: Vec<String> =
             self.groups.iter().filter(|g| g.dimension >= least).map(|g| format!("\"{}\"", g.name)).collect();
@@ -190,6 +197,7 @@ impl VolumeMesh {
         Err(ImportProblem::UnknownGroup { name: name.clone(), wanted, known })
     }
 
+    /// A point of a group, m.
     fn some_point(&self, group: u32) -> [f64; 3] {
         let tet = self.tets.iter().zip(&self.tet_groups).find(|(_, g)| **g == group).map(|(t, _)| t[0]);
         let face = self.faces.iter().zip(&self.face_groups).find(|(_, g)| **g == group).map(|(f, _)| f[0]);
@@ -251,9 +259,9 @@ impl VolumeMesh {
         })
     }
 
-    /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor would be neither in
-    /// a cell nor behind an open face, so its field would be missing. Skins of hollows, and a shell around everything, are
-    /// outer surfaces without open faces.
+    /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor
+    /// would be neither in a cell nor behind an open face, so its field would be missing. Skins of hollows,
+    /// and a shell around everything, are outer surfaces without open faces.
     fn check_open_ends(
         &self,
         conductors: &[Conductor<'_>],
@@ -322,9 +330,11 @@ impl VolumeMesh {
 struct SortedFaces {
     /// The roles of the faces on conductors and grounded walls; the corners of each face are ascending.
     roles: BTreeMap<[u32; 3], FaceRole>,
-    /// Outer faces on conductors, with the conductor.
+    /// Outer faces on conductors, each with its conductor.
     ends: Vec<([u32; 3], usize)>,
+    /// Outer faces in open walls.
     open: Vec<OpenFace>,
+    /// The search for the tetrahedra that have a field, not finished yet.
     field: Field,
 }
 
@@ -338,34 +348,41 @@ struct OpenFace {
     tet: usize,
 }
 
-/// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an open wall.
+/// Finds the tetrahedra that have a field: those connected through faces to a conductor, a grounded or an
+/// open wall.
 struct Field {
     /// The neighbour through each face of each tetrahedron; the tetrahedron itself where it has none.
     neighbours: Vec<[u32; 4]>,
+    /// For each tetrahedron whether it is known to have a field.
     reached: Vec<bool>,
-    edge: Vec<usize>,
+    /// Tetrahedra with a field whose neighbours have not been looked at.
+    pending: Vec<usize>,
 }
 
 impl Field {
+    /// A search in a mesh with this number of tetrahedra, none of which is known to have a field.
     fn new(tets: usize) -> Self {
         let neighbours = (0..tets as u32).map(|t| [t; 4]).collect();
-        Self { neighbours, reached: vec![false; tets], edge: Vec::new() }
+        Self { neighbours, reached: vec![false; tets], pending: Vec::new() }
     }
 
-    /// The two tetrahedra of a face, as 4 t + k.
+    /// Notes that two tetrahedra are neighbours; each is given as 4 t + k, by its number and that of the
+    /// face.
     fn join(&mut self, one: u32, two: u32) {
         self.neighbours[one as usize / 4][one as usize % 4] = two / 4;
         self.neighbours[two as usize / 4][two as usize % 4] = one / 4;
     }
 
+    /// Notes that a tetrahedron has a field.
     fn begin(&mut self, tet: usize) {
         if !std::mem::replace(&mut self.reached[tet], true) {
-            self.edge.push(tet);
+            self.pending.push(tet);
         }
     }
 
+    /// For each tetrahedron whether it has a field.
     fn spread(mut self) -> Vec<bool> {
-        while let Some(tet) = self.edge.pop() {
+        while let Some(tet) = self.pending.pop() {
             for next in self.neighbours[tet] {
                 self.begin(next as usize);
             }

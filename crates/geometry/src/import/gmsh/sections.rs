@@ -9,11 +9,17 @@ use crate::import::{ImportError, ImportProblem};
 /// The content of a file before the audit: indices are valid and coordinates finite, nothing else is known.
 #[derive(Default)]
 pub(super) struct Raw {
+    /// Positions of all points, in units of the file.
     pub(super) points: Vec<[f64; 3]>,
+    /// Corners of the tetrahedra.
     pub(super) tets: Vec<[u32; 4]>,
+    /// The group of each tetrahedron: 0 for none, 1 + k for `groups[k]`.
     pub(super) tet_groups: Vec<u32>,
+    /// Corners of the triangles in groups of surfaces.
     pub(super) faces: Vec<[u32; 3]>,
+    /// The group of each of these triangles: 1 + k for `groups[k]`.
     pub(super) face_groups: Vec<u32>,
+    /// The physical groups of surfaces and volumes.
     pub(super) groups: Vec<Group>,
     /// The number of a group, counted from 1, by its dimension and tag.
     numbers: HashMap<(i64, i64), u32>,
@@ -23,6 +29,7 @@ pub(super) struct Raw {
     entities: HashMap<(i64, i64), i64>,
 }
 
+/// Reads a whole file.
 pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
     let mut raw = Raw::default();
     if cursor.line() != Some(b"$MeshFormat") {
@@ -30,7 +37,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
     }
     let format = String::from_utf8_lossy(cursor.line().unwrap_or_default()).into_owned();
     let words: Vec<&str> = format.split_ascii_whitespace().collect();
-    let four = match words.first() {
+    let is_version_4 = match words.first() {
         Some(&"2.2" | &"2") => false,
         Some(&"4.1") => true,
         other => {
@@ -50,23 +57,23 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
         _ => return Err(cursor.malformed("neither ASCII (0) nor binary (1)")),
     }
     cursor.end("MeshFormat")?;
-    let (mut nodes, mut elements) = (false, false);
+    let (mut has_nodes, mut has_elements) = (false, false);
     while let Some(line) = cursor.line() {
         let Some(section) = line.strip_prefix(b"$") else {
             return Err(cursor.malformed("a section beginning with $ is expected"));
         };
         match section {
             b"PhysicalNames" => raw.physical_names(cursor)?,
-            b"Entities" if four => raw.entities(cursor)?,
+            b"Entities" if is_version_4 => raw.entities(cursor)?,
             b"PartitionedEntities" => {
                 return Err(cursor.fail(ImportProblem::Unsupported {
                     what: "a partitioned mesh".into(),
                     cure: "write it in one part".into(),
                 }));
             }
-            b"Nodes" if !nodes => {
-                nodes = true;
-                if four {
+            b"Nodes" if !has_nodes => {
+                has_nodes = true;
+                if is_version_4 {
                     raw.nodes_4(cursor)?
                 } else {
                     raw.nodes_2(cursor)?
@@ -76,9 +83,9 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
                     return Err(cursor.malformed(format!("node {} is listed twice", twice[0].0)));
                 }
             }
-            b"Elements" if nodes && !elements => {
-                elements = true;
-                if four { raw.elements_4(cursor)? } else { raw.elements_2(cursor)? }
+            b"Elements" if has_nodes && !has_elements => {
+                has_elements = true;
+                if is_version_4 { raw.elements_4(cursor)? } else { raw.elements_2(cursor)? }
             }
             b"Nodes" | b"Elements" => {
                 return Err(cursor.malformed("nodes and elements are expected once each, in this order"));
@@ -98,6 +105,8 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Raw, ImportError> {
 }
 
 impl Raw {
+    /// The number of a physical group, counted from 1, which is new if the group is; 0 for the tag 0, which
+    /// stands for no group.
     fn group(&mut self, dimension: i64, tag: i64) -> u32 {
         if tag == 0 {
             return 0;
@@ -109,7 +118,7 @@ impl Raw {
         })
     }
 
-    /// Always text: `dimension tag "name"`.
+    /// Reads the names of physical groups, which are text in binary files too: `dimension tag "name"`.
     fn physical_names(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let number = |t: Option<&str>| t.and_then(|t| t.parse::<i64>().ok());
         let count = cursor.line().and_then(|l| number(std::str::from_utf8(l).ok()));
@@ -132,6 +141,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Reads which physical group each surface and volume belongs to (version 4 only).
     fn entities(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let counts = [cursor.size()?, cursor.size()?, cursor.size()?, cursor.size()?];
         for dimension in 0..4_i64 {
@@ -165,6 +175,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Reserves memory for `count` points, as far as the file can hold them.
     fn reserve_points(&mut self, cursor: &Cursor<'_>, count: u64) -> Result<(), ImportError> {
         if count >= u64::from(u32::MAX) {
             return Err(cursor.fail(ImportProblem::TooLarge));
@@ -175,6 +186,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Reads the points of a file of version 2.
     fn nodes_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let count = self.text_count(cursor)?;
         self.reserve_points(cursor, count)?;
@@ -187,16 +199,17 @@ impl Raw {
         Ok(())
     }
 
-    /// In version 2 counts of sections are text, even in binary files.
+    /// Reads the number of items in a section of version 2, which is text even in binary files.
     fn text_count(&self, cursor: &mut Cursor<'_>) -> Result<u64, ImportError> {
         let line = cursor.line().and_then(|l| std::str::from_utf8(l).ok());
         line.and_then(|l| l.parse().ok()).ok_or_else(|| cursor.malformed("a count is missing"))
     }
 
+    /// Reads the elements of a file of version 2.
     fn elements_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let count = self.text_count(cursor)?;
-        let mut done = 0;
-        while done < count {
+        let mut elements_read = 0;
+        while elements_read < count {
             // Text: number, kind, tags per element. Binary: kind, elements to come, tags per block.
             let (kind, block, tags) = if cursor.is_binary() {
                 (cursor.int()?, cursor.int()?, cursor.int()?)
@@ -221,11 +234,12 @@ impl Raw {
                     u64::try_from(node).map_err(|_| c.malformed(format!("node {node}")))
                 })?;
             }
-            done += block as u64;
+            elements_read += block as u64;
         }
         Ok(())
     }
 
+    /// Reads the points of a file of version 4.
     fn nodes_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let (blocks, count) = (cursor.size()?, cursor.size()?);
         cursor.size()?;
@@ -253,6 +267,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Reads the elements of a file of version 4.
     fn elements_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), ImportError> {
         let blocks = cursor.size()?;
         // The total number of elements, and the range of their numbers.
@@ -270,6 +285,8 @@ impl Raw {
         Ok(())
     }
 
+    /// Reads the nodes of an element of type `kind` in the group with the tag `physical`, each by `node`, and
+    /// keeps triangles and tetrahedra.
     fn element(
         &mut self,
         cursor: &mut Cursor<'_>,
@@ -318,6 +335,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Reads the tags of nodes, each by `node`, and finds their indices.
     fn nodes<const N: usize>(
         &self,
         cursor: &mut Cursor<'_>,

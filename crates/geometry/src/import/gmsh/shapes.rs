@@ -7,15 +7,18 @@ use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::{Shape, TriangleSurface};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Coordinates that differ by less than this share of the size of the mesh are one.
+/// Coordinates that differ by less than this share of the size of the mesh are one. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 const NEAR: f64 = 1e-12;
 
 impl VolumeMesh {
-    /// The bodies of a scene of physical groups by their surfaces, and the box in which the scene ends: everything where it is open.
+    /// The bodies of a scene of physical groups, described by their surfaces, and the box in which the scene
+    /// ends, which is [`Box3::SPACE`] where the scene is open.
     ///
-    /// Coordinates that differ by rounding are made equal. A group of volumes, and a group of surfaces around a hollow of the mesh, become
-    /// closed surfaces; a group of surfaces in a plane normal to an axis becomes a sheet. `None` where there are other groups, where the
-    /// outer faces are no box, or where a dielectric ends at open faces, behind which it may go on.
+    /// Coordinates that differ by rounding are made equal. A group of volumes, and a group of surfaces around
+    /// a hollow of the mesh, become closed surfaces; a group of surfaces in a plane normal to an axis becomes
+    /// a sheet. `None` where there are other groups, where the walls differ, where the outer faces do not
+    /// form a box, or where a dielectric ends at open faces, behind which it may go on.
     pub fn bodies(&self, scene: &Scene) -> Option<(Vec<Body>, Box3)> {
         let wall = scene.walls[0][0];
         if scene.walls.iter().flatten().any(|other| *other != wall) {
@@ -29,25 +32,29 @@ impl VolumeMesh {
         let bodies: Vec<Body> = bodies.collect::<Option<_>>()?;
         let [min, max] = bounds(faces.points.iter())?;
         let hull = Box3 { min, max };
-        let ends = |at: Wall| match at {
+        let domain = match wall {
             Wall::Open => faces.end_in_background(scene).then_some(Box3::SPACE),
-            Wall::Grounded | Wall::Insulated => faces.end_in(&hull, scene).then_some(hull),
+            Wall::Grounded | Wall::Insulated => faces.end_on_box(&hull, scene).then_some(hull),
         };
-        Some((bodies, ends(wall)?))
+        Some((bodies, domain?))
     }
 }
 
-/// The faces of a mesh, whose points have been moved by rounding.
+/// The faces of a mesh, and its points without differences that are due to rounding.
 struct Faces<'a> {
+    /// The mesh.
     mesh: &'a VolumeMesh,
+    /// The points of the mesh after [`joined`], m.
     points: Vec<[f64; 3]>,
-    /// Faces in groups of surfaces, corners ascending, with their groups.
+    /// The group of each face in a group of surfaces, by its corners in ascending order.
     grouped: BTreeMap<[u32; 3], u32>,
-    /// Faces of only one tetrahedron, anticlockwise from outside, with it.
+    /// The outer faces, which belong to only one tetrahedron, by their corners in ascending order: the
+    /// corners anticlockwise as seen from outside, and the tetrahedron.
     outer: BTreeMap<[u32; 3], ([u32; 3], usize)>,
 }
 
 impl<'a> Faces<'a> {
+    /// The faces of a mesh.
     fn new(mesh: &'a VolumeMesh) -> Self {
         let grouped =
             mesh.faces.iter().zip(&mesh.face_groups).map(|(face, group)| (ascending(*face), *group));
@@ -66,7 +73,7 @@ impl<'a> Faces<'a> {
         groups.filter(|(g, _)| g.dimension == dimension && g.name == *name).map(|(_, k)| k).collect()
     }
 
-    /// A group as a shape.
+    /// The shape of the group that a [`Shape::Physical`] names; `None` where it has no such shape.
     fn shape(&self, shape: &Shape, is_conductor: bool) -> Option<Shape> {
         let volumes = self.groups(shape, 3);
         let surfaces = if is_conductor { self.groups(shape, 2) } else { BTreeSet::new() };
@@ -86,7 +93,7 @@ impl<'a> Faces<'a> {
                 let around: Vec<[u32; 3]> = of_surfaces
                     .iter()
                     .filter_map(|face| self.outer.get(face))
-                    // Seen from the body.
+                    // The outside of the body is the inside of the mesh.
                     .map(|([a, b, c], _)| [*a, *c, *b])
                     .collect();
                 match around.len() {
@@ -99,6 +106,7 @@ impl<'a> Faces<'a> {
         }
     }
 
+    /// The closed surface of some faces.
     fn closed(&self, mut faces: Vec<[u32; 3]>) -> Shape {
         let used: BTreeSet<u32> = faces.iter().flatten().copied().collect();
         let number: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
@@ -111,14 +119,15 @@ impl<'a> Faces<'a> {
     fn sheet(&self, faces: &[[u32; 3]]) -> Option<Shape> {
         let triangles: Vec<[[f64; 3]; 3]> =
             faces.iter().map(|face| face.map(|p| self.points[p as usize])).collect();
-        let at = triangles.first()?[0];
-        let axis = (0..3).find(|a| triangles.iter().flatten().all(|p| p[*a] == at[*a]))?;
+        let corner = triangles.first()?[0];
+        let axis = (0..3).find(|a| triangles.iter().flatten().all(|p| p[*a] == corner[*a]))?;
         let [outline] = <[_; 1]>::try_from(outlines_in_plane(&triangles, axis)).ok()?;
-        Some(Shape::Extrusion { axis, from: at[axis], to: at[axis], outline, arcs: Vec::new() })
+        Some(Shape::Extrusion { axis, from: corner[axis], to: corner[axis], outline, arcs: Vec::new() })
     }
 
-    /// The outer faces that bound a field: those that are no conductor's, each with its tetrahedron.
-    fn ends(&self, scene: &Scene) -> impl Iterator<Item = ([u32; 3], usize)> {
+    /// The outer faces at which the field ends, which are those that belong to no conductor, each with its
+    /// tetrahedron.
+    fn field_ends(&self, scene: &Scene) -> impl Iterator<Item = ([u32; 3], usize)> {
         let parts: Vec<&Shape> = scene.conductor_parts().map(|(_, part)| part).collect();
         let groups: BTreeSet<u32> =
             parts.iter().flat_map(|part| [2, 3].into_iter().flat_map(|d| self.groups(part, d))).collect();
@@ -129,28 +138,29 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// Whether all of these faces lie in the sides of a box.
-    fn end_in(&self, hull: &Box3, scene: &Scene) -> bool {
-        self.ends(scene).all(|(face, _)| {
+    /// Whether all faces at which the field ends lie in the sides of a box.
+    fn end_on_box(&self, hull: &Box3, scene: &Scene) -> bool {
+        self.field_ends(scene).all(|(face, _)| {
             let corners = face.map(|p| self.points[p as usize]);
             (0..3).any(|a| [hull.min[a], hull.max[a]].iter().any(|end| corners.iter().all(|p| p[a] == *end)))
         })
     }
 
-    /// Whether no dielectric is behind any of these faces.
+    /// Whether no dielectric is at any of the faces at which the field ends.
     fn end_in_background(&self, scene: &Scene) -> bool {
         let parts = scene.dielectrics().flat_map(|d| &d.body.parts);
         let groups: BTreeSet<u32> = parts.flat_map(|part| self.groups(part, 3)).collect();
-        self.ends(scene).all(|(_, tet)| !groups.contains(&self.mesh.tet_groups[tet]))
+        self.field_ends(scene).all(|(_, tet)| !groups.contains(&self.mesh.tet_groups[tet]))
     }
 }
 
+/// The corners of a face in ascending order.
 fn ascending(mut face: [u32; 3]) -> [u32; 3] {
     face.sort_unstable();
     face
 }
 
-/// Points whose coordinates along an axis are equal where they differ by rounding.
+/// The points, with coordinates along an axis that differ by rounding alone made equal.
 fn joined(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut out = points.to_vec();
     let Some([min, max]) = bounds(points.iter()) else { return out };

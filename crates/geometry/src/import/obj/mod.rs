@@ -1,12 +1,13 @@
 //! Surfaces of triangles from Wavefront OBJ files.
 //!
-//! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines and single
-//! points are skipped; free-form curves and surfaces, weighted points and unknown keywords are refused.
+//! Only points (`v`) and faces (`f`) count. Names, materials, colours, normals, texture coordinates, lines
+//! and single points are skipped; free-form curves and surfaces, weighted points and unknown keywords are
+//! refused.
 //!
 //! `tobj` parses the numbers of points and faces (`parse.rs`). The rest is done around it: the selection of
 //! the lines that it gets, and the number of the line in every message (`statements.rs`); the triangulation
-//! of faces with more than three corners, concave ones too, where `tobj` cuts a fan (`polygon.rs`); and the
-//! audit of the surface ([`super::audit`]).
+//! of faces with more than three corners (`polygon.rs`), since that of `tobj` is wrong for concave ones; and
+//! the audit of the surface ([`super::audit`]).
 
 mod parse;
 mod statements;
@@ -20,7 +21,7 @@ use crate::shapes::TriangleSurface;
 
 pub use super::triangles::Triangles;
 
-/// From the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
+/// The map from the coordinates of a file to those of the scene: multiply by `unit`, then add `translate`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Metres per unit of the file, positive.
@@ -75,10 +76,12 @@ pub fn surface(
     audit(triangles, file, placement.unit)
 }
 
-/// Reads the bytes of an OBJ file; `file` names it in messages. Takes less memory than ten times the bytes and half a megabyte.
+/// Reads the bytes of an OBJ file; `file` names it in messages. Takes at most half a
+/// megabyte of memory more than ten times the size of the file.
 ///
 /// # Errors
-/// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces, no faces.
+/// Malformed lines, corners that do not exist, coordinates that are not finite, features beyond plain faces,
+/// no faces.
 pub fn read(bytes: &[u8], file: &str) -> Result<Triangles, ImportError> {
     parse::triangles(bytes).map_err(|problem| ImportError::new(file, problem))
 }

@@ -6,9 +6,10 @@
 //! place of coordinates, so that a corner comes back as the number of its point. In the second, it parses the
 //! coordinates, block by block, each block closed by a face that uses all its points in order.
 //!
-//! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would split the
-//! mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes 104 bytes for each face
-//! and 24 for each corner of a long one, so a mesh ends here after a fixed number of corners.
+//! `tobj` gets to see points and faces only. Lines would become faces with it, names and materials would
+//! split the mesh, and faulty normals would keep a good surface from being read. Until a mesh ends it takes
+//! 104 bytes for each face and 24 for each corner of a long one, so a mesh ends here after a fixed number of
+//! corners.
 
 use std::io::{BufRead, Read, Write as _};
 
@@ -17,11 +18,13 @@ use super::super::polygon::triangulate;
 use super::Triangles;
 use super::statements::{LineFault, Statement, first_fault, point_fault, statements, words};
 
-/// Corners after which a mesh of `tobj` ends: those of 341 triangles, which just fit the next power of two.
+/// The number of corners after which a mesh of `tobj` ends: those of 341 triangles, which just fit the next
+/// power of two.
 const CORNERS_PER_MESH: usize = 1023;
-/// Corners of a face: `tobj` takes up to 72 bytes for each while it parses the face.
+/// The largest number of corners of a face: `tobj` takes up to 72 bytes for each while it parses the face.
+/// Not tuned: a limit that ordinary cases do not reach.
 const MAX_CORNERS: usize = 4096;
-/// Points that are parsed at a time.
+/// The number of points that are parsed at a time. It is not tuned.
 const POINTS_PER_BLOCK: usize = 512;
 
 /// The triangles of the bytes of a file.
@@ -52,8 +55,8 @@ pub(super) fn triangles(bytes: &[u8]) -> Result<Triangles, ImportProblem> {
 /// Reserves memory for exactly the points and triangles that the lines can hold, and counts the faces.
 ///
 /// # Errors
-/// Lines that are neither read nor skipped, weighted points, faces with too many corners, more points or faces than 32 bits
-/// can count.
+/// Lines that are neither read nor skipped, weighted points, faces with too many corners, more points or
+/// faces than 32 bits can count.
 fn reserved(bytes: &[u8]) -> Result<(Triangles, usize), ImportProblem> {
     let (mut points, mut faces, mut triangles) = (0_usize, 0_usize, 0_usize);
     for statement in statements(bytes) {
@@ -89,7 +92,8 @@ fn reserved(bytes: &[u8]) -> Result<(Triangles, usize), ImportProblem> {
     Ok((out, faces))
 }
 
-/// Parses a text that names no material library. Without triangulation and without a single index: see the head.
+/// Parses a text that names no material library. The default options leave out the triangulation and the
+/// single index of `tobj`; the head of this file and that of `mod.rs` have the reasons.
 fn load(text: &mut impl BufRead) -> Result<Vec<tobj::Model>, tobj::LoadError> {
     let options = tobj::LoadOptions::default();
     tobj::load_obj_buf(text, &options, |_| Err(tobj::LoadError::OpenFileFailed)).map(|(models, _)| models)
@@ -130,16 +134,20 @@ fn coordinates(bytes: &[u8], out: &mut Vec<[f64; 3]>) -> Result<(), tobj::LoadEr
     if count > 0 { parse(&mut block, count) } else { Ok(()) }
 }
 
-/// The faces of a file as `tobj` has them: in each model's positions, x is the number of a point, counted from 0.
+/// The faces of a file as `tobj` has them: in each model's positions, x is the number of a point, counted
+/// from 0.
 struct Faces {
+    /// The meshes of `tobj`, which hold the faces in order.
     models: Vec<tobj::Model>,
     /// Line of each face, counted from 1.
     lines: Vec<u32>,
-    /// The number of points above a face, each from the given face on: later points do not exist for it.
+    /// Pairs of a face and the number of points above it, which holds until the face of the next pair. A face
+    /// may use points above it only.
     points_above: Vec<(usize, usize)>,
 }
 
 impl Faces {
+    /// Parses all faces of a file.
     fn parse(bytes: &[u8], face_count: usize) -> Result<Self, tobj::LoadError> {
         let mut text = FaceText {
             statements: statements(bytes),
@@ -194,23 +202,28 @@ impl Faces {
 
 /// The text from which `tobj` parses the faces, made line by line as it is read.
 struct FaceText<I> {
+    /// The statements of the file that are not in the text yet.
     statements: I,
-    /// The present line, and the number of its bytes that `tobj` has read.
+    /// The present line of the text.
     line: Vec<u8>,
+    /// The number of bytes of that line that `tobj` has read.
     read: usize,
-    /// Points so far.
+    /// The number of points so far.
     points: usize,
-    /// Corners so far in the mesh at hand.
+    /// The number of corners so far in the present mesh.
     corners: usize,
+    /// As [`Faces::lines`], so far.
     lines: Vec<u32>,
+    /// As [`Faces::points_above`], so far.
     points_above: Vec<(usize, usize)>,
 }
 
 impl<'a, I: Iterator<Item = Result<(usize, Statement<'a>), ImportProblem>>> FaceText<I> {
+    /// Makes the next line of the text; it is empty at the end.
     fn next_line(&mut self) {
         self.line.clear();
         self.read = 0;
-        // Lines that are neither were refused before.
+        // Lines that are faulty were refused before.
         let Some(Ok((number, statement))) = self.statements.next() else { return };
         match statement {
             Statement::Point(_) => {

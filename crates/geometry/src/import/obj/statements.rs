@@ -1,4 +1,4 @@
-//! The relevant lines of an OBJ file, and their faults.
+//! The lines of an OBJ file that describe points and faces, and their faults.
 
 use super::super::ImportProblem;
 use super::super::polygon::PolygonFault;
@@ -33,7 +33,7 @@ const SKIPPED: [&[u8]; 22] = [
 const FREE_FORM: [&[u8]; 10] =
     [b"cstype", b"bmat", b"step", b"curv", b"curv2", b"surf", b"parm", b"trim", b"hole", b"end"];
 
-/// A relevant line: the text after its keyword, without a comment.
+/// A line with a point or a face: the text after its keyword, without a comment.
 #[derive(Clone, Copy)]
 pub(super) enum Statement<'a> {
     /// `v`: three coordinates, perhaps with a weight or a colour.

@@ -6,7 +6,7 @@ use elastocap_fem::line::LineEnd;
 /// A change of one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// The increase of the degree.
+    /// An increase of the degree by this much.
     Raise(usize),
     /// A new node at this share of the length of the element from its lower end.
     Split(f64),
@@ -30,7 +30,8 @@ impl GradedAxis {
         Some(self.line.nodes.get(i + 1)? - self.line.nodes[i])
     }
 
-    /// Carries out changes, each given with its element, in ascending order. Splits of infinite elements are ignored.
+    /// Carries out changes, each given with its element, in ascending order. Splits of infinite elements are
+    /// ignored.
     pub fn change(&mut self, changes: &[(usize, Change)]) {
         let first = self.line.first_finite();
         for (e, change) in changes.iter().rev() {
@@ -91,10 +92,11 @@ impl GradedAxis {
         out
     }
 
-    /// Moves the last node of an open side, 0 below or 1 above, to the distance `radius` from the pole. Adds an element where the
-    /// outermost one would become much longer than those inside.
+    /// Moves the last node of an open side, 0 below or 1 above, to the distance `radius` from the pole. Adds
+    /// an element where the outermost one would become much longer than those inside.
     pub fn reach_to(&mut self, side: usize, pole: f64, radius: f64) {
         // Largest distance of the outer end of an element from the pole, relative to that of its inner end.
+        // Tuned: `cargo bench --bench targets`, the isolated cube.
         const LONGEST: f64 = 12.0;
         let n = self.line.nodes.len();
         let (outer, inner) = if side == 0 { (0, 1) } else { (n - 1, n - 2) };
@@ -106,10 +108,10 @@ impl GradedAxis {
         }
         let from_pole = |k: usize| (self.line.nodes[k] - pole).abs();
         let extent = from_pole(inner).max(from_pole(outer) / LONGEST);
-        // If the outermost element begins at a body, it stays and gets a new one beyond it.
+        // If the outermost finite element begins at a body, it stays, and a new element is added beyond it.
         let m = if side == 0 { 0 } else { self.cuts.len() - 2 };
-        let alone = self.cuts[m + 1] - self.cuts[m] == 1;
-        if radius > LONGEST * extent || alone {
+        let is_alone = self.cuts[m + 1] - self.cuts[m] == 1;
+        if radius > LONGEST * extent || is_alone {
             let degree = self.line.degrees[if side == 0 { 0 } else { n - 2 }];
             if side == 0 {
                 self.line.nodes.insert(0, at);

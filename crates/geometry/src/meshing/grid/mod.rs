@@ -1,7 +1,8 @@
 //! Graded tensor-product grids for scenes of boxes.
 //!
-//! The field is singular at the edges of conductors. The error falls exponentially only if elements shrink geometrically
-//! towards every edge while their degrees grow away from it (the hp method of Babuska and Guo, Comput. Mech. 1, 1986).
+//! The field is singular at the edges of conductors. The error falls exponentially only if elements shrink
+//! geometrically towards every edge while their degrees grow away from it (the hp method of Babuska and Guo,
+//! Comput. Mech. 1, 1986).
 
 mod changes;
 
@@ -27,7 +28,7 @@ pub struct Resolution {
 /// A coordinate at which a body or the scene begins or ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// m (or any other unit, if all planes have the same).
+    /// The coordinate, m (or in another unit, if all planes have the same).
     pub at: f64,
     /// Whether a conductor begins or ends there, at whose edges the field is singular.
     pub edge: bool,
@@ -36,9 +37,9 @@ pub struct Plane {
 /// The end of the scene on one side of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum End {
-    /// At the outermost plane.
+    /// The scene ends at the outermost plane.
     Closed,
-    /// At infinity. The infinite element begins at the distance `radius` from `pole`.
+    /// The scene extends to infinity. The infinite element begins at the distance `radius` from `pole`.
     Open {
         /// The coordinate from which the infinite element extends, m.
         pole: f64,
@@ -49,15 +50,16 @@ pub enum End {
     },
 }
 
-/// A graded axis: its elements, and which of them lie in which interval between planes. An open side adds one interval, from
-/// the outermost plane to infinity.
+/// A graded axis: its elements, and which of them lie in which interval between planes. An open side adds one
+/// interval, from the outermost plane to infinity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GradedAxis {
     /// The elements.
     pub line: Line,
     /// The first element of each interval, and then the number of elements.
     pub cuts: Vec<usize>,
-    /// Whether a conductor begins or ends at the lower end of each interval, and then at the upper end of the last one.
+    /// Whether a conductor begins or ends at the lower end of each interval, and then at the upper end of the
+    /// last one.
     pub edges: Vec<bool>,
 }
 
@@ -116,14 +118,14 @@ fn degree(layer: usize, r: &Resolution) -> usize {
 
 /// Numbers of layers on the two sides of every plane, `[below, above]`; zero at planes that are not edges.
 ///
-/// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size: the thinner an
-/// electrode, the less its corners matter.
+/// Where intervals of unequal length meet, the shorter one needs fewer layers for elements of the same size:
+/// the thinner an electrode, the less its corners matter.
 fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
     // The length that is graded towards a plane is half the interval if there are edges at both of its ends.
-    let run = |i: usize, above: bool| -> f64 {
+    let graded_length = |i: usize, above: bool| -> f64 {
         let other = if above { i.checked_add(1) } else { i.checked_sub(1) };
-        match other.and_then(|o| planes.get(o)) {
-            Some(o) => (o.at - planes[i].at).abs() * if o.edge { 0.5 } else { 1.0 },
+        match other.and_then(|other| planes.get(other)) {
+            Some(other) => (other.at - planes[i].at).abs() * if other.edge { 0.5 } else { 1.0 },
             None => match ends[usize::from(above)] {
                 End::Open { pole, reach, .. } => reach - (planes[i].at - pole).abs(),
                 End::Closed => 0.0,
@@ -135,9 +137,9 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
             if !planes[i].edge {
                 return [0, 0];
             }
-            let runs = [run(i, false), run(i, true)];
-            let longest = runs[0].max(runs[1]);
-            runs.map(|length| {
+            let lengths = [graded_length(i, false), graded_length(i, true)];
+            let longest = lengths[0].max(lengths[1]);
+            lengths.map(|length| {
                 if length <= 0.0 {
                     return 0;
                 }
@@ -149,10 +151,11 @@ fn layers(planes: &[Plane], ends: [End; 2], r: &Resolution) -> Vec<[usize; 2]> {
 }
 
 /// Controls when the shorter interval loses a layer: at 0 if it is shorter by a whole layer, at 1
-/// immediately.
+/// immediately. Tuned: `cargo bench --bench targets`, the table of layers.
 const SHIFT: f64 = 0.5;
 
-/// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at either plane.
+/// The lower nodes and degrees of the elements between two planes, ascending, with these numbers of layers at
+/// either plane.
 fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64, usize)> {
     let length = b.at - a.at;
     let mut out = Vec::new();
@@ -180,8 +183,8 @@ fn interval(a: Plane, b: Plane, levels: [usize; 2], r: &Resolution) -> Vec<(f64,
     out
 }
 
-/// The nodes outside the outermost plane, by their distances from it, each with the degree of the element on its inner side;
-/// and the degree of the infinite element beyond.
+/// The nodes outside the outermost plane, by their distances from it, each with the degree of the element on
+/// its inner side; and the degree of the infinite element beyond.
 ///
 /// The last node lies exactly at the distance `radius` from the pole.
 fn outward(

@@ -1,4 +1,5 @@
-//! Triangulations of patterns in the plane: small triangles at outlines, larger ones with the distance from them.
+//! Triangulations of patterns in the plane: small triangles at outlines, larger ones with the distance from
+//! them.
 
 pub mod graded;
 mod outlines;

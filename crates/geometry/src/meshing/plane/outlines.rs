@@ -1,6 +1,7 @@
 //! Outlines: closed polygons in the plane.
 
-/// Points closer together than this, relative to the size of the pattern, are one.
+/// Points closer together than this, relative to the size of the pattern, are one. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 pub(super) const SAME: f64 = 1e-9;
 
 /// A closed outline.
@@ -124,8 +125,8 @@ pub(crate) fn cleaned(outline: &[[f64; 2]], scale: f64) -> Result<Vec<[f64; 2]>,
     Ok(corners)
 }
 
-/// Moves corners that nearly coincide with corners of other outlines onto them, and adds corners to sides that pass that close by
-/// another corner. Refinement of the hair-thin triangles in between would not end.
+/// Moves corners that nearly coincide with corners of other outlines onto them, and adds corners to sides
+/// that pass that close by another corner. Refinement of the hair-thin triangles in between would not end.
 ///
 /// `frame` is the lower and the upper corner of a rectangle, m; corners move onto its sides in the same way.
 pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]; 2]) {
@@ -142,7 +143,7 @@ pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]
                 }
             }
             let near = |q: &&[f64; 2]| {
-                // The hypotenuse is the slower question, and nearly never asked.
+                // The distance takes longer to compute than the differences, which exclude nearly all points.
                 (p[0] - q[0]).abs() <= same && (p[0] - q[0]).hypot(p[1] - q[1]) <= same
             };
             match known.iter().find(near) {
@@ -156,11 +157,11 @@ pub(crate) fn join_coincident_corners(outlines: &mut [Outline], frame: [[f64; 2]
         for [a, b] in sides(&outline.corners) {
             corners.push(a);
             let close = |p: [f64; 2]| boxes_meet([a, b], [p, p], same) && distance(p, [a, b]) <= same;
-            let mut on: Vec<[f64; 2]> =
+            let mut on_side: Vec<[f64; 2]> =
                 known.iter().copied().filter(|&p| p != a && p != b && close(p)).collect();
             let along = minus(b, a);
-            on.sort_by(|p, q| dot(minus(*p, a), along).total_cmp(&dot(minus(*q, a), along)));
-            corners.extend(on);
+            on_side.sort_by(|p, q| dot(minus(*p, a), along).total_cmp(&dot(minus(*q, a), along)));
+            corners.extend(on_side);
         }
         outline.corners = corners;
     }

@@ -1,7 +1,7 @@
 //! Triangulations of the plane that contain given outlines.
 //!
-//! The outlines are constraints of a Delaunay triangulation (crate `spade`), which is refined until angles are wide enough
-//! (Ruppert's algorithm).
+//! The outlines are constraints of a Delaunay triangulation (crate `spade`), which is refined until angles
+//! are wide enough (Ruppert's algorithm).
 
 use super::outlines::{Outline, SAME, contains, distance, minus, sides};
 use crate::meshing::indices::Renumbering;
@@ -15,13 +15,16 @@ use std::collections::HashSet;
 /// Triangles with an angle below this, in degrees, are refined; angles of the outlines stay as they are.
 const MIN_ANGLE: f64 = 25.0;
 
-/// Limit on the number of points that fill the frame, and on that of the points that refinement adds.
+/// Limit on the number of points that fill the frame, and on that of the points that refinement adds. Not
+/// tuned: limits that ordinary cases do not reach.
 const MAX_POINTS: usize = 50_000;
 
-/// A mesh of the plane: points in m, and triangles, anticlockwise.
+/// A mesh of the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PlaneMesh {
+    /// Positions, m.
     pub(crate) points: Vec<[f64; 2]>,
+    /// Corners of each triangle, anticlockwise, as indices into `points`.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
@@ -42,26 +45,27 @@ pub(crate) fn fill_polygon(outline: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
     faces.filter(|t| contains(outline, [0, 1].map(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0))).collect()
 }
 
-/// Triangulates the rectangle with the lower and the upper corner `frame`, m, so that all outlines consist of sides of triangles.
-/// Triangles have the size [`Outline::near`] at an outline and at most `near + growth * distance` away from it. `None` if
-/// that takes too many.
+/// Triangulates the rectangle with the lower and the upper corner `frame`, m, so that all outlines consist of
+/// sides of triangles. Triangles have the size [`Outline::near`] at an outline and at most `near + growth *
+/// distance` away from it. `None` if that takes too many.
 pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f64) -> Option<PlaneMesh> {
     let [low, high] = frame;
     let whole = [low, [high[0], low[1]], high, [low[0], high[1]]];
     let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
-    let at = |p: [f64; 2]| Point2::new(p[0], p[1]);
+    let position = |p: [f64; 2]| Point2::new(p[0], p[1]);
     let pieces = outlines.iter().map(|r| (&r.corners[..], r.near)).chain([(&whole[..], f64::INFINITY)]);
     for (corners, near) in pieces {
         for [a, b] in sides(corners) {
-            // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+            // A side is divided from the same end, whichever outline it belongs to. Otherwise rounding would
+            // separate the points of neighbouring outlines.
             let [a, b] = if a <= b { [a, b] } else { [b, a] };
             let along = minus(b, a);
             let count = (along[0].hypot(along[1]) / near).ceil().clamp(1.0, 1e4) as usize;
-            let mut last = cdt.insert(at(a)).ok()?;
+            let mut last = cdt.insert(position(a)).ok()?;
             for i in 1..=count {
                 let s = i as f64 / count as f64;
                 let p = if i == count { b } else { [a[0] + s * along[0], a[1] + s * along[1]] };
-                let next = cdt.insert(at(p)).ok()?;
+                let next = cdt.insert(position(p)).ok()?;
                 if last != next {
                     cdt.add_constraint_and_split(last, next, |p| p);
                 }
@@ -70,7 +74,7 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
         }
     }
     for p in inner_points(outlines, frame, growth)? {
-        cdt.insert(at(p)).ok()?;
+        cdt.insert(position(p)).ok()?;
     }
     let scale = (high[0] - low[0]).max(high[1] - low[1]);
     let outcome = cdt.refine(
@@ -110,8 +114,8 @@ pub(crate) fn triangulate(outlines: &[Outline], frame: [[f64; 2]; 2], growth: f6
     Some(planar)
 }
 
-/// Points that fill the frame: the centres of the cells of a quadtree whose sides are as long as triangles may be. `None` if
-/// they are too many.
+/// Points that fill the frame: the centres of the cells of a quadtree whose sides are as long as triangles
+/// may be. `None` if they are too many.
 fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -> Option<Vec<[f64; 2]>> {
     let segments: Vec<_> = outlines.iter().flat_map(|r| sides(&r.corners).map(|s| (s, r.near))).collect();
     let size = (high[0] - low[0]).max(high[1] - low[1]);
@@ -148,9 +152,11 @@ fn inner_points(outlines: &[Outline], [low, high]: [[f64; 2]; 2], growth: f64) -
     Some(points)
 }
 
-/// A vertex that knows its place in the list of points.
+/// A vertex of the triangulation that knows its index in the list of points.
 struct Numbered {
+    /// The position.
     at: Point2<f64>,
+    /// The index.
     number: usize,
 }
 
@@ -162,11 +168,14 @@ impl HasPosition for Numbered {
     }
 }
 
-/// The constrained Delaunay triangulation of points, with anticlockwise triangles by places in the list, of the cells between
-/// `outlines` whose widest triangle has its centre `inside`. The `further` edges are sides of triangles too.
+/// A part of the constrained Delaunay triangulation of points: anticlockwise triangles, by the indices of
+/// their corners. The edges of `outlines` and the `further` ones, all by the indices of their ends, are sides
+/// of triangles. The outlines divide the plane into cells; triangles are returned of the cells whose widest
+/// triangle has its centre `inside`.
 ///
-/// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone makes them do so.
-/// Any part of the plane that no outline separates from the space around all points is outside.
+/// Points at the same place count once, and edges that would cross earlier ones are left out: rounding alone
+/// makes them do so. A cell that no outline separates from the space around all points is outside. Where an
+/// edge of an outline has been left out, cells may have merged, and each triangle counts by its own centre.
 pub(crate) fn constrained_triangles(
     points: &[[f64; 2]],
     outlines: &[[usize; 2]],
@@ -180,7 +189,7 @@ pub(crate) fn constrained_triangles(
         let Ok(handle) = cdt.insert(Numbered { at, number }) else { return Vec::new() };
         handles.push(handle);
     }
-    let mut closed = true;
+    let mut has_all_outlines = true;
     let mut separating = HashSet::new();
     for (k, [a, b]) in outlines.iter().chain(further).enumerate() {
         let [from, to] = [*a, *b].map(|p| handles[p]);
@@ -189,7 +198,7 @@ pub(crate) fn constrained_triangles(
             cdt.add_constraint(from, to);
         }
         if k < outlines.len() {
-            closed &= fits;
+            has_all_outlines &= fits;
             separating.insert([from.min(to), from.max(to)]);
         }
     }
@@ -201,7 +210,7 @@ pub(crate) fn constrained_triangles(
         }
         let mut cell = vec![face];
         let mut next = 0;
-        let mut open = false;
+        let mut is_open = false;
         while next < cell.len() {
             for edge in cell[next].adjacent_edges() {
                 let [a, b] = edge.vertices().map(|v| v.fix());
@@ -209,7 +218,7 @@ pub(crate) fn constrained_triangles(
                     continue;
                 }
                 match edge.rev().face().as_inner() {
-                    None => open = true,
+                    None => is_open = true,
                     Some(across) => {
                         if seen.insert(across.fix()) {
                             cell.push(across);
@@ -227,12 +236,12 @@ pub(crate) fn constrained_triangles(
             let middle = f.center();
             [middle.x, middle.y]
         };
-        if !closed {
+        if !has_all_outlines {
             cell.retain(|f| inside(center(f)));
         } else {
             let widest =
                 cell.iter().copied().reduce(|best, f| if width(&f) > width(&best) { f } else { best });
-            if open || !widest.is_some_and(|f| inside(center(&f))) {
+            if is_open || !widest.is_some_and(|f| inside(center(&f))) {
                 continue;
             }
         }

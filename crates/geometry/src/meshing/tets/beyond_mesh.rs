@@ -2,11 +2,14 @@
 
 use crate::scene::Scene;
 
-/// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond it.
+/// Bounds of the relative permittivity that rays from `center` through a face (corners in m) can meet beyond
+/// it.
 ///
-/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if the box around it meets the smallest box
-/// around the rays; a box that fills this one hides earlier dielectrics and the background.
+/// All bodies of finite extent lie within the mesh. A dielectric that extends to infinity counts if the box
+/// around it meets the smallest box around the rays; a box that fills this one hides earlier dielectrics and
+/// the background.
 pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 2] {
+    // The smallest box around the rays, whose ends along each axis may be infinite.
     let range = [0, 1, 2].map(|a| {
         let out = corners.map(|p| p[a] - center[a]);
         let (low, high) = (out[0].min(out[1]).min(out[2]), out[0].max(out[1]).max(out[2]));
@@ -20,7 +23,7 @@ pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f6
     let parts: Vec<_> = scene.dielectric_parts().collect();
     for (dielectric, shape) in parts.into_iter().rev() {
         let Some(region) = shape.bounds() else { continue };
-        let part = |a: usize| {
+        let meets_rays = |a: usize| {
             let [low, high] = range[a];
             if low == high {
                 region.min[a] <= low && low <= region.max[a]
@@ -28,7 +31,7 @@ pub(super) fn permittivity_beyond(scene: &Scene, center: [f64; 3], corners: [[f6
                 region.min[a] < high && low < region.max[a]
             }
         };
-        if (0..3).all(part) {
+        if (0..3).all(meets_rays) {
             meet(permittivities[1 + dielectric]);
         }
         let is_box = shape.as_box().is_some();

@@ -14,15 +14,16 @@ use crate::meshing::indices::OptionalIndex;
 pub struct Bisected {
     /// The refined mesh; the points of the old one come first, unchanged.
     pub mesh: TetMesh,
-    /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede it.
+    /// For each new point, in order, the two points between which it lies: old ones, or new ones that precede
+    /// it.
     pub parents: Vec<[u32; 2]>,
     /// For each tetrahedron, the old one of which it is a part.
     pub origin: Vec<u32>,
 }
 
 impl TetMesh {
-    /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so that none of their
-    /// parts is larger than 2^-`generations` of the whole.
+    /// Bisects each of the tetrahedra `marked` (by index; invalid ones are ignored) `generations` times, so
+    /// that none of their parts is larger than 2^-`generations` of the whole.
     ///
     /// See [`TetMesh::bisected_towards`].
     pub fn bisected(&self, marked: &[u32], generations: u8) -> Bisected {
@@ -33,41 +34,54 @@ impl TetMesh {
         self.bisected_towards(&of_tets, &mut Grading::none(self))
     }
 
-    /// Bisects each tetrahedron as many times as `generations` has for it, so that none of its parts is larger than 2^-`generations`
-    /// of the whole; not at all where the list has no entry for it. Tetrahedra around them are bisected as far as conformity
-    /// requires. Edges are cut where `grading` places the cut, so that parts may be of unequal size.
+    /// Bisects each tetrahedron as many times as `generations` has for it, so that none of its parts is
+    /// larger than 2^-`generations` of the whole; not at all where the list has no entry for it. Tetrahedra
+    /// around them are bisected as far as conformity requires. Edges are cut where `grading` places the cut,
+    /// so that parts may be of unequal size.
     ///
-    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the refined mesh. Regions and
-    /// roles of faces are inherited. The result depends on nothing but the arguments.
+    /// `grading` must belong to this mesh, else it is replaced by [`Grading::none`]; it becomes that of the
+    /// refined mesh. Regions and roles of faces are inherited. The result depends on nothing but the
+    /// arguments.
     pub fn bisected_towards(&self, generations: &[u8], grading: &mut Grading) -> Bisected {
         if grading.places.len() != self.points.len() {
             *grading = Grading::none(self);
         }
-        let mut work = Work::of(self, grading);
-        work.refine(generations);
-        work.finish(self)
+        let mut refinement = Refinement::of(self, grading);
+        refinement.refine(generations);
+        refinement.finish(self)
     }
 }
 
-/// The order of edges: by length, and among equally long ones the newer before the older. No two edges have the same rank.
+/// The order of edges by length. Of edges of the same length, the older one ranks higher, so that no two
+/// edges have the same rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
+    /// The bits of the square of the length, rounded.
     length: u64,
+    /// The ends, the newer one first.
     age: [std::cmp::Reverse<u32>; 2],
 }
 
 /// A mesh that is being refined.
-struct Work<'a> {
+struct Refinement<'a> {
+    /// Positions of all points, m.
     points: Vec<[f64; 3]>,
+    /// Where edges are cut.
     grading: &'a mut Grading,
+    /// Corners of all tetrahedra.
     tets: Vec<[u32; 4]>,
-    /// Which of [`EDGES`] is the longest.
+    /// Which of [`EDGES`] is the longest of each tetrahedron.
     longest: Vec<u8>,
+    /// As [`Bisected::origin`].
     origin: Vec<u32>,
+    /// The number of bisections that have led to each tetrahedron.
     depth: Vec<u8>,
+    /// As [`Bisected::parents`].
     parents: Vec<[u32; 2]>,
-    /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have lost the point since.
+    /// For each point, the first entry of the list of tetrahedra at it. Lists may also hold some that have
+    /// lost the point since.
     first: Vec<OptionalIndex>,
+    /// The entries of all lists.
     entries: Vec<Entry>,
     /// Edges on the propagation path to one that can be bisected; empty in between.
     path: Vec<[u32; 2]>,
@@ -81,15 +95,17 @@ struct Work<'a> {
 /// An entry of a list of tetrahedra.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
+    /// The tetrahedron.
     tet: u32,
     /// The next entry of the same list.
     next: OptionalIndex,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Refinement<'a> {
+    /// A mesh that has not been refined yet.
     fn of(mesh: &TetMesh, grading: &'a mut Grading) -> Self {
         let count = mesh.tets.len();
-        let mut work = Self {
+        let mut refinement = Self {
             points: mesh.points.clone(),
             grading,
             tets: mesh.tets.clone(),
@@ -105,21 +121,22 @@ impl<'a> Work<'a> {
             looked_at: 0,
         };
         for t in 0..count {
-            work.longest.push(longest(&work.grading.places, work.tets[t]));
-            for p in work.tets[t] {
-                work.enter(p, t as u32);
+            refinement.longest.push(longest(&refinement.grading.places, refinement.tets[t]));
+            for p in refinement.tets[t] {
+                refinement.enter(p, t as u32);
             }
         }
-        work
+        refinement
     }
 
+    /// Adds a tetrahedron to the list of a point.
     fn enter(&mut self, point: u32, tet: u32) {
         let entry = self.entries.len() as u32;
         self.entries.push(Entry { tet, next: self.first[point as usize] });
         self.first[point as usize] = OptionalIndex::some(entry);
     }
 
-    /// Bisects tetrahedra as many times as the list has for those that they are parts of.
+    /// Bisects tetrahedra as many times as `generations` says for the old tetrahedron that each is a part of.
     fn refine(&mut self, generations: &[u8]) {
         for generation in 1..=generations.iter().copied().max().unwrap_or(0) {
             let mut t = 0;
@@ -161,8 +178,8 @@ impl<'a> Work<'a> {
     fn gather(&mut self, [a, b]: [u32; 2]) {
         self.star.clear();
         // The newer point has the shorter list.
-        let (at, other) = (a.max(b), a.min(b));
-        let mut entry = self.first[at as usize];
+        let (newer, older) = (a.max(b), a.min(b));
+        let mut entry = self.first[newer as usize];
         while let Some(k) = entry.get() {
             let Entry { tet: t, next } = self.entries[k as usize];
             #[cfg(test)]
@@ -170,7 +187,7 @@ impl<'a> Work<'a> {
                 self.looked_at += 1;
             }
             let tet = &self.tets[t as usize];
-            if tet.contains(&other) && tet.contains(&at) {
+            if tet.contains(&older) && tet.contains(&newer) {
                 self.star.push(t);
             }
             entry = next;
@@ -209,6 +226,7 @@ impl<'a> Work<'a> {
         self.star = star;
     }
 
+    /// The refined mesh, given the old one.
     fn finish(self, old: &TetMesh) -> Bisected {
         let boundary = self.boundary(&old.boundary, old.points.len());
         let regions = self.origin.iter().map(|&t| old.regions[t as usize]).collect();
@@ -216,7 +234,8 @@ impl<'a> Work<'a> {
         Bisected { mesh, parents: self.parents, origin: self.origin }
     }
 
-    /// The boundary faces, divided as the tetrahedra at them. The first `old_points` points are those of the old mesh.
+    /// The boundary faces, divided as the tetrahedra at them. The first `old_points` points are those of the
+    /// old mesh.
     fn boundary(&self, old: &[BoundaryFace], old_points: usize) -> Vec<BoundaryFace> {
         // New points in lists by the older end of the edge that they lie on.
         let mut first = vec![OptionalIndex::NONE; self.points.len()];
@@ -264,8 +283,8 @@ impl<'a> Work<'a> {
 fn rank(points: &[[f64; 3]], [a, b]: [u32; 2]) -> Rank {
     let (p, q) = (points[a as usize], points[b as usize]);
     let length = (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>();
-    // The bits of positive numbers are ordered as the numbers are. The last ones are dropped, so that edges whose lengths differ
-    // by rounding only are bisected in the order of their age everywhere.
+    // The bits of positive numbers are ordered as the numbers are. The last ones are dropped, so that edges
+    // whose lengths differ by rounding only are bisected in the order of their age everywhere.
     let length = (length.to_bits() + (1 << 23)) >> 24;
     Rank { length, age: [a.max(b), a.min(b)].map(std::cmp::Reverse) }
 }
@@ -400,7 +419,7 @@ mod tests {
         let looked_at = [2, 4].map(|n| {
             let mesh = plate(n, 1.0);
             let mut grading = Grading::none(&mesh);
-            let mut work = Work::of(&mesh, &mut grading);
+            let mut work = Refinement::of(&mesh, &mut grading);
             work.refine(&vec![3; mesh.tets.len()]);
             let (count, looked_at) = (work.tets.len(), work.looked_at);
             println!("{} to {count} tetrahedra, {looked_at} entries", mesh.tets.len());

@@ -1,14 +1,16 @@
 //! Graded bisection: the places where edges are cut, so that tetrahedra become thin towards the edges of
 //! conductors and stay long along them.
 //!
-//! In a sector of angle w between conductors the potential grows as r^a, a = pi / w, with the distance r from the edge, and is
-//! smooth along it. A mesh edge with one end on such an edge is cut closer to this end, at a share k of its length: after n
-//! cuts the tetrahedra are k^n wide and 2^-n long, which resolves the singularity with fewer of them (Li, SIAM J. Numer. Anal.
-//! 56, 2018). The shares are k = 2^-b with b = (1 + 1/a) / 2, found by measurement: for potentials alone b = 1/a or more would
-//! be better, but the flux in tetrahedra that are long and slanted loses more than the potential gains.
+//! In a sector of angle w between conductors the potential grows as r^a, a = pi / w, with the distance r from
+//! the edge, and is smooth along it. A mesh edge with one end on such an edge is cut closer to this end, at a
+//! share k of its length: after n cuts the tetrahedra are k^n wide and 2^-n long, which resolves the
+//! singularity with fewer of them (Li, SIAM J. Numer. Anal. 56, 2018). The shares are k = 2^-b with b = (1 +
+//! 1/a) / 2, found by measurement: for potentials alone b = 1/a or more would be better, but the flux in
+//! tetrahedra that are long and slanted loses more than the potential gains.
 //!
-//! All new points lie on edges of the mesh before, so that no surface moves and no tetrahedron is turned inside out. The
-//! order in which edges are bisected follows from the lengths that they would have if all were halved.
+//! All new points lie on edges of the mesh before, so that no surface moves and no tetrahedron is turned
+//! inside out. The order in which edges are bisected follows from the lengths that they would have if all
+//! were halved.
 
 use super::{FaceRole, TetMesh};
 use elastocap_linalg::vector::{cross, dot, length, minus};
@@ -16,12 +18,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
 /// Cuts are graded towards edges at which the potential grows with a lower power of the distance than this.
+/// Tuned: `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const SINGULAR: f64 = 0.9;
 
-/// Largest value of b.
+/// Largest value of the exponent b (see the head of this file). Tuned:
+/// `cargo run --release -p elastocap-electrostatics --example tets_rate -- 2 1e-4`.
 const MAX_EXPONENT: f64 = 1.5;
 
-/// No grading towards an edge that is this many times longer than the tetrahedra at it are wide: these are graded already.
+/// No grading towards an edge that is this many times longer than the tetrahedra at it are wide: these are
+/// graded already. Tuned: `cargo run --release -p elastocap-electrostatics --example thin_metal -- 1e-3`.
 const LONG: f64 = 3.0;
 
 /// The grading of a mesh towards the edges of conductors. It belongs to one mesh, and bisection updates it.
@@ -29,7 +34,8 @@ const LONG: f64 = 3.0;
 pub struct Grading {
     /// The positions of the points if all edges were halved, m.
     pub(super) places: Vec<[f64; 3]>,
-    /// Mesh edges on edges of conductors, by ascending ends, with the share at which edges that end there are cut.
+    /// Mesh edges on edges of conductors, by ascending ends, with the share at which edges that end there are
+    /// cut.
     edges: HashMap<[u32; 2], f64>,
     /// The share for each point; one half for points that are not ends of `edges`.
     shares: Vec<f64>,
@@ -77,10 +83,10 @@ impl Grading {
     }
 }
 
-/// For each mesh edge on a conductor or a grounded wall, the power of the distance with which the potential grows if the
-/// permittivity is the same all around; infinite for an edge that calls for no grading.
+/// For each mesh edge on a conductor or a grounded wall, the power of the distance with which the potential
+/// grows if the permittivity is the same all around; infinite for an edge that calls for no grading.
 fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
-    // Per edge the third corners of faces at a fixed potential, and the two other corners of the tetrahedra around it.
+    // For each edge, the third corners of the faces at a fixed potential that meet in it.
     let mut held: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for face in mesh.boundary.iter().filter(|f| !matches!(f.role, FaceRole::Open { .. })) {
         let [a, b, c] = face.face;
@@ -88,6 +94,7 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
             held.entry([p.min(q), p.max(q)]).or_default().push(r);
         }
     }
+    // For each of these edges, the two other corners of each tetrahedron around it.
     let mut around: BTreeMap<[u32; 2], Vec<[u32; 2]>> = BTreeMap::new();
     for &[a, b, c, d] in &mesh.tets {
         for [p, q, r, s] in
@@ -101,10 +108,10 @@ fn powers(mesh: &TetMesh) -> Vec<([u32; 2], f64)> {
     }
     let power = |(edge, tets): ([u32; 2], Vec<[u32; 2]>)| {
         let ends = &held[&edge];
-        let wide =
+        let width =
             tets.iter().flatten().map(|&p| distance(mesh, edge, p)).sum::<f64>() / (2 * tets.len()) as f64;
         let [p, q] = edge.map(|p| mesh.points[p as usize]);
-        if length(minus(q, p)) > LONG * wide {
+        if length(minus(q, p)) > LONG * width {
             return (edge, f64::INFINITY);
         }
         let sectors = sectors(tets, ends);
@@ -128,7 +135,8 @@ fn distance(mesh: &TetMesh, edge: [u32; 2], point: u32) -> f64 {
     length(cross(along, out)) / length(along)
 }
 
-/// The tetrahedra around an edge, each given by its two other corners, in groups between which lie faces to one of `ends`.
+/// The tetrahedra around an edge, each given by its two other corners, in groups. Between the groups lie the
+/// faces whose third corner is one of `ends`.
 fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
     let mut sectors = Vec::new();
     while let Some(first) = tets.pop() {
@@ -149,9 +157,9 @@ fn sectors(mut tets: Vec<[u32; 2]>, ends: &[u32]) -> Vec<Vec<[u32; 2]>> {
 
 /// The angle of a tetrahedron at an edge, from its two other corners, rad.
 fn angle(mesh: &TetMesh, edge: [u32; 2], sides: [u32; 2]) -> f64 {
-    let at = |p: u32| mesh.points[p as usize];
-    let along = minus(at(edge[1]), at(edge[0]));
-    let [n, m] = sides.map(|p| cross(along, minus(at(p), at(edge[0]))));
+    let point = |p: u32| mesh.points[p as usize];
+    let along = minus(point(edge[1]), point(edge[0]));
+    let [n, m] = sides.map(|p| cross(along, minus(point(p), point(edge[0]))));
     length(cross(n, m)).atan2(dot(n, m))
 }
 

@@ -4,23 +4,23 @@ use super::{BoundaryFace, FaceRole, TetMesh, determinant};
 use crate::meshing::indices::Renumbering;
 use crate::scene::{Box3, Filling, Scene, Wall};
 
-/// Divides every cell of a grid that lies in no conductor into six tetrahedra (Kuhn's triangulation), for a scene of boxes
-/// and sheets.
+/// Divides every cell of a grid that lies in no conductor into six tetrahedra (Kuhn's triangulation), for a
+/// scene of boxes and sheets.
 ///
-/// `nodes` are the coordinates of the grid per axis, ascending, m. They begin and end where the mesh does and include all
-/// bounds of bodies in between. Faces on open sides get the range of all permittivities of the scene, and rays that start amid
-/// the conductors.
+/// `nodes` are the coordinates of the grid per axis, ascending, m. They begin and end where the mesh does and
+/// include all bounds of bodies in between. Faces on open sides get the range of all permittivities of the
+/// scene, and rays that start amid the conductors.
 pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
     let counts = [0, 1, 2].map(|a| nodes[a].len());
     let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];
-    let at = |c: [usize; 3]| [nodes[0][c[0]], nodes[1][c[1]], nodes[2][c[2]]];
+    let point = |c: [usize; 3]| [nodes[0][c[0]], nodes[1][c[1]], nodes[2][c[2]]];
     let lookup = scene.lookup();
     let mut mesh = TetMesh::default();
     let mut numbers = Renumbering::new(counts.iter().product());
     for i in 0..counts[0] - 1 {
         for j in 0..counts[1] - 1 {
             for k in 0..counts[2] - 1 {
-                let (low, high) = (at([i, j, k]), at([i + 1, j + 1, k + 1]));
+                let (low, high) = (point([i, j, k]), point([i + 1, j + 1, k + 1]));
                 let middle = [0, 1, 2].map(|a| 0.5 * (low[a] + high[a]));
                 let region = match lookup.body_at(middle) {
                     Filling::Conductor(_) => continue,
@@ -32,8 +32,8 @@ pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
                     let mut tet = [0_u32; 4];
                     let mut points = [[0.0; 3]; 4];
                     for step in 0..4 {
-                        tet[step] = numbers.number(index(corner), || mesh.points.push(at(corner)));
-                        points[step] = at(corner);
+                        tet[step] = numbers.number(index(corner), || mesh.points.push(point(corner)));
+                        points[step] = point(corner);
                         if step < 3 {
                             corner[axes[step]] += 1;
                         }
@@ -47,8 +47,8 @@ pub fn of_boxes(scene: &Scene, nodes: &[Vec<f64>; 3]) -> TetMesh {
             }
         }
     }
-    let around = scene.conductor_parts().filter_map(|(_, part)| part.as_box());
-    if let Some(all) = around.reduce(|all, next| all.union(&next)) {
+    let conductors = scene.conductor_parts().filter_map(|(_, part)| part.as_box());
+    if let Some(all) = conductors.reduce(|all, next| all.union(&next)) {
         mesh.center = [0, 1, 2].map(|a| 0.5 * (all.min[a] + all.max[a]));
     }
     mark(&mut mesh, scene, nodes);
@@ -72,12 +72,13 @@ fn mark(mesh: &mut TetMesh, scene: &Scene, nodes: &[Vec<f64>; 3]) {
             else {
                 continue;
             };
-            let on = points[0][axis];
+            let plane = points[0][axis];
             let held = parts.iter().find(|(_, part)| points.iter().all(|&p| part.contains(p)));
             let role = if let Some((conductor, _)) = held {
                 Some(FaceRole::Conductor(*conductor as u32))
             } else {
-                let side = [nodes[axis].first(), nodes[axis].last()].iter().position(|&end| end == Some(&on));
+                let side =
+                    [nodes[axis].first(), nodes[axis].last()].iter().position(|&end| end == Some(&plane));
                 match side.map(|side| scene.walls[axis][side]) {
                     Some(Wall::Grounded) => Some(FaceRole::Grounded),
                     Some(Wall::Open) => Some(FaceRole::Open { permittivity: [least, most] }),

@@ -1,5 +1,6 @@
-//! Conforming meshes of tetrahedra: making them ([`mesh`] for bodies of any shape, [`layered`] for bodies in layers,
-//! [`of_boxes`] from a grid), refining them ([`TetMesh::bisected_towards`]) and reflecting them ([`TetMesh::reflected`]).
+//! Conforming meshes of tetrahedra: making them ([`mesh`] for bodies of any shape, [`layered`] for bodies in
+//! layers, [`of_boxes`] from a grid), refining them ([`TetMesh::bisected_towards`]) and reflecting them
+//! ([`TetMesh::reflected`]).
 
 mod beyond_mesh;
 mod bisection;
@@ -28,8 +29,8 @@ pub enum FaceRole {
     Conductor(u32),
     /// The face lies on an outer wall at potential zero.
     Grounded,
-    /// The mesh ends here and open space continues along straight rays from [`TetMesh::center`], which lies on the inner side of
-    /// the face.
+    /// The mesh ends here and open space continues along straight rays from [`TetMesh::center`], which lies
+    /// on the inner side of the face.
     Open {
         /// Smallest and largest relative permittivity that rays through the face can meet beyond it.
         permittivity: [f64; 2],
@@ -45,17 +46,19 @@ pub struct BoundaryFace {
     pub role: FaceRole,
 }
 
-/// A conforming mesh of the space around the conductors: two tetrahedra have a whole face, an edge, a corner or nothing in
-/// common.
+/// A conforming mesh of the space around the conductors: two tetrahedra have a whole face, an edge, a corner
+/// or nothing in common.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TetMesh {
     /// Positions, m. Every point belongs to a tetrahedron.
     pub points: Vec<[f64; 3]>,
     /// Corners of the tetrahedra: det(p1 - p0, p2 - p0, p3 - p0) > 0.
     pub tets: Vec<[u32; 4]>,
-    /// The material of each tetrahedron, as an index into tables of materials: 0 for the background, 1 + k for dielectric k.
+    /// The material of each tetrahedron, as an index into tables of materials: 0 for the background, 1 + k
+    /// for dielectric k.
     pub regions: Vec<u32>,
-    /// Faces on conductors, on grounded walls and towards open space. No flux passes through any other outer face.
+    /// Faces on conductors, on grounded walls and towards open space. No flux passes through any other outer
+    /// face.
     pub boundary: Vec<BoundaryFace>,
     /// The start of the rays to infinity, m; unused without open space.
     pub center: [f64; 3],

@@ -13,8 +13,9 @@ pub struct Reflected {
 }
 
 impl TetMesh {
-    /// The mesh with its mirror image in the plane normal to `axis`. Points in the plane are shared by both halves; faces in it keep
-    /// their roles, and conductors and dielectrics that change places about the plane do so.
+    /// The mesh with its mirror image in the plane normal to `axis`. Points in the plane are shared by both
+    /// halves; faces in it keep their roles, and conductors and dielectrics that change places about the
+    /// plane do so.
     pub fn reflected(&self, axis: usize, plane: &MirrorPlane) -> Reflected {
         let at = plane.at;
         let mut mesh = self.clone();

@@ -6,16 +6,17 @@ use rayon::prelude::*;
 use super::{Equations, Expanded, GivenForce, Load, State};
 use crate::solid::dimension::{Dimension, Element, ElementSystem, Numbers};
 
-/// The proximal modulus of an element over the shear modulus of its rubber; see [`super::element`]. A soft
-/// element with the proximal modulus of a stiff inclusion would be as ill-conditioned as with a bulk modulus
-/// of that size.
+/// The proximal modulus of an element over the shear modulus of its rubber; see [`crate::solid::element`]. A
+/// soft element with the proximal modulus of a stiff inclusion would be as ill-conditioned as with a bulk
+/// modulus of that size. Tuned: `cargo bench --bench mechanics`.
 const PROXIMAL: f64 = 1e5;
 
-/// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were observed.
+/// Rounding error of a position in the forces of an element, in units of its last digit; 1 to 2 were
+/// observed. It is not tuned.
 const LAST_DIGITS: f64 = 8.0;
 
 /// The largest unbalanced force from rounding, over the largest force. With more, as for inclusions of 1e9
-/// times the modulus of the rubber, there is no result.
+/// times the modulus of the rubber, there is no result. It is not tuned.
 const MAX_ROUNDING: f64 = 1e-6;
 
 /// The residual of a state.
@@ -45,6 +46,7 @@ impl<S: Dimension> Equations<S> {
         let mut expanded = std::mem::take(&mut self.expanded);
         expanded.resize_with(self.elements.len(), Expanded::default);
         let this = &*self;
+        // The prescribed motion that is left to do.
         let missing = |d: usize| {
             if this.body.held[d] { load.displacement[d] - state.displacement[d] } else { 0.0 }
         };
@@ -157,14 +159,15 @@ impl<S: Dimension> Equations<S> {
         self.solver.factorise().ok()
     }
 
-    /// Adds a spring of `stiffness` times the shear modulus to every free displacement, at rest in the
-    /// present configuration.
+    /// Adds a spring to every free displacement, at rest in the present configuration: `stiffness` is over
+    /// the shear modulus.
     pub(crate) fn damp(&mut self, stiffness: f64) {
         self.solver.add_to_diagonal(stiffness * self.spring);
     }
 
     /// Solves for the Newton step of the last assembly with the last factors. Returns the step as a
-    /// difference of states and the residual of the linear system, or `None` if the matrix is singular.
+    /// difference of states and the residual of the linear system, or `None` if the matrix is singular or a
+    /// given force cannot be followed.
     pub(crate) fn solve(&mut self, state: &State<S>, load: &Load<S>) -> Option<(State<S>, f64)> {
         let mut x = std::mem::take(&mut self.right);
         let linear_residual = self.solver.solve(&mut x);
@@ -190,8 +193,8 @@ impl<S: Dimension> Equations<S> {
             })
             .collect();
         let moved = moved?;
-        let motion = |(o, (now, then)): (usize, (&S::Point, &S::Point))| {
-            S::Point::from_fn(|k| if k == 1 && self.moves_with_force(o) { moved } else { then[k] - now[k] })
+        let motion = |(o, (now, wanted)): (usize, (&S::Point, &S::Point))| {
+            S::Point::from_fn(|k| if k == 1 && self.moves_with_force(o) { moved } else { wanted[k] - now[k] })
         };
         let shift: Vec<S::Point> = state.shift.iter().zip(&load.shift).enumerate().map(motion).collect();
         let contact = self.contact_increment(state, &du, &shift);
@@ -213,10 +216,11 @@ impl<S: Dimension> Equations<S> {
         )
     }
 
-    /// Smallest `J` after the displacement `after`, the element it is in, and the smallest ratio to `J` before;
-    /// `folds` leaves out the elements whose rubber has an energy for any `J`.
+    /// The smallest `J` under the displacements `after`, the element it is in, and the smallest ratio of this
+    /// `J` to that under `before`. With `folds`, elements whose rubber has an energy for any `J` are left
+    /// out.
     pub(crate) fn smallest_j(&self, before: &[f64], after: &[f64], folds: bool) -> (f64, usize, f64) {
-        let each = |e: usize| {
+        let of_element = |e: usize| {
             if folds && S::Element::ANY_VOLUME_RATIO && self.rubber(e).knows_inside_out() {
                 return (f64::INFINITY, e, f64::INFINITY);
             }
@@ -228,16 +232,17 @@ impl<S: Dimension> Equations<S> {
             (j, e, a.2.min(b.2))
         };
         let none = || (f64::INFINITY, 0, f64::INFINITY);
-        (0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least)
+        (0..self.elements.len()).into_par_iter().with_min_len(64).map(of_element).reduce(none, least)
     }
 
-    /// The least ratio, over all quadrature points, of the remaining extension after the displacement `after`
-    /// to the one before it, and the element it is in. `None` if no rubber has a limit of extension.
+    /// The least ratio, over all quadrature points, of the remaining extension under the displacements
+    /// `after` to that under `before`, and the element it is in. `None` if no rubber has a limit of
+    /// extension.
     pub(crate) fn extension_left(&self, before: &[f64], after: &[f64]) -> Option<(f64, usize)> {
         if !self.body.rubbers.iter().any(Rubber::has_extension_limit) {
             return None;
         }
-        let each = |e: usize| {
+        let of_element = |e: usize| {
             let (rubber, element) = (self.rubber(e), &self.elements[e]);
             let (before, after) = (self.gather(e, before), self.gather(e, after));
             let ratio = |q: usize| {
@@ -252,15 +257,15 @@ impl<S: Dimension> Equations<S> {
             if b.0 < a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a }
         };
         let none = || (f64::INFINITY, 0);
-        Some((0..self.elements.len()).into_par_iter().with_min_len(64).map(each).reduce(none, least))
+        Some((0..self.elements.len()).into_par_iter().with_min_len(64).map(of_element).reduce(none, least))
     }
 
-    /// The force in N/m of the supports of a set of nodes, from the last assembly: the sum of the reactions
-    /// along `axis` of the nodes whose reference position satisfies `at`.
-    pub fn reaction(&self, axis: usize, at: impl Fn(S::Point) -> bool) -> f64 {
+    /// The force (N, in the plane N/m) of the supports of a set of nodes, from the last assembly: the sum of
+    /// the reactions along `axis` at the nodes whose reference position satisfies `selected`.
+    pub fn reaction(&self, axis: usize, selected: impl Fn(S::Point) -> bool) -> f64 {
         let nodes = self.body.mesh.nodes.iter().enumerate();
         nodes
-            .filter(|(n, x)| self.body.held[S::AXES * n + axis] && at(**x))
+            .filter(|(n, x)| self.body.held[S::AXES * n + axis] && selected(**x))
             .map(|(n, _)| self.unbalanced[S::AXES * n + axis])
             .sum()
     }

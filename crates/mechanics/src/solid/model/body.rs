@@ -1,7 +1,8 @@
 //! A body of rubber: its mesh, materials, supports, obstacles, loads and configurations.
 //!
-//! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, `AXES` being the number of axes of the
-//! [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane forces are per metre of width.
+//! Displacements and nodal forces are lists of `AXES` numbers for each node of the mesh, with the number
+//! `AXES` of axes of the [`Dimension`]: entry `AXES n + k` belongs to node `n` and axis `k`. In the plane,
+//! forces are per metre of width.
 
 use elastocap_linalg::memory::bytes_in_words;
 use elastocap_materials::Rubber;
@@ -15,12 +16,12 @@ use crate::solid::side::Side;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A quadrilateral of the mesh is turned inside out.
+    /// An element of the mesh is turned inside out.
     #[error(
         "element {element} of the mesh is turned inside out or has no area; check the patches it came from"
     )]
     InvertedElement {
-        /// The number of the quadrilateral.
+        /// The number of the element.
         element: usize,
     },
     /// The lists of a body do not fit its mesh.
@@ -28,20 +29,20 @@ pub enum ModelError {
     Mismatch {
         /// The name of the list.
         what: &'static str,
-        /// Nodes of the mesh.
+        /// The number of nodes of the mesh.
         nodes: usize,
-        /// Quadrilaterals of the mesh.
+        /// The number of elements of the mesh.
         elements: usize,
     },
     /// The matrix has no usable pattern.
     #[error("the body has no free displacement, or too many for this machine")]
     NoUnknowns,
-    /// A patch that is held or bonded is known on the middle of a layer only.
+    /// A patch that is held or bonded does not lie on the middle of the layer, as it has to.
     #[error(
         "a patch that is held or bonded lies on the middle of the layer; press a punch in contact, or move it to the middle"
     )]
     PatchOffTheMiddle,
-    /// The patch ends where the layer ends.
+    /// Between the edge of a patch or an indenter and the end of the layer there is no room for elements.
     #[error(
         "between the edge of the indenter and the end of the layer there is no room for elements: make the layer longer, or the indenter narrower"
     )]
@@ -64,7 +65,7 @@ pub enum ModelError {
         bytes_in_words(*limit)
     )]
     TooLarge {
-        /// Elements of the mesh.
+        /// The number of elements of the mesh.
         elements: usize,
         /// Approximate number of bytes that it would take.
         bytes: u64,
@@ -80,7 +81,7 @@ pub struct Body<S: Dimension = Plane> {
     pub mesh: Mesh<S>,
     /// The materials.
     pub rubbers: Vec<Rubber>,
-    /// For each quadrilateral the number of its material.
+    /// For each element the number of its material.
     pub material: Vec<u16>,
     /// For each displacement (`axes node + axis`) whether it is prescribed.
     pub held: Vec<bool>,
@@ -93,7 +94,7 @@ pub struct Body<S: Dimension = Plane> {
 pub struct Load<S: Dimension = Plane> {
     /// Prescribed displacements in m, `axes node + axis`; read where the displacement is held.
     pub displacement: Vec<f64>,
-    /// Dead nodal forces in N/m, `axes node + axis`.
+    /// Dead nodal forces in N, in the plane in N/m, `axes node + axis`.
     pub force: Vec<f64>,
     /// The displacement of each obstacle, in m.
     pub shift: Vec<S::Point>,
@@ -104,13 +105,15 @@ pub struct Load<S: Dimension = Plane> {
 pub struct State<S: Dimension = Plane> {
     /// Displacements in m, `axes node + axis`.
     pub displacement: Vec<f64>,
-    /// Pressure coefficients of each quadrilateral in Pa, positive in tension.
+    /// Pressure coefficients of each element in Pa, positive in tension.
     pub pressure: Vec<S::Pressure>,
-    /// Contact force of each point that may touch an obstacle in N/m, along the obstacle's normal.
+    /// Contact force of each point that may touch an obstacle, along the obstacle's normal, in N, in the
+    /// plane in N/m.
     pub contact: Vec<f64>,
     /// The displacement of each obstacle in this configuration, in m.
     pub shift: Vec<S::Point>,
-    /// The configuration with larger gaps from which this one was reached, and from which the load moves on.
+    /// The configuration under the same load with larger gaps from which this one was reached. The next load
+    /// is followed from there.
     pub moving: Option<Box<Self>>,
 }
 
@@ -143,11 +146,11 @@ impl<S: Dimension> Body<S> {
     /// The body at rest, with the obstacles in their initial positions. Before the first load, set
     /// [`State::shift`] so that they are clear of the body: a contact force needs a gap.
     pub fn at_rest(&self) -> State<S> {
-        let points = |o: &Obstacle<S>| SIDE_POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
+        let point_count = |o: &Obstacle<S>| SIDE_POINTS.pow(S::AXES as u32 - 1) * o.sides.len();
         State {
             displacement: vec![0.0; self.held.len()],
             pressure: vec![S::Pressure::default(); self.mesh.elements.len()],
-            contact: vec![0.0; self.obstacles.iter().map(points).sum()],
+            contact: vec![0.0; self.obstacles.iter().map(point_count).sum()],
             shift: vec![S::Point::default(); self.obstacles.len()],
             moving: None,
         }

@@ -12,7 +12,7 @@ pub(crate) struct Expansion {
     parts: Vec<Vec<(u32, f64)>>,
 }
 
-/// Forces and tangent of an element in terms of the nodes that it is coupled to.
+/// Forces and tangent of an element in terms of the nodes that it is coupled to; see [`ElementSystem`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Expanded {
     pub(super) force: Vec<f64>,
@@ -28,11 +28,11 @@ impl Expansion {
         }
         let mut nodes: Vec<u32> = Vec::new();
         let mut place = |node: u32| {
-            let at = nodes.iter().position(|n| *n == node).unwrap_or_else(|| {
+            let index = nodes.iter().position(|n| *n == node).unwrap_or_else(|| {
                 nodes.push(node);
                 nodes.len() - 1
             });
-            at as u32
+            index as u32
         };
         let parts = element
             .iter()
@@ -60,9 +60,9 @@ impl Expansion {
                 }
             }
         }
-        // Columns first, then rows.
-        let mut half = vec![0.0; local * coupled];
-        for (row, line) in system.stiffness.chunks_exact(local).zip(half.chunks_exact_mut(coupled)) {
+        // The columns of the tangent are expanded first, then its rows.
+        let mut by_columns = vec![0.0; local * coupled];
+        for (row, line) in system.stiffness.chunks_exact(local).zip(by_columns.chunks_exact_mut(coupled)) {
             for (b, parts) in self.parts.iter().enumerate() {
                 for &(m, part) in parts {
                     for k in 0..S::AXES {
@@ -77,7 +77,7 @@ impl Expansion {
             for &(m, part) in parts {
                 for k in 0..S::AXES {
                     let row = S::AXES * m as usize + k;
-                    let from = &half[(S::AXES * a + k) * coupled..][..coupled];
+                    let from = &by_columns[(S::AXES * a + k) * coupled..][..coupled];
                     for (to, value) in out.stiffness[row * coupled..][..coupled].iter_mut().zip(from) {
                         *to += part * value;
                     }

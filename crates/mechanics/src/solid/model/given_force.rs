@@ -10,9 +10,10 @@ pub(crate) struct GivenForce {
     obstacles: Range<usize>,
     /// The force in N, in the plane N per metre of width, by which they press the modelled part of the body.
     pub(crate) force: f64,
-    /// That force in the assembled configuration.
+    /// The force by which they press in the assembled configuration, in the same unit.
     now: f64,
-    /// That force after a step in which neither the free displacements nor the obstacles move.
+    /// The force by which they would press after a step in which neither the free displacements nor the
+    /// obstacles move.
     pub(crate) staying: f64,
     /// The force on each unknown displacement, in N/m, when the obstacles move up by 1 m.
     pub(crate) column: Vec<f64>,
@@ -38,7 +39,8 @@ impl GivenForce {
         self.obstacles.contains(&obstacle)
     }
 
-    /// Adds a contact whose force along `x2` on the body is `now`, and `staying` after a step in which nothing free moves, in N.
+    /// Adds a contact with this `stiffness` along `x2` (N/m), whose force along `x2` on the body is `now`,
+    /// and `staying` after a step in which nothing free moves, in N.
     pub(crate) fn add_contact(&mut self, now: f64, staying: f64, stiffness: f64) {
         self.now -= now;
         self.staying -= staying;
@@ -50,7 +52,8 @@ impl GivenForce {
         self.column[unknown] += force;
     }
 
-    /// Adds the contribution to the force of a prescribed displacement that moves by `step` (m).
+    /// Adds the contribution of a prescribed displacement that moves by `step` (m) to the force after the
+    /// step; `force` is the contribution per metre.
     pub(crate) fn add_held(&mut self, force: f64, step: f64) {
         self.staying += force * step;
     }

@@ -39,10 +39,13 @@ pub struct Equations<S: Dimension = Plane> {
     systems: Vec<ElementSystem<S>>,
     /// For each element with hanging nodes, the nodes that it is coupled to.
     expansions: Vec<Option<Expansion>>,
-    /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes that they are coupled to.
+    /// The forces and matrices of elements with hanging nodes from the last assembly, in terms of the nodes
+    /// that they are coupled to.
     expanded: Vec<Expanded>,
-    /// For each element, then for each pair that may touch, the places of the entries of its matrix.
+    /// For each element, then for each pair that may touch, the places of the entries of its matrix in that
+    /// of the solver.
     pub(crate) places: Vec<BlockPlaces>,
+    /// The points that may touch an obstacle.
     pub(crate) pairs: Vec<Pair<S>>,
     /// Product of gap and pressure in N/m; see the contact module.
     pub(crate) gap_times_pressure: f64,
@@ -53,19 +56,24 @@ pub struct Equations<S: Dimension = Plane> {
     pub(crate) solver: SymmetricSolver,
     /// Unbalanced force of each displacement, including prescribed ones.
     pub(crate) unbalanced: Vec<f64>,
+    /// Internal force of each displacement.
     internal: Vec<f64>,
+    /// Right-hand side of the linear system, for each unknown displacement.
     pub(crate) right: Vec<f64>,
+    /// The least force that unbalanced forces are compared with, in N.
     force_floor: f64,
     /// For each element the approximate force per unit displacement of one of its nodes, and its size in m.
     sensitivity: Vec<(f64, f64)>,
     /// The shortest side of the box around the body in m.
     pub(crate) shortest_side: f64,
-    /// [`Equations::modulus`] times that side.
+    /// [`Equations::modulus`] times [`Equations::shortest_side`], in N/m: the product of gap and pressure for
+    /// a gap of 1 in the settings of Newton's method.
     pub(crate) modulus_times_size: f64,
-    /// Shear modulus in Pa of the rubber with the largest volume: the one that touches, folds and wrinkles, however
-    /// stiff the inclusions are.
+    /// Shear modulus in Pa of the rubber with the largest volume: the one that touches, folds and wrinkles,
+    /// however stiff the inclusions are.
     pub(crate) modulus: f64,
-    /// [`Equations::modulus`] as the stiffness of a spring at a node: in the plane in Pa, in space times the shortest side of the body.
+    /// [`Equations::modulus`] as the stiffness of a spring at a node: in the plane in Pa, in space times the
+    /// shortest side of the body.
     spring: f64,
     /// The drag in Pa, and the displacements in m that it pulls back to; see
     /// [`folds`](super::folds).
@@ -73,7 +81,8 @@ pub struct Equations<S: Dimension = Plane> {
 }
 
 impl<S: Dimension> Equations<S> {
-    /// The equations of `body`. This does the symbolic factorisation and allocates all memory but that of the factors.
+    /// The equations of `body`. This does the symbolic factorisation and allocates all memory but that of the
+    /// factors.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -136,18 +145,18 @@ impl<S: Dimension> Equations<S> {
         &self.body
     }
 
-    /// Unknown displacements.
+    /// The number of unknown displacements.
     pub fn unknowns(&self) -> usize {
         self.right.len()
     }
 
-    /// Unknown displacements and pressures.
+    /// The number of unknown displacements and pressures.
     pub fn mixed_unknowns(&self) -> usize {
-        let rubber = |m: &u16| self.body.rubbers[*m as usize].pressure_compliance().is_some();
-        self.right.len() + S::Pressure::COUNT * self.body.material.iter().filter(|m| rubber(m)).count()
+        let has_pressure = |m: &u16| self.body.rubbers[*m as usize].pressure_compliance().is_some();
+        self.right.len() + S::Pressure::COUNT * self.body.material.iter().filter(|m| has_pressure(m)).count()
     }
 
-    /// Entries of the factor.
+    /// The number of entries of the factor.
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()
     }
@@ -207,12 +216,14 @@ impl<S: Dimension> Equations<S> {
         }
     }
 
+    /// The rubber of element `e`.
     pub(crate) fn rubber(&self, e: usize) -> &Rubber {
         &self.body.rubbers[self.body.material[e] as usize]
     }
 }
 
 impl<S: Dimension> Body<S> {
+    /// The error of a list that does not fit the mesh; `what` is its name.
     fn mismatch(&self, what: &'static str) -> ModelError {
         ModelError::Mismatch { what, nodes: self.mesh.nodes.len(), elements: self.mesh.elements.len() }
     }
@@ -237,6 +248,7 @@ impl<S: Dimension> Body<S> {
         if self.obstacles.iter().all(fits) { Ok(()) } else { Err(self.mismatch("a list of touching sides")) }
     }
 
+    /// The elements in the reference configuration.
     fn reference_elements(&self) -> Result<Vec<S::Element>, ModelError> {
         let element = |(element, e): (usize, &S::Nodes)| {
             let x: Vec<S::Point> = e.as_ref().iter().map(|&n| self.mesh.nodes[n as usize]).collect();
@@ -247,15 +259,15 @@ impl<S: Dimension> Body<S> {
 
     /// Shear modulus in Pa of the rubber with the largest volume.
     fn prevailing_modulus(&self, elements: &[S::Element]) -> f64 {
-        let mut room = vec![0.0; self.rubbers.len()];
+        let mut volumes = vec![0.0; self.rubbers.len()];
         for (element, &m) in elements.iter().zip(&self.material) {
-            room[m as usize] += element.volume();
+            volumes[m as usize] += element.volume();
         }
-        let largest = (0..room.len()).max_by(|&a, &b| room[a].total_cmp(&room[b]));
+        let largest = (0..volumes.len()).max_by(|&a, &b| volumes[a].total_cmp(&volumes[b]));
         largest.map_or(0.0, |m| self.rubbers[m].shear_modulus())
     }
 
-    /// For each element the force that a unit of displacement of one of its nodes makes, about, and its size in m.
+    /// For each element the approximate force per unit displacement of one of its nodes, and its size in m.
     fn sensitivity(&self, elements: &[S::Element]) -> Vec<(f64, f64)> {
         let of_element = |(element, &m): (&S::Element, &u16)| {
             let product = |a: usize| element.gradient_product(a, a);

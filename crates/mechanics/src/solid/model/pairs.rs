@@ -8,10 +8,13 @@ use crate::solid::obstacle::SIDE_POINTS;
 /// A point of the surface that may touch an obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pair<S: Dimension> {
+    /// The index of the obstacle.
     pub(crate) obstacle: usize,
-    /// Displacements on which the place of the point relative to the obstacle depends: number, axis and factor.
+    /// The displacements on which the place of the point relative to the obstacle depends: the number of
+    /// each, its axis and its factor.
     pub(crate) slots: Vec<(usize, usize, f64)>,
-    /// Reference position of the point relative to the carrier of the obstacle, in m.
+    /// Reference position of the point in m; along `x1` relative to the carrier of the obstacle, if it has
+    /// one.
     pub(crate) reference: S::Point,
     /// Surface that belongs to the point: area in m^2, in the plane length in m.
     pub(crate) weight: f64,

@@ -8,10 +8,13 @@ use crate::solid::dimension::{Dimension, Numbering};
 /// displacement keeps assembly fast.
 const HELD: u32 = u32::MAX;
 
-/// The number of each displacement among the unknowns of the linear system; held ones, and those of nodes that hang, have none.
+/// The number of each displacement among the unknowns of the linear system; held ones, and those of nodes
+/// that hang, have none.
 #[derive(Debug)]
 pub(crate) struct Unknowns {
+    /// For each displacement its number, or [`HELD`].
     numbers: Vec<u32>,
+    /// The number of unknown displacements.
     count: u32,
 }
 
@@ -21,8 +24,8 @@ impl Unknowns {
         let hanging = &body.mesh.hanging;
         let coupled = |e: &S::Nodes| {
             Expansion::new(e.as_ref(), hanging).map_or(*e, |more| {
-                // As many nodes as an element has: if it is coupled to more, the others are in its
-                // neighbours.
+                // The order is computed from as many nodes as an element has. If an element is coupled to
+                // more of them, its neighbours contain the others.
                 S::Nodes::from_fn(|n| more.nodes[n.min(more.nodes.len() - 1)])
             })
         };

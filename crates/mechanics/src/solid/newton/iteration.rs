@@ -5,20 +5,22 @@ use super::{NewtonSettings, StopReason};
 use crate::solid::dimension::{Dimension, Numbers};
 use crate::solid::model::{Equations, Load, Residual, State};
 
-/// Damping, over the shear modulus, that is tried first and last where the tangent has negative pivots.
+/// The first and the largest damping, over the shear modulus, that is tried where the tangent has negative
+/// pivots.
+/// Tuned: `benches/layer_errors.py --plane`.
 const MIN_DAMPING: f64 = 0.02;
 const MAX_DAMPING: f64 = 1e4;
 
 /// Damping below this, over the shear modulus, is left out once the tangent has no negative pivots. Near an
 /// unstable equilibrium the damping has to become this small: the less a step is damped, the farther it leads
-/// away from it.
+/// away from it. Tuned: `benches/layer_errors.py --plane`.
 const LEAST_DAMPING: f64 = 2e-4;
 
-/// The largest number of Newton steps per equilibrium that may be shortened to keep `J > 0`, or the extension
-/// within its limit.
+/// The largest number of Newton steps per equilibrium that may be shortened to keep `J > 0`, or to keep the
+/// extension within its limit. Tuned: `benches/layer_errors.py --plane`.
 const MAX_CUT_STEPS: usize = 6;
 
-/// The shortest part of a Newton step that is tried.
+/// The shortest part of a Newton step that is tried. Not tuned: a limit that ordinary cases do not reach.
 const SHORTEST_PART: f64 = 1e-3;
 
 /// The data that Newton's method keeps from one step to the next under one load.
@@ -38,11 +40,13 @@ pub(super) struct Taken {
     pub(super) residual: Residual,
     /// Whether the whole step was taken.
     pub(super) whole: bool,
+    /// Whether the step was damped.
     pub(super) damped: bool,
 }
 
 /// A Newton step, or the part of it that the elements and the contact admit.
 struct Shortened<S: Dimension> {
+    /// The state after that part of the step.
     trial: State<S>,
     /// The fraction of the step; 1 for the whole step.
     part: f64,
@@ -65,8 +69,8 @@ impl<S: Dimension> Equations<S> {
         self.equilibrate_from(residual, state, load, target, settings, effort)
     }
 
-    /// Takes `state` to the equilibrium under `load` as [`Equations::equilibrate`] does, starting from the `residual` of the last assembly,
-    /// which was one of `state` under `load`.
+    /// Takes `state` to the equilibrium under `load` as [`Equations::equilibrate`] does. The last assembly
+    /// must have been one of `state` under `load`, and have returned `residual`.
     pub(super) fn equilibrate_from(
         &mut self,
         mut residual: Residual,
@@ -93,8 +97,8 @@ impl<S: Dimension> Equations<S> {
         Err((StopReason::NoConvergence, residual.smallest_j))
     }
 
-    /// Takes one Newton step from `state` under `load`, by the last assembly, which left `residual`. The new
-    /// state is assembled.
+    /// Takes one Newton step from `state` under `load`, by the last assembly, which returned `residual`. The
+    /// new state is assembled.
     pub(super) fn step_from(
         &mut self,
         residual: &Residual,
@@ -139,9 +143,9 @@ impl<S: Dimension> Equations<S> {
         Ok(Taken { residual, whole: part == 1.0, damped })
     }
 
-    /// Factorises the tangent of the last assembly, damped by `damping` and, with contact, by as much more as
-    /// it needs to have no negative pivots. Returns the number of negative pivots at first, or `None` if it
-    /// is singular.
+    /// Factorises the tangent of the last assembly, damped by `damping`. With contact, the damping is raised
+    /// until there are no negative pivots. Returns the number of negative pivots before it was raised, or
+    /// `None` if the tangent is singular.
     ///
     /// Springs at the present displacements turn the step downhill, so that a piece of surface that snaps
     /// past a corner finds the next equilibrium. Without contact, an unstable equilibrium may be the wanted
@@ -199,8 +203,8 @@ impl<S: Dimension> Equations<S> {
     ) -> (Option<StopReason>, (f64, usize)) {
         let (before, after) = (&state.displacement, &trial.displacement);
         let (j, element, ratio) = self.smallest_j(before, after, settings.through_folds);
-        let whole = j > 0.0 && ratio > settings.smallest_ratio;
-        if !whole {
+        let keeps_volume = j > 0.0 && ratio > settings.smallest_ratio;
+        if !keeps_volume {
             return (Some(StopReason::Inversion), (j, element));
         }
         match self.extension_left(before, after) {
@@ -213,6 +217,7 @@ impl<S: Dimension> Equations<S> {
 }
 
 impl Residual {
+    /// Whether the residual is within the tolerances of `target`, where `tolerance` is that of the settings.
     pub(super) fn within(&self, tolerance: f64, target: Target) -> bool {
         self.force <= target.force.max(self.rounding)
             && self.volume <= target.force.max(tolerance)
@@ -222,6 +227,7 @@ impl Residual {
 }
 
 impl<S: Dimension> State<S> {
+    /// The state after the fraction `part` of `step`.
     fn plus(&self, step: &Self, part: f64) -> Self {
         let sum = |a: &f64, b: &f64| a + part * b;
         let added = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| sum(a, b)).collect();

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `settings` | tolerances and limits |
 //! | `iteration` | the method under one load |
-//! | `settling` | the same from a guess with points inside obstacles |
+//! | `settling` | the method from a guess with points inside obstacles |
 //! | `report` | the effort of a load, and the reason why it was not reached |
 
 mod iteration;
@@ -21,26 +21,32 @@ pub use settings::NewtonSettings;
 /// The tolerances of an equilibrium.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target {
+    /// The largest unbalanced force over the largest nodal force.
     pub(super) force: f64,
     /// Relative error of the product of gap and contact force.
     pub(super) contact: f64,
 }
 
-/// While the load moves, contact is only followed; the requested loads are then met more closely from there.
+/// The tolerances while the load moves. The equilibria at the requested loads are then found more closely.
 const ON_THE_WAY: Target = Target { force: 1e-2, contact: 1.0 };
 
-/// The approximate gap over displacement that is small enough.
+/// The ratio of the gap in a contact to the displacements, approximately, that is small enough. Tuned:
+/// `benches/layer_errors.py --plane`.
 const GAP_PART: f64 = 1e-4;
-/// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare it with.
+/// Smallest gap over the shortest side of the body: where nothing moves, there is no displacement to compare
+/// it with. It is not tuned.
 const MIN_GAP: f64 = 1e-20;
 
-/// Factor by which a gap is closed at a time: with points at the edge of the contact, which are about to touch or to separate,
-/// Newton's method converges no farther in one or two steps.
+/// Factor by which the gaps are multiplied to close them a little. With a smaller factor, Newton's method
+/// takes more than one or two steps at the points about to touch or separate at the edge of a contact. Tuned:
+/// `benches/layer_errors.py --plane`.
 const CLOSING: f64 = 0.1;
 
-/// Shares of the reached load that are tried if the gaps cannot be closed at that load.
+/// Shares of the reached load that are tried if the gaps cannot be closed at that load. Not tuned: gaps can
+/// be closed at the load itself in ordinary cases.
 const RETREATS: [f64; 3] = [0.95, 0.8, 0.5];
 
+/// The reason why no equilibrium was found, and the smallest `J` with the element it is in.
 pub(super) type Failure = (StopReason, (f64, usize));
 
 impl<S: Dimension> Equations<S> {
@@ -90,9 +96,10 @@ impl<S: Dimension> Equations<S> {
         })
     }
 
-    /// Goes back where the load was followed up to the part `reached` and no further, and the gaps cannot be closed there: close to
-    /// the limit of extension the rubber does not yield to the last touch. Follows the load from `first` to smaller and smaller
-    /// parts until the gaps can be closed; returns that part, or `None`.
+    /// Goes back to a smaller load if the load could be followed only up to the part `reached` and the gaps
+    /// cannot be closed there, as close to the limit of extension, where the rubber is too stiff. Follows the
+    /// load from `first` to smaller and smaller parts of the way to `to` until the gaps can be closed.
+    /// Returns that part, or `None`.
     fn retreat(
         &mut self,
         state: &mut State<S>,
@@ -160,7 +167,8 @@ impl<S: Dimension> Equations<S> {
                 Err((reason, (smallest_j, element))) => {
                     effort.cuts += 1;
                     step = 0.4 * (part - reached);
-                    // Close to the limit of extension the rubber is so stiff that short steps converge slowly or not at all.
+                    // Close to the limit of extension the rubber is so stiff that short steps converge slowly
+                    // or not at all.
                     at_limit |= reason == StopReason::ExtensionLimit;
                     let over = matches!(reason, StopReason::TooLong | StopReason::Cancelled);
                     if step < settings.smallest_step || over {
@@ -184,7 +192,8 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Finds the equilibrium under `load` from a configuration near it, with the contact left at [`NewtonSettings::moving_gap`].
+    /// Finds the equilibrium under `load` from a configuration near it, with the contact left at
+    /// [`NewtonSettings::moving_gap`].
     pub(super) fn follow_to(
         &mut self,
         state: &mut State<S>,
@@ -201,14 +210,15 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Closes the gaps, if there are any, from [`NewtonSettings::moving_gap`] to [`NewtonSettings::final_gap`] at one load. `fresh`
-    /// says that the last assembly was not one of `state` under `load`.
+    /// Closes the gaps, if there are any, from [`NewtonSettings::moving_gap`] to
+    /// [`NewtonSettings::final_gap`] at one load. The elements are assembled first with `must_assemble`,
+    /// which is needed if the last assembly was not one of `state` under `load`.
     pub(super) fn close_gaps(
         &mut self,
         state: &mut State<S>,
         load: &Load<S>,
         settings: &NewtonSettings,
-        mut fresh: bool,
+        mut must_assemble: bool,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
         if !self.has_contact() {
@@ -220,12 +230,12 @@ impl<S: Dimension> Equations<S> {
             // The displacements change with the gaps, and the limit with them; a slightly larger gap does not
             // matter.
             let wanted = settings.final_gap.min(self.gap_for(state));
-            let most = 1.5 * wanted;
-            if met && gap <= most {
+            let small_enough = 1.5 * wanted;
+            if met && gap <= small_enough {
                 break;
             }
-            let next = if gap <= most { gap } else { (gap * factor).max(wanted) };
-            let last = next <= most;
+            let next = if gap <= small_enough { gap } else { (gap * factor).max(wanted) };
+            let last = next <= small_enough;
             let target = if last {
                 Target { force: settings.tolerance, contact: 1e-3 }
             } else {
@@ -234,17 +244,18 @@ impl<S: Dimension> Equations<S> {
             self.gap_times_pressure = next * self.modulus_times_size;
             let mut trial = state.clone();
             // The contributions of the elements at this configuration are known, except after a failure.
-            let residual = if fresh { self.assemble(state, load) } else { self.assemble_again(state, load) };
+            let residual =
+                if must_assemble { self.assemble(state, load) } else { self.assemble_again(state, load) };
             match self.equilibrate_from(residual, &mut trial, load, target, settings, effort) {
                 Ok(_) => {
-                    fresh = false;
+                    must_assemble = false;
                     met = last;
                     *state = trial;
                     gap = next;
                     factor = (factor * factor).max(CLOSING);
                 }
                 Err(failure) => {
-                    fresh = true;
+                    must_assemble = true;
                     effort.cuts += 1;
                     factor = factor.sqrt();
                     if factor > 0.9 || matches!(failure.0, StopReason::TooLong | StopReason::Cancelled) {
@@ -257,9 +268,9 @@ impl<S: Dimension> Equations<S> {
         Ok(())
     }
 
-    /// Upper limit of [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a smooth punch grows with
-    /// its displacement `u`, so that a product `s` of gap and pressure keeps it away from the layer by about `s/u`. For that to
-    /// stay small compared with `u`, `s` has to fall with `u^2`.
+    /// Upper limit of [`NewtonSettings::final_gap`] for the displacements of `state`. The pressure under a
+    /// smooth punch grows with its displacement `u`, so that a product `s` of gap and pressure keeps it away
+    /// from the layer by about `s/u`. For that to stay small compared with `u`, `s` has to fall with `u^2`.
     fn gap_for(&self, state: &State<S>) -> f64 {
         let moved = state.displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
         (GAP_PART * (moved / self.shortest_side).powi(2)).max(MIN_GAP)
@@ -267,7 +278,7 @@ impl<S: Dimension> Equations<S> {
 }
 
 impl<S: Dimension> Load<S> {
-    /// The load at the fraction `part` of the way from this one to another.
+    /// The load at the fraction `part` of the way from this one to the load `to`.
     pub fn toward(&self, to: &Self, part: f64) -> Self {
         let mix = |a: &f64, b: &f64| if part == 1.0 { *b } else { a + part * (b - a) };
         let mixed = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| mix(a, b)).collect();

@@ -3,11 +3,11 @@
 /// The work spent to reach a load, and the quality of the result.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Effort {
-    /// Load steps that converged.
+    /// The number of load steps that converged.
     pub steps: usize,
-    /// Load steps that were given up and cut.
+    /// The number of load steps that were given up and cut.
     pub cuts: usize,
-    /// Linear systems solved.
+    /// The number of linear systems solved.
     pub solves: usize,
     /// Smallest `J` of the quadrature points at the end.
     pub smallest_j: f64,
@@ -15,7 +15,7 @@ pub struct Effort {
     pub residual: f64,
     /// Largest residual of a linear system.
     pub linear_residual: f64,
-    /// Negative pivots of the last tangent: zero for a stable equilibrium.
+    /// The number of negative pivots of the last tangent: zero for a stable equilibrium.
     pub negative_pivots: usize,
 }
 
@@ -41,7 +41,7 @@ pub struct Stopped {
 }
 
 impl Stopped {
-    /// No equilibrium was found near that of a coarser mesh, and nothing else was tried.
+    /// The report that no equilibrium was found near that of a coarser mesh, and nothing else was tried.
     pub(crate) fn not_near() -> Box<Self> {
         let reason = StopReason::NoConvergence;
         let effort = Effort::default();

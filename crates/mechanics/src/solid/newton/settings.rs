@@ -5,18 +5,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Tolerances and limits of Newton's method and of its load steps.
 #[derive(Debug, Clone, Copy)]
 pub struct NewtonSettings<'a> {
-    /// Largest unbalanced nodal force over the largest nodal force at which an equilibrium is accepted; also the largest mean volume
-    /// error of an element. Where rounding alone leaves a larger unbalanced force, that is accepted up to 1e-6.
+    /// Largest unbalanced nodal force over the largest nodal force at which an equilibrium is accepted; also
+    /// the largest mean volume error of an element. Where rounding alone leaves a larger unbalanced force,
+    /// that is accepted up to 1e-6.
     pub tolerance: f64,
     /// The largest number of Newton steps per load step; a load step that needs more is cut.
     pub max_iterations: usize,
-    /// Linear systems that one [`Equations::advance`](crate::solid::model::Equations::advance) may solve.
+    /// The largest number of linear systems that one
+    /// [`Equations::advance`](crate::solid::model::Equations::advance) may solve.
     pub max_solves: usize,
-    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while the load moves; see
-    /// the contact module.
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while the
+    /// load moves; see the contact module.
     pub moving_gap: f64,
-    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, at the requested loads. The solver
-    /// takes a smaller gap where displacements are small compared with that side.
+    /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, at the
+    /// requested loads. The solver takes a smaller gap where displacements are small compared with that side.
     pub final_gap: f64,
     /// Gap over the shortest side of the body where the contact pressure equals the shear modulus, while an
     /// equilibrium is first searched near that of a coarser mesh. It is used if it is smaller than
@@ -27,14 +29,15 @@ pub struct NewtonSettings<'a> {
     pub first_step: f64,
     /// Load steps below this fraction of the way are not tried.
     pub smallest_step: f64,
-    /// A Newton step may shrink no `J`, and nothing of the extension that a rubber has left, by more than this factor.
+    /// The smallest factor by which one Newton step may shrink `J`, or the extension that a rubber has left,
+    /// at any point.
     pub smallest_ratio: f64,
-    /// Whether a body may fold: points of rubbers whose energy is [defined for it](elastocap_materials::Rubber::knows_inside_out)
-    /// may turn inside out, and where an equilibrium ceases to exist, the body moves on to the next; see
-    /// [`folds`](crate::solid::folds).
+    /// Whether a body may fold: points of rubbers whose energy is [defined for
+    /// it](elastocap_materials::Rubber::knows_inside_out) may turn inside out, and where an equilibrium
+    /// ceases to exist, the body moves on to the next; see [`folds`](crate::solid::folds).
     pub through_folds: bool,
-    /// Whether the equilibrium of a coarser mesh is the first guess for that under the same load. Where equilibria depend on the
-    /// path to them, it is not, and the load is followed on every mesh.
+    /// Whether the equilibrium of a coarser mesh is the first guess for the equilibrium under the same load.
+    /// Without that, as where equilibria depend on the path to them, the load is followed on every mesh.
     pub from_coarser: bool,
     /// Whether an equilibrium is only searched for near that of a coarser mesh, if that has no fault; if it
     /// is not found, it is left to the next mesh. A surface that slides around corners as the load is

@@ -1,6 +1,7 @@
 //! Layers in plane strain: a section of the layer is modelled.
 //!
-//! The equations, the contact and Newton's method are written once for the plane and for space; see [`super::dimension`].
+//! The equations, the contact and Newton's method are written once for the plane and for space; see
+//! [`super::dimension`].
 //!
 //! | module | contents |
 //! |---|---|

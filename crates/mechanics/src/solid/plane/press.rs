@@ -29,47 +29,61 @@ pub struct PlaneLayer {
     pub inclusions: Vec<Inclusion>,
     /// The indenter.
     pub indenter: Indenter,
-    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0 for patches that are held or bonded.
+    /// `x1` of the middle of a smooth indenter; off the middle of the layer, both its halves are solved. 0
+    /// for patches that are held or bonded.
     pub position: f64,
     /// The condition at the end.
     pub end: End,
 }
 
 /// Radius of the rounded corners that replace sharp ones, over the thickness or half the width of the punch,
-/// whichever is less.
+/// whichever is less. Measured:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const SHARP: f64 = FIRST_RADIUS / 64.0;
-/// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the force of the smallest
-/// loads, under which the surface does not reach their arcs, 0.44 % at a compression of 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer
-/// differ by up to 3e-4.
+/// The least error that is stated for such corners. As measured against sharp ones, they take 0.7 % from the
+/// force of the smallest loads, under which the surface does not reach their arcs, 0.44 % at a compression of
+/// 1 %, and 0.11 to 0.03 % at 5 to 30 %; distances in the layer differ by up to 3e-4. Measured:
+/// `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const ERRORS_OF_SHARP: LeastErrors = LeastErrors { force: 2e-3, force_at_rest: 8e-3, numbers: 5e-4 };
-/// The least error that is stated where a surface slides around corners. The side of an element may pass a corner earlier or later,
-/// depending on how Newton's method comes to the equilibrium, and forces differ by up to this.
+/// The least error that is stated where a surface slides around corners. The side of an element may pass a
+/// corner earlier or later, depending on how Newton's method comes to the equilibrium, and forces differ by
+/// up to this. Measured: `benches/layer_errors.py --plane`.
 const ERRORS_OF_SLIDING: LeastErrors = LeastErrors { force: 1e-3, force_at_rest: 1e-3, numbers: 0.0 };
 /// The least error that is stated where a surface rolls up: the force oscillates by this much, on every mesh,
-/// as the roll passes from element to element.
+/// as the roll passes from element to element. Measured:
+/// `cargo run --release -p elastocap-mechanics --example free_end`.
 const ERRORS_OF_FOLDING: LeastErrors = LeastErrors { force: 3e-3, force_at_rest: 3e-3, numbers: 0.0 };
 
+/// The limits in the plane; `finer` is about the growth of adaptive refinement. Tuned:
+/// `benches/layer_growth.py`.
 const LIMITS: Limits =
     Limits { meshes: 12, elements: 20_000, finer: 1.85, for_places: 4, smallest_at_corner: 0.01 };
-/// Elements over the thickness on the first of the adaptively refined meshes.
+/// Elements over the thickness on the first of the adaptively refined meshes. Tuned:
+/// `benches/layer_growth.py`.
 const COARSEST: usize = 2;
 /// Least radius of the corners of a punch on the first mesh, over the thickness; each further mesh halves it.
+/// Tuned: `cargo run --release -p elastocap-mechanics --example sharp_punch -- 1 1e-3 0.01 : 0.01 0.1`.
 const FIRST_RADIUS: f64 = 0.25;
 
-/// Least length over the thickness between the edge of a patch and the end of the layer.
+/// Least length over the thickness between the edge of a patch and the end of the layer. It is not tuned.
 const LEAST_ROOM: f64 = 0.01;
 /// Rings around the edge of a patch, and the ratio of the sizes of successive ones: stress is singular there.
+/// Tuned: `benches/layer_errors.py --plane`.
 const PATCH_RINGS: usize = 8;
 const PATCH_SHRINK: f64 = 0.6;
-/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and the growth of their sizes from there.
+/// Extent of the equal quadrilaterals around the bonded corner of an end that folds, over the thickness, and
+/// the growth of their sizes from there. Tuned:
+/// `cargo run --release -p elastocap-mechanics --example free_end`, whose third and fourth argument they are.
 const ROLL: f64 = 0.1;
 const ROLL_GROWTH: f64 = 1.5;
-/// Size of the elements of that mesh at the edges of inclusions, over the thickness.
+/// Size of the elements at the edges of inclusions on the mesh for an end that folds, over the thickness.
 const AT_EDGES: f64 = 0.1;
 
-/// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`].
+/// Barrier against `J -> 0` where the surface passes a rounded corner; see [`Rubber::volume_barrier`]. Tuned:
+/// `benches/layer_errors.py --plane`.
 const ROUNDED_BARRIER: f64 = 20.0;
-/// Barrier against `J -> 0` where the surface piles up at a sharp corner.
+/// Barrier against `J -> 0` where the surface piles up at a sharp corner. Tuned:
+/// `benches/layer_errors.py --plane`.
 const SHARP_BARRIER: f64 = 5.0;
 
 /// The model of a flat punch with sharp corners in contact without friction, of this half width on a layer of
@@ -87,7 +101,7 @@ impl Refinement {
 }
 
 impl PlaneLayer {
-    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
+    /// Presses the layer to each of `goals`, which are all compressions or all forces.
     ///
     /// Each mesh is the one before with the elements cut that have the largest errors in the force and in
     /// `places`. `cancel` stops the work before the next linear system; `report` is called with the number of
@@ -123,11 +137,12 @@ impl PlaneLayer {
             folds: self.folds(),
             least_errors: self.least_errors(),
             limits: LIMITS,
-            memory_limit: u64::MAX, // they are small in the plane
+            memory_limit: u64::MAX, // meshes are small in the plane
         };
         adaptive.press(goals, refinement, places, cancel, report, &|_| ())
     }
 
+    /// The least errors that are stated under this indenter.
     fn least_errors(&self) -> LeastErrors {
         match self.indenter.corner_radius(0.0) {
             Some(radius) if radius <= SHARP * self.thickness => ERRORS_OF_SHARP,
@@ -171,7 +186,7 @@ impl PlaneLayer {
         }
     }
 
-    /// Ends of the inclusions along an axis.
+    /// The coordinates along an axis at which inclusions begin and end.
     fn edges(&self, axis: usize) -> impl Iterator<Item = f64> {
         self.inclusions.iter().flat_map(move |i| [i.min[axis], i.max[axis]])
     }
@@ -194,7 +209,8 @@ impl PlaneLayer {
         mesh
     }
 
-    /// How far from the middle inclusions may reach along `x1`, in m: the elements beyond are made for the end of the layer.
+    /// The largest distance from the middle along `x1` to which inclusions may extend, in m: the elements
+    /// beyond are shaped by the end of the layer.
     pub fn room(&self) -> f64 {
         self.half_length - end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0))
     }
@@ -208,8 +224,8 @@ impl PlaneLayer {
         if room > LEAST_ROOM * self.thickness { Ok(()) } else { Err(ModelError::NoRoom) }
     }
 
-    /// The sizes of the meshes that may be solved on, coarse to fine: of those that are refined the first as it is, the finer ones
-    /// about.
+    /// The sizes of the meshes that may be solved on, coarse to fine: that of the first mesh, and approximate
+    /// sizes of the finer ones.
     ///
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
@@ -238,8 +254,9 @@ impl PlaneLayer {
         Rubber { volume_barrier, ..self.rubber.clone() }
     }
 
-    /// Whether the end folds through itself at the bonded corner, as a free end without a substrate does. A rubber whose energy is
-    /// defined for `J > 0` only cannot follow: its mesh gets a fan there, and is too stiff.
+    /// Whether the end folds through itself at the bonded corner, as a free end without a substrate does. A
+    /// rubber whose energy is defined for `J > 0` only cannot follow: its mesh gets a fan there, and is too
+    /// stiff.
     pub(super) fn folds(&self) -> bool {
         let smooth = Rubber { volume_barrier: 0.0, ..self.rubber.clone() };
         self.indenter == Indenter::WholeTop && self.end == End::Free && smooth.knows_inside_out()

@@ -1,8 +1,9 @@
 //! The hexahedron with triquadratic displacement and a discontinuous, linear pressure (Q2/P1disc).
 //!
-//! The three-dimensional sibling of [`crate::solid::element`], where the condensation of the pressure is explained.
-//! The tangent is three products of dense matrices: with the gradients as a matrix of 27 nodes by 81 pairs of
-//! quadrature point and axis, the block of the axes `i` and `k` is that matrix times the tangent's response to it.
+//! The three-dimensional sibling of [`crate::solid::element`], where the condensation of the pressure is
+//! explained. The tangent is three products of dense matrices: with the gradients as a matrix of 27 nodes by
+//! 81 pairs of quadrature point and axis, the block of the axes `i` and `k` is that matrix times the
+//! tangent's response to it.
 
 use elastocap_fem::quadrature::gauss_legendre;
 use elastocap_linalg::gemm::{Left, Right, Target, multiply};
@@ -13,11 +14,11 @@ use crate::solid::shape_functions::quadratic;
 use elastocap_materials::space::{Tensor, add_cofactor_slope, cofactor, determinant};
 use elastocap_materials::{Response, Rubber};
 
-/// Nodes of an element.
+/// The number of nodes of an element.
 pub const NODES: usize = 27;
-/// Quadrature points of an element.
+/// The number of quadrature points of an element.
 pub const POINTS: usize = 27;
-/// Displacements of an element.
+/// The number of displacements of an element.
 pub const DISPLACEMENTS: usize = 81;
 
 /// The data that an element keeps of the reference configuration.
@@ -33,7 +34,8 @@ pub struct ReferenceElement {
     mass_inverse: [[f64; 4]; 4],
     /// Centre of volume in m.
     centre: [f64; 3],
-    /// How far the quadrature points reach from there, in m.
+    /// The largest distance of a quadrature point from the centre along each axis, in m: the unit of the
+    /// coordinates of the pressure.
     size: [f64; 3],
 }
 
@@ -76,7 +78,8 @@ impl ReferenceElement {
             .sum()
     }
 
-    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents: the upper triangle.
+    /// The sum of `dN_a/dX_J A_iJkL dN_b/dX_L` over the quadrature points, from the weighted tangents: the
+    /// upper triangle.
     fn assemble_stiffness(&self, tangents: &[[Tensor; 9]; POINTS], stiffness: &mut [f64]) {
         let mut response = [0.0; 3 * POINTS * DISPLACEMENTS];
         let mut block = [0.0; NODES * DISPLACEMENTS];
@@ -101,7 +104,8 @@ impl ReferenceElement {
             );
             for a in 0..NODES {
                 for k in i..3 {
-                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the last bit.
+                    // Within the block of one axis only half is taken, so that the matrix is symmetric to the
+                    // last bit.
                     for b in if k == i { a..NODES } else { 0..NODES } {
                         let (r, c) = (3 * a + i, 3 * b + k);
                         stiffness[r.min(c) * DISPLACEMENTS + r.max(c)] =
@@ -156,8 +160,8 @@ impl Element<Space> for ReferenceElement {
         let mut volumes = [0.0; POINTS];
         let mut place = [[0.0; 3]; POINTS];
         for q in 0..POINTS {
-            let at = [q % 3, q / 3 % 3, q / 9];
-            let line = at.map(|k| quadratic(points[k]));
+            let indices = [q % 3, q / 3 % 3, q / 9];
+            let line = indices.map(|k| quadratic(points[k]));
             // Value and slopes of the shape function of node n.
             let shape = |n: usize| {
                 let (k, [a, b, c]) = ([n % 3, n / 3 % 3, n / 9], &line);
@@ -192,7 +196,7 @@ impl Element<Space> for ReferenceElement {
                     gradients[(3 * q + k) * NODES + n] = (0..3).map(|m| inverse[3 * k + m] * slopes[m]).sum();
                 }
             }
-            volumes[q] = volume * at.iter().map(|&k| weights[k]).product::<f64>();
+            volumes[q] = volume * indices.iter().map(|&k| weights[k]).product::<f64>();
         }
         let volume: f64 = volumes.iter().sum();
         let centre: [f64; 3] =
@@ -328,7 +332,8 @@ mod tests {
         for volume in volumes {
             let distortion = HyperelasticLaw::MooneyRivlin { c10: 0.3, c01: 0.2 };
             let rubber = Rubber { distortion, volume, volume_barrier: 0.4 };
-            // Differences see the tangent without the pressure eliminated: with p held there is nothing to eliminate.
+            // Differences see the tangent without the pressure eliminated: with p held there is nothing to
+            // eliminate.
             let assemble = |u: &[f64]| {
                 let mut s = ElementSystem::new(DISPLACEMENTS);
                 element.assemble(&rubber, u, &PRESSURE, 1e-300, &mut s);

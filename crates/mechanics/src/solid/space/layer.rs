@@ -18,15 +18,15 @@ pub struct SpaceLayerMesh {
     pub section: LayerMesh,
     /// Breakpoints along `x3` in m: from 0 to the half width, or to where the fan at the side begins.
     pub across: Vec<f64>,
-    /// How far a fan around the bonded edge of the side reaches inwards, in m: the end's fan made to fit; the two meet
-    /// in a mitre. `None` for hexahedra straight up to the side, as they have to be where the section has no fan at its
-    /// end, or one around a punch.
+    /// How far the fan around the bonded edge of the side extends inwards, in m. It has the shape of the fan
+    /// at the end, scaled to this width, and the two meet in a mitre. `None` for plain hexahedra up to the
+    /// side, which are needed where the section has no fan at its end, or one around a punch.
     pub side_fan: Option<f64>,
 }
 
 impl SpaceLayerMesh {
-    /// About `n` equal steps over the half width (m), and a fan at the side where the section lets it be: over half
-    /// the half width, and at most as far as the end's.
+    /// A mesh with about `n` equal steps over the half width (m) and, where the section allows it, a fan at
+    /// the side: over half the half width, but at most as wide as the fan at the end.
     pub fn new(section: LayerMesh, half_width: f64, n: usize) -> Self {
         let along = section.along[section.along.len() - 1];
         let possible = section.punch.is_none() && !section.radii.is_empty();
@@ -43,7 +43,7 @@ impl SpaceLayerMesh {
         self.section.elements_at_most().saturating_mul(across)
     }
 
-    /// Half the width in m.
+    /// Half the width of the layer in m.
     pub fn half_width(&self) -> f64 {
         self.across[self.across.len() - 1] + self.side_fan.unwrap_or(0.0)
     }
@@ -59,13 +59,14 @@ impl SpaceLayerMesh {
         let (inner, length) = (along[along.len() - 1], end_top[end_top.len() - 1]);
         let (inner_width, width) = (self.across[self.across.len() - 1], self.half_width());
         let body = Mesh::from_patches(&[Patch::tensor(along, up)]);
-        // The end's fan, by the distance from the end; at the side it is the same in units of the rim.
+        // The fan at the end, by the distance from the end. The fan at the side is the same, scaled to the
+        // width `rim`.
         let end = length - inner;
         let top = up[up.len() - 1];
         let mut outline: Vec<[f64; 2]> = up.iter().map(|&y| [end, y]).collect();
         outline.extend(end_top.iter().skip(1).map(|&x| [length - x, top]));
         let fan = Mesh::from_patches(&[Patch::fan([0.0, 0.0], &outline, radii)]);
-        // Outside the body lines run towards the vertical edge where end and side meet.
+        // In the fans, the lines spread so that both fans end at the vertical edge where end and side meet.
         let spread = |distance: f64| (end - distance) / end;
         Mesh::from_sweeps(&[
             Sweep { section: &body, along: &self.across, map: &|x| x },
@@ -91,7 +92,8 @@ impl SpaceLayerMesh {
 /// The condition at the side of the layer, at `x3 = half_width`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SideCondition {
-    /// Free of traction, and where the end is [`End::FreeOnSubstrate`], on a substrate that continues beyond the side as well.
+    /// Free of traction, and where the end is [`End::FreeOnSubstrate`], on a substrate that continues beyond
+    /// the side as well.
     Free,
     /// A plane of symmetry: with it on both sides, the layer is in plane strain.
     Symmetric,
@@ -112,8 +114,9 @@ impl LayerModel<Space> {
         Self::of_finite_width_with_inclusions(mesh, rubber, &[], indenter, end, side)
     }
 
-    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it. Each element belongs to the body that contains its
-    /// centre, so that the breakpoints of the mesh should include the faces of the bodies.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it. Each element belongs
+    /// to the body that contains its centre, so that the breakpoints of the mesh should include the faces of
+    /// the bodies.
     ///
     /// # Errors
     /// See [`ModelError`].
@@ -129,7 +132,8 @@ impl LayerModel<Space> {
         Self::of_quarter(mesh.mesh(), rubber, inclusions, indenter, end, side)
     }
 
-    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it, on a mesh of the quarter that is given.
+    /// A quarter of a layer of finite width at rest with bodies of other rubbers in it, on a mesh of the
+    /// quarter that is given.
     ///
     /// # Errors
     /// See [`ModelError`].

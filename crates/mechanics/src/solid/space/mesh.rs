@@ -1,8 +1,8 @@
 //! Meshes of 27-node hexahedra, made by sweeping plane meshes along the third direction.
 //!
-//! A [`Sweep`] carries a plane mesh, the *section*, along breakpoints, and puts the result into its place by a map.
-//! A fan of the section becomes a fan around an edge; its hexahedra are collapsed into wedges there. Sweeps that share
-//! points share nodes.
+//! A [`Sweep`] carries a plane mesh, the *section*, along breakpoints, and puts the result into its place by
+//! a map. A fan of the section becomes a fan around an edge; its hexahedra are collapsed into wedges there.
+//! Sweeps that share points share nodes.
 
 use crate::solid::dimension::Space;
 use crate::solid::mesh::{Mesh, Patch};
@@ -12,7 +12,7 @@ use crate::solid::nodes_by_place::NodesByPlace;
 pub struct Sweep<'a> {
     /// The mesh in the plane.
     pub section: &'a Mesh,
-    /// Where the third coordinate is cut, ascending, in m.
+    /// The breakpoints of the third coordinate, ascending, in m.
     pub along: &'a [f64],
     /// Takes a point of the straight sweep to its place. Lines of three nodes should stay straight and evenly
     /// spaced where sweeps meet, so that both sides agree.
@@ -57,9 +57,10 @@ impl Mesh<Space> {
         Self::from_sweeps(&[Sweep { section: &section, along: x3, map: &|x| x }])
     }
 
-    /// Determinant of the map's slopes at the centre, by the mean edges of each direction: only its sign counts.
+    /// The triple product of the mean edges of an element along its three directions, whose sign tells
+    /// whether the element is right-handed.
     fn signed_volume(&self, element: &[u32; 27]) -> f64 {
-        let mean = |axis: usize| -> [f64; 3] {
+        let mean_edge = |axis: usize| -> [f64; 3] {
             let stride = [1, 3, 9][axis];
             let mut sum = [0.0; 3];
             for n in (0..27).filter(|n| n / stride % 3 != 1) {
@@ -70,13 +71,14 @@ impl Mesh<Space> {
             }
             sum
         };
-        let (a, b, c) = (mean(0), mean(1), mean(2));
+        let (a, b, c) = (mean_edge(0), mean_edge(1), mean_edge(2));
         dot(cross(a, b), c)
     }
 }
 
 impl Sweep<'_> {
-    /// Nodes of the sweep in their places, plane after plane; middle planes between the breakpoints.
+    /// Nodes of the sweep in their places, plane after plane: one plane at each breakpoint, and one in the
+    /// middle between two breakpoints.
     fn points(&self) -> Vec<[f64; 3]> {
         (0..2 * self.along.len() - 1)
             .map(|k| 0.5 * (self.along[k / 2] + self.along[k.div_ceil(2)]))
@@ -85,10 +87,12 @@ impl Sweep<'_> {
     }
 }
 
+/// The cross product.
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The scalar product.
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

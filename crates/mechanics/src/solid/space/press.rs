@@ -35,18 +35,20 @@ pub struct SpaceLayer {
     pub side: SideCondition,
 }
 
+/// The limits in space. Tuned: `benches/layer_growth.py`.
 const LIMITS: Limits =
     Limits { meshes: 9, elements: 8000, finer: 2.3, for_places: 2, smallest_at_corner: 0.05 };
 
 impl Refinement {
-    /// Limits of adaptive refinement for a layer in space.
+    /// A refinement to this tolerance, on as many meshes as a layer in space may need.
     pub fn in_space(relative_tolerance: f64) -> Self {
         Self { relative_tolerance, meshes: LIMITS.meshes }
     }
 }
 
 impl SpaceLayer {
-    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness, for compressions up to `deepest`.
+    /// The mesh of a quarter of this layer with about `n` hexahedra over its thickness, for compressions up
+    /// to `deepest`.
     pub fn mesh(&self, n: usize, deepest: f64) -> SpaceLayerMesh {
         let first = self.first_mesh(deepest);
         let section = first.section(n);
@@ -76,7 +78,8 @@ impl SpaceLayer {
         }
     }
 
-    /// The elements of the meshes that may be solved on, coarse to fine: those of the first, and about those of the finer ones.
+    /// The sizes of the meshes that may be solved on, coarse to fine: that of the first mesh, and approximate
+    /// sizes of the finer ones.
     ///
     /// # Errors
     /// [`ModelError`] where there is no first mesh.
@@ -94,20 +97,22 @@ impl SpaceLayer {
         Ok(mesh)
     }
 
-    /// Inward reach of the fan at the side in m, if there is one: half the half width, and at most that of the fan at the end.
+    /// The distance over which the fan at the side extends inwards, in m, if there is one: half the half
+    /// width, but at most the thickness.
     fn side_fan(&self) -> Option<f64> {
         let straight =
             self.indenter.patch().is_some() || self.end == End::Far || self.side == SideCondition::Symmetric;
         (!straight).then(|| self.thickness.min(0.5 * self.half_width))
     }
 
-    /// How far inclusions may reach from the middle along `x1` and `x3`, in m; the hexahedra beyond belong to fans.
+    /// The largest distances from the middle along `x1` and `x3` to which inclusions may extend, in m; the
+    /// hexahedra beyond are shaped by the end and the side.
     pub fn room(&self) -> [f64; 2] {
         let end = end_reach(self.thickness, self.half_length, self.indenter.patch().unwrap_or(0.0));
         [self.half_length - end, self.half_width - self.side_fan().unwrap_or(0.0)]
     }
 
-    /// Presses the layer to each of `goals`, all of them compressions or all of them forces.
+    /// Presses the layer to each of `goals`, which are all compressions or all forces.
     ///
     /// Each mesh is the one before with the elements cut that have the largest errors. Where `places` are not
     /// known when the force is, up to two more meshes are used. No mesh that would take more than

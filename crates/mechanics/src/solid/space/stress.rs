@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::element::{NODES, POINTS};
 use crate::solid::dimension::{Element, Space};
 use crate::solid::model::{Equations, State};
-use crate::solid::shape_functions::on_a_line;
+use crate::solid::shape_functions::linear_fit_weights;
 
 pub use crate::solid::point_stress::SpaceStress;
 
@@ -17,14 +17,14 @@ impl Equations<Space> {
     /// If `state` is not one of this body.
     pub fn nodal_stress(&self, state: &State<Space>) -> Vec<SpaceStress> {
         let mesh = &self.body().mesh;
-        let each: Vec<[SpaceStress; NODES]> = (0..mesh.elements.len())
+        let of_elements: Vec<[SpaceStress; NODES]> = (0..mesh.elements.len())
             .into_par_iter()
             .with_min_len(16)
             .map(|e| self.element_stress(state, e))
             .collect();
         let mut nodal = vec![SpaceStress::default(); mesh.nodes.len()];
         let mut volume = vec![0.0; mesh.nodes.len()];
-        for (e, values) in each.iter().enumerate() {
+        for (e, values) in of_elements.iter().enumerate() {
             let weight = self.elements[e].volume();
             for (n, value) in mesh.elements[e].iter().zip(values) {
                 nodal[*n as usize].add(weight, value);
@@ -48,7 +48,7 @@ impl Equations<Space> {
             SpaceStress::new(rubber, &f, element.pressure_at(q, &state.pressure[e]))
         });
         std::array::from_fn(|n| {
-            let line = [n % 3, n / 3 % 3, n / 9].map(on_a_line);
+            let line = [n % 3, n / 3 % 3, n / 9].map(linear_fit_weights);
             let mut sum = SpaceStress::default();
             for (q, value) in at_points.iter().enumerate() {
                 sum.add(line[0][q % 3] * line[1][q / 3 % 3] * line[2][q / 9], value);

@@ -26,7 +26,8 @@ fn the_audited_force_table_is_met() {
 
 #[test]
 fn the_force_keeps_its_digits_at_any_compression() {
-    // Force over mu H w for L/H = 1, 4 and 1/8: mpmath, for the `f64` nearest to the compression written here.
+    // Force over mu H w for L/H = 1, 4 and 1/8: mpmath, for the `f64` nearest to the compression written
+    // here.
     for (compression, forces) in [
         (1e-12, [1.100_000_000_002_13e-11, 1.640_000_000_004_452e-10, 1.128_906_250_001_924_2e-12]),
         (1e-8, [1.100_000_021_300_000_4e-7, 1.640_000_044_520_000_9e-6, 1.128_906_269_242_187_9e-8]),

@@ -76,15 +76,17 @@ fn a_contact_too_long_for_its_shear_length_is_refused() {
     // The force starts as 3/2 + a^2/2 - b^2/6 with a = 1: the border is at b = sqrt(12).
     let settings =
         |b: f64| ClosedFormSettings { contact_half_length: b, contact_width: 1.0, shear_length: 1.0 };
-    // Just inside it the force is nearly none, and its curvature is large beside it. With n^2 = 3 U + 3 U^2 + ... in (45) and
-    // (50), and H = 1, the force goes as c0 n^2 + c1 n^4 and so as U (1 + k U), k = 1 + 3 c1 / c0.
+    // Just inside it the force is nearly none, and its curvature is large beside it. With n^2 = 3 U + 3 U^2 +
+    // ... in (45) and (50), and H = 1, the force goes as c0 n^2 + c1 n^4 and so as U (1 + k U), k = 1 + 3 c1
+    // / c0.
     let b = 3.46_f64;
     let c0 = 2.0 - b * b / 6.0;
     let c1 = 0.35 + 5.0 / 12.0 - 7.0 / 36.0 * b * b;
     let expected = |u: f64| u * (1.0 + (1.0 + 3.0 * c1 / c0) * u);
     let [one, ten] = [1e-9, 1e-8].map(|u| LayerState::new(1.0, PAPER, u, settings(b)).unwrap().force());
     let far_inside = LayerState::new(1.0, PAPER, 1e-9, settings(1.0)).unwrap().force();
-    // The parts of the force cancel but for c0, 1/420 of them: that is the rounding. The next power of U is below it.
+    // The parts of the force cancel but for c0, 1/420 of them: that is the rounding. The next power of U is
+    // below it.
     let found = ten / one - expected(1e-8) / expected(1e-9);
     assert!(
         found.abs() < 1e-11 && 0.0 < one && one < 0.02 * far_inside,

@@ -16,8 +16,8 @@ fn layer(rubber: MooneyRivlin, length: f64, compression: f64) -> LayerState {
     LayerState::new(1.0, rubber, compression, settings).unwrap()
 }
 
-/// The horizontal force in plane strain, over shear modulus and width, of the layer with free ends whose upper face is pressed down, held
-/// by its bond, and then shifted. `n` elements over the thickness.
+/// The horizontal force in plane strain, over shear modulus and width, of the layer with free ends whose
+/// upper face is pressed down, held by its bond, and then shifted. `n` elements over the thickness.
 fn by_finite_elements(length: f64, compression: f64, shift: f64, n: usize) -> f64 {
     let half = 0.5 * length;
     // Fine at the free ends, where the shear falls to zero.
@@ -72,7 +72,8 @@ fn the_force_stays_in_proportion_to_a_large_shift() {
 
 #[test]
 fn a_compressed_layer_is_sheared_as_its_energy_says() {
-    // The second variation of the energy of a state that is sheared by u(x2) and v(x2), by finite differences of the full invariants.
+    // The second variation of the energy of a state that is sheared by u(x2) and v(x2), by finite differences
+    // of the full invariants.
     let (length, compression) = (4.0, 0.3);
     for rubber in [RUBBER, MooneyRivlin { c10: 0.5, c01: 0.0 }, MooneyRivlin { c10: 0.01, c01: 0.4 }] {
         let state = layer(rubber, length, compression);
@@ -123,7 +124,8 @@ fn the_force_points_the_way_of_the_shift_and_is_exactly_zero_without_one() {
 
 #[test]
 fn simple_shear_is_up_to_eight_per_cent_too_stiff_where_both_faces_are_bonded_and_pressed_by_2_per_cent() {
-    // Pressure lowers the stiffness against shear of a layer with free ends; the closed form does not know of it.
+    // Pressure lowers the stiffness against shear of a layer with free ends; the closed form does not know of
+    // it.
     for (length, compression, most) in
         [(5.0, 0.01, 0.06), (5.0, 0.02, 0.08), (10.0, 0.02, 0.05), (20.0, 0.02, 0.04)]
     {

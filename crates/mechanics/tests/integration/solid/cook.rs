@@ -5,7 +5,8 @@ use elastocap_mechanics::solid::mesh::{Mesh, Patch, uniform};
 use elastocap_mechanics::solid::model::{Body, Equations};
 use elastocap_mechanics::solid::newton::NewtonSettings;
 
-/// `u_y` at the upper right corner and at the middle of the right edge, for a shear per unit length of the right edge.
+/// `u_y` at the upper right corner and at the middle of the right edge, for a shear per unit length of the
+/// right edge.
 fn cook(n: usize, rubber: Rubber, shear: f64) -> [f64; 2] {
     let unit = uniform(0.0, 1.0, n);
     let panel = Patch::tensor(&unit, &unit).mapped(|[s, t]| [48.0 * s, 44.0 * s + t * (44.0 - 28.0 * s)]);
@@ -35,9 +36,10 @@ fn the_incompressible_membrane_moves_as_an_independent_code_says() {
 
 #[test]
 fn the_compressible_membrane_moves_as_an_independent_code_says() {
-    // mu = 422.5 kPa, nu = 0.3, 1 N on 16 mm x 1 mm; lengths in mm, stresses in MPa. The value belongs to the energy
-    // mu/2 (J^(-2/3) I1 - 3) + kappa/4 (J^2 - 1 - 2 ln J): others with the same moduli give 14.73 (kappa/2 (J - 1)^2) and
-    // 14.52 (mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2), so that the volume's law has to be the same.
+    // mu = 422.5 kPa, nu = 0.3, 1 N on 16 mm x 1 mm; lengths in mm, stresses in MPa. The value belongs to the
+    // energy mu/2 (J^(-2/3) I1 - 3) + kappa/4 (J^2 - 1 - 2 ln J): others with the same moduli give 14.73
+    // (kappa/2 (J - 1)^2) and 14.52 (mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2), so that the volume's law
+    // has to be the same.
     let (mu, nu) = (0.4225, 0.3);
     let kappa = 2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
     let solve = |volume| {

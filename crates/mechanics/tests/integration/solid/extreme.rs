@@ -12,7 +12,8 @@ use elastocap_mechanics::{ClosedFormSettings, LayerState, MooneyRivlin};
 
 use super::patch::{Block, closed_form};
 
-/// A layer of thickness `size` (m) and shear modulus `modulus` (Pa) that ends on the substrate after four thicknesses.
+/// A layer of thickness `size` (m) and shear modulus `modulus` (Pa) that ends on the substrate after four
+/// thicknesses.
 fn layer(size: f64, modulus: f64) -> PlaneLayer {
     PlaneLayer {
         thickness: size,

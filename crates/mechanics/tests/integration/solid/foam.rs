@@ -19,7 +19,8 @@ fn foam(terms: &[HyperfoamTerm]) -> Rubber {
     Rubber::of_law(HyperelasticLaw::Hyperfoam { terms: terms.to_vec() }, None)
 }
 
-/// Force per width on the layer at each compression with the error that is stated for it, pressed over its whole top without friction.
+/// Force per width on the layer at each compression with the error that is stated for it, pressed over its
+/// whole top without friction.
 fn layer(terms: &[HyperfoamTerm], half_length: f64, compressions: &[f64]) -> Vec<[f64; 2]> {
     let problem = PlaneLayer {
         thickness: 1.0,

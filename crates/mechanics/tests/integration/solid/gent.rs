@@ -103,7 +103,8 @@ fn a_layer_that_would_have_to_be_extended_beyond_the_limit_stops_and_says_why() 
     };
     println!("{compression} {stopped}");
     assert_eq!(stopped.reason, StopReason::ExtensionLimit);
-    // The load is followed to the limit, and then the gap to the substrate has to be closed a little before it.
+    // The load is followed to the limit, and then the gap to the substrate has to be closed a little before
+    // it.
     assert!((compression - stopped.reached * 0.2).abs() < 1e-12, "{compression} {stopped}");
     assert!((0.05..0.07).contains(&compression), "{compression} {stopped}");
     assert!(stopped.to_string().contains("beyond the limit of its law"), "{stopped}");

@@ -1,4 +1,5 @@
-//! Punches with rounded corners off the middle of the layer: against punches on the middle, mirror images, and one mesh for all loads.
+//! Punches with rounded corners off the middle of the layer: against punches on the middle, mirror images,
+//! and one mesh for all loads.
 
 use std::sync::atomic::AtomicBool;
 
@@ -72,9 +73,9 @@ fn a_mirrored_layer_has_the_mirrored_deformation() {
 
 #[test]
 fn near_an_end_the_force_is_that_of_following_the_load_on_a_mesh_that_is_fine_all_along() {
-    // The right corner is 1.2 thicknesses from the end, the left one 5.2. The load was followed once in steps of a twentieth of the radius, on a
-    // mesh with three sides over the radius wherever the surface passes a corner, and few elements at the ends of the layer: that was too
-    // stiff, by some thousandths.
+    // The right corner is 1.2 thicknesses from the end, the left one 5.2. The load was followed once in steps
+    // of a twentieth of the radius, on a mesh with three sides over the radius wherever the surface passes a
+    // corner, and few elements at the ends of the layer: that was too stiff, by some thousandths.
     const FOLLOWED: f64 = 3.37325;
     let refinement = Refinement::to(3e-3);
     let goals = [Goal::Compression(0.2)];

@@ -1,5 +1,5 @@
-//! The closed form of the paper as a patch test: its tractions on `x1 = H`, its displacements nowhere but on the top,
-//! the bottom and the axis.
+//! The closed form of the paper as a patch test: its tractions on `x1 = H`, its displacements nowhere but on
+//! the top, the bottom and the axis.
 
 use elastocap_mechanics::materials::{HyperelasticLaw, Rubber, Volume};
 use elastocap_mechanics::solid::mesh::Mesh;
@@ -90,8 +90,8 @@ pub(crate) fn closed_form(compression: f64) -> LayerStress {
     LayerStress::new(map, MooneyRivlin { c10: C10, c01: C01 }, 1.0).unwrap()
 }
 
-/// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a displacement
-/// over `H`, at each compression.
+/// Force over `mu H` that the finite elements find, that of the closed form, and the largest error of a
+/// displacement over `H`, at each compression.
 fn solve(n: usize, volume_barrier: f64, compressions: &[f64]) -> Vec<(f64, f64, f64)> {
     let mut block = Block::new(n, volume_barrier);
     let mu = block.equations.body().rubbers[0].shear_modulus();
@@ -142,8 +142,9 @@ fn the_orders_of_convergence_are_those_of_the_element() {
             errors[k]
         );
     }
-    // In the energy norm the error is of second order, and that of the force would be its square if the corner between
-    // bonded bottom and tractions were not there: the problem dual to the force is singular in it.
+    // In the energy norm the error is of second order, and that of the force would be its square if the
+    // corner between bonded bottom and tractions were not there: the problem dual to the force is singular in
+    // it.
     assert!((1..errors.len()).all(|k| order(k, |e| e.0) > 3.5), "{errors:?}");
     assert!((2..errors.len()).all(|k| order(k, |e| e.1) > 2.5), "{errors:?}");
 }

@@ -1,4 +1,5 @@
-//! Punches with rounded corners in the plane, around which the surface slides: how far they go, and what is stated of the error.
+//! Punches with rounded corners in the plane, around which the surface slides: how far they go, and what is
+//! stated of the error.
 
 use std::sync::atomic::AtomicBool;
 
@@ -82,6 +83,7 @@ fn near_a_free_end_the_force_is_that_of_another_code() {
     let found = pressed(&layer, &[Goal::Compression(0.1)], 2e-3);
     let pressed = found.goals[0].as_ref().unwrap();
     println!("{:?} +- {:?}", pressed.refinement, pressed.error);
-    // 2.6021 by NGSolve: triangles of degree 3, contact by a penalty, 2.614 on a mesh that is twice as coarse at the corner.
+    // 2.6021 by NGSolve: triangles of degree 3, contact by a penalty, 2.614 on a mesh that is twice as coarse
+    // at the corner.
     assert!(pressed.converged && (pressed.step.force - 2.6021).abs() < pressed.error.unwrap() + 3e-3);
 }

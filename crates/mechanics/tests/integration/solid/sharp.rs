@@ -42,9 +42,10 @@ fn sharp() -> Indenter {
     sharp_punch(HALF_WIDTH, 1.0)
 }
 
-/// Force over displacement of a smooth flat punch of this half width on an incompressible layer, bonded below and endless, by linear elasticity:
-/// the pressure p solves `int p(k) G(k) cos(k x) dk = pi U` for `|x| < a`, `G = (sinh 2k - 2k) / (2 k (cosh 2k + 1 + 2 k^2))`, with
-/// `a = 10/9`, `H = mu = 1`. Galerkin's method with `T_2n(x/a) / sqrt(1 - (x/a)^2)` has 29.080355025 with 4 functions and this with 6, 8 and 12.
+/// Force over displacement of a smooth flat punch of this half width on an incompressible layer, bonded below
+/// and endless, by linear elasticity: the pressure p solves `int p(k) G(k) cos(k x) dk = pi U` for `|x| < a`,
+/// `G = (sinh 2k - 2k) / (2 k (cosh 2k + 1 + 2 k^2))`, with `a = 10/9`, `H = mu = 1`. Galerkin's method with
+/// `T_2n(x/a) / sqrt(1 - (x/a)^2)` has 29.080355025 with 4 functions and this with 6, 8 and 12.
 const LINEAR: f64 = 29.0803554;
 
 #[test]

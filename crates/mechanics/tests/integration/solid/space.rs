@@ -24,7 +24,8 @@ fn crooked_cube() -> Mesh<Space> {
     mesh
 }
 
-/// A unit cube with hexahedra of many sizes, whose nodes hang on sides, edges and on nodes that hang themselves.
+/// A unit cube with hexahedra of many sizes, whose nodes hang on sides, edges and on nodes that hang
+/// themselves.
 fn cut_cube() -> Mesh<Space> {
     let cuts = uniform(0.0, 1.0, 2);
     let mut cube = Refinable::<Space>::new(Mesh::tensor(&cuts, &cuts, &[0.0, 0.3, 1.0]));
@@ -40,7 +41,8 @@ fn cut_cube() -> Mesh<Space> {
 
 #[test]
 fn a_linear_displacement_of_the_boundary_goes_on_inside() {
-    // Sheared in three ways, with det F = 1 on the whole way there; where the volume can change, stretched too.
+    // Sheared in three ways, with det F = 1 on the whole way there; where the volume can change, stretched
+    // too.
     let shear = [[1.0, 0.3, 0.1], [0.0, 1.0, -0.2], [0.0, 0.0, 1.0]];
     let stretch = [[1.25, 0.3, 0.1], [0.2, 0.7, -0.2], [0.0, 0.1, 1.1]];
     let states = [(Volume::Incompressible, shear), (Volume::BulkModulus(50.0), stretch)];
@@ -123,8 +125,8 @@ fn a_cube_pressed_between_smooth_plates_follows_the_closed_form_of_every_law() {
     }
 }
 
-/// Force of a layer in plane strain over that of the same section in space, per width, and the largest difference of a
-/// displacement over the thickness.
+/// Force of a layer in plane strain over that of the same section in space, per width, and the largest
+/// difference of a displacement over the thickness.
 fn plane_against_space(
     section: LayerMesh,
     indenter: Indenter,
@@ -200,8 +202,9 @@ fn so_is_a_layer_under_a_rounded_punch() {
 
 #[test]
 fn a_sphere_meets_the_formula_for_thin_layers() {
-    // F = 16/3 mu R^(1/2) d^(3/2) (1 + 1.133 c + 1.283 c^2 + 0.769 c^3 + 0.0975 c^4) with c = (R d)^(1/2) / H, for an
-    // incompressible layer bonded below (Dimitriadis and others, 2002): linear elastic, without end.
+    // F = 16/3 mu R^(1/2) d^(3/2) (1 + 1.133 c + 1.283 c^2 + 0.769 c^3 + 0.0975 c^4) with c = (R d)^(1/2) /
+    // H, for an incompressible layer bonded below (Dimitriadis and others, 2002): linear elastic, without
+    // end.
     let (radius, depth) = (1.0, 0.02);
     let c = f64::sqrt(radius * depth);
     let formula = 16.0 / 3.0

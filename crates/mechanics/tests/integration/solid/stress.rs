@@ -9,8 +9,8 @@ use elastocap_mechanics::solid::stress::PointStress;
 
 use super::patch::Block;
 
-/// The largest difference of a Cauchy stress from the closed form's over its shear modulus, of `J` from 1, and of a nominal
-/// stress, which takes part of both.
+/// The largest difference of a Cauchy stress from the closed form's over its shear modulus, of `J` from 1,
+/// and of a nominal stress, which takes part of both.
 fn error(found: &PointStress, x: [f64; 2], exact: &LayerStress, mu: f64) -> [f64; 3] {
     let (sigma, t) = (exact.cauchy([x[0], x[1], 0.0]), exact.nominal([x[0], x[1], 0.0]));
     let cauchy = [
@@ -26,7 +26,8 @@ fn error(found: &PointStress, x: [f64; 2], exact: &LayerStress, mu: f64) -> [f64
     [worst(&cauchy), (found.j - 1.0).abs(), worst(&nominal)]
 }
 
-/// Largest errors inside the elements and at the nodes, away from the corners at `x1 = H`, of which one is singular.
+/// Largest errors inside the elements and at the nodes, away from the corners at `x1 = H`, of which one is
+/// singular.
 fn errors(n: usize, compression: f64) -> ([f64; 3], [f64; 3]) {
     let mut block = Block::new(n, Rubber::USUAL_BARRIER);
     let exact = block.press(compression);
@@ -114,7 +115,8 @@ fn a_profile_is_in_balance_with_the_reactions_of_the_bonded_edge() {
     .unwrap();
     let step = model.press(0.05, &NewtonSettings::default()).unwrap();
     let fields = model.equations().fields(model.state());
-    // Up to x1 = 2, far from the singular end. The bottom does not move: reference and deformed lengths are the same.
+    // Up to x1 = 2, far from the singular end. The bottom does not move: reference and deformed lengths are
+    // the same.
     let bottom = fields.on_boundary(|x| x[1] == 0.0 && x[0] < 2.0 + 1e-9);
     assert_eq!(bottom.len(), 65);
     let shear: f64 = bottom
@@ -127,8 +129,8 @@ fn a_profile_is_in_balance_with_the_reactions_of_the_bonded_edge() {
     let reaction = 0.5 * (up_to(2.0 - 1e-9) + up_to(2.0 + 1e-9));
     println!("shear {shear:.6}, reaction {reaction:.6}");
     assert!((shear / reaction - 1.0).abs() < 1e-3);
-    // Two independent codes: -1.4219 +- 0.0005. The force of this mesh is 0.3 % above theirs, because its end is a little
-    // too stiff, and the pressure with it.
+    // Two independent codes: -1.4219 +- 0.0005. The force of this mesh is 0.3 % above theirs, because its end
+    // is a little too stiff, and the pressure with it.
     let axis = fields.at([0.0, 0.0]).unwrap();
     println!("force {:.4}, {axis:?}", step.force);
     assert!(axis.stress.s11 < -1.4214 && axis.stress.s11 > -1.4219 * 1.003, "{axis:?}");

@@ -1,7 +1,8 @@
 //! A small conforming finite-element solver of orders 1 to 3 for the potentials from which the tests compute
 //! fluxes.
 //!
-//! It shares no code with [`crate::tets::potentials`], so that the two can be compared, and factorises its matrix directly.
+//! It shares no code with [`crate::tets::potentials`], so that the two can be compared, and factorises its
+//! matrix directly.
 
 use super::super::reference::{EDGES, tetrahedron_rule, triangle_rule};
 use elastocap_geometry::meshing::tets::{FaceRole, TetMesh};
@@ -18,7 +19,8 @@ pub(super) struct Primal {
     pub(super) gradients: Vec<Vec<[f64; 3]>>,
 }
 
-/// All functions of an order on a simplex with this many corners: how often each corner counts, `order` in total.
+/// All functions of an order on a simplex with this many corners: how often each corner counts, `order` in
+/// total.
 fn multiples(order: usize, corners: usize) -> Vec<Vec<usize>> {
     if corners == 1 {
         return vec![vec![order]];
@@ -136,8 +138,8 @@ fn inside(mesh: &TetMesh, permittivity: &[f64], order: usize, numbers: &mut Numb
     triplets
 }
 
-/// The energy of open space beyond one face, where u(c + t x) = g(x) / t: the gradient w of u at t = 1 has w . x = -g and falls off
-/// with t^-2.
+/// The energy of open space beyond one face, where u(c + t x) = g(x) / t: the gradient w of u at t = 1 has w
+/// . x = -g and falls off with t^-2.
 fn beyond(mesh: &TetMesh, face: [u32; 3], eps: f64, order: usize, dofs: &[usize]) -> Triplets {
     let flat = multiples(order, 3);
     let at = face.map(|p| mesh.points[p as usize]);

@@ -1,11 +1,13 @@
-//! Pairs of triangles between two marked edges that face each other, as there are in traces and in the gaps between them. They are
-//! divided as one quadrilateral, into less than half as many parts as two triangles that are each graded towards one edge alone.
+//! Pairs of triangles between two marked edges that face each other, as there are in traces and in the gaps
+//! between them. They are divided as one quadrilateral, into less than half as many parts as two triangles
+//! that are each graded towards one edge alone.
 
 use super::coarse::Coarse;
 use super::key;
 use std::collections::{HashMap, HashSet};
 
-/// Quadrilaterals whose angles have a larger cosine are left as triangles: strips in them would have parts that are too flat.
+/// Quadrilaterals whose angles have a larger cosine are left as triangles: strips in them would have parts
+/// that are too flat. Tuned: `benches/outlines.py`.
 const MAX_COSINE: f64 = 0.8;
 
 /// Two triangles of a coarse mesh that are divided together.
@@ -13,14 +15,16 @@ const MAX_COSINE: f64 = 0.8;
 pub struct Band {
     /// The two triangles.
     pub triangles: [u32; 2],
-    /// Corners of the quadrilateral that they fill, in their order around it. The sides between the first two and between the last two
-    /// are marked edges, the other two are not.
+    /// The corners of the quadrilateral that the two fill, in their order around it. The sides between the
+    /// first two and between the last two are marked edges, the other two are not.
     pub corners: [u32; 4],
 }
 
-/// Pairs of triangles without a corner that is graded towards and without a curve, each between two of the marked `edges`, where
-/// `alike` holds for both, by their numbers, and no chain runs between or across them: no outline has to lie between them. No triangle is in two pairs; of several choices the one with
-/// the best angles is taken.
+/// Pairs of neighbouring triangles, each pair between two of the marked `edges`, that can be divided
+/// together. Their triangles have no marked corner (`is_corner`) and no curved side. The side between the two
+/// is not marked. No chain runs along it or along the two outer sides that are not marked, and `alike` holds
+/// for the numbers of the two triangles. No triangle is in two pairs; of several choices the one with the
+/// best angles is taken.
 pub fn bands(
     coarse: &Coarse,
     edges: &HashSet<[u32; 2]>,
@@ -39,9 +43,9 @@ pub fn bands(
             beside.entry(side).or_default().push(t);
         });
     }
-    let mut found: Vec<(f64, Band)> = Vec::new();
-    for (side, of) in &beside {
-        let [one, other] = of[..] else { continue };
+    let mut candidates: Vec<(f64, Band)> = Vec::new();
+    for (side, triangles) in &beside {
+        let [one, other] = triangles[..] else { continue };
         if chains.contains_key(side) || !alike(one, other) {
             continue;
         }
@@ -55,15 +59,15 @@ pub fn bands(
                 [key(b, c), key(d, a)].iter().all(|side| !edges.contains(side) && !chains.contains_key(side));
             let cosine = largest_cosine(corners.map(|p| mesh.points[p as usize]));
             if marked && crossing && cosine <= MAX_COSINE {
-                found.push((cosine, Band { triangles: [one as u32, other as u32], corners }));
+                candidates.push((cosine, Band { triangles: [one as u32, other as u32], corners }));
             }
         }
     }
-    // In an order that does not depend on that of a hash map.
-    found.sort_by(|(x, one), (y, other)| x.total_cmp(y).then(one.triangles.cmp(&other.triangles)));
+    // The order must not depend on that of the hash map.
+    candidates.sort_by(|(x, one), (y, other)| x.total_cmp(y).then(one.triangles.cmp(&other.triangles)));
     let mut taken = vec![false; mesh.triangles.len()];
     let mut out = Vec::new();
-    for (_, band) in found {
+    for (_, band) in candidates {
         let triangles = band.triangles.map(|t| t as usize);
         if triangles.iter().all(|t| !taken[*t]) {
             triangles.iter().for_each(|t| taken[*t] = true);
@@ -73,11 +77,13 @@ pub fn bands(
     out
 }
 
+/// The sides of a triangle.
 fn sides([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
     [key(*a, *b), key(*b, *c), key(*c, *a)]
 }
 
-/// The largest cosine, without its sign, of the angles of a convex quadrilateral; infinite if it is not convex.
+/// The largest cosine, without its sign, of the angles of a convex quadrilateral; infinite if it is not
+/// convex.
 fn largest_cosine(corners: [[f64; 2]; 4]) -> f64 {
     let angles = [0, 1, 2, 3].map(|k| {
         let [before, at, after] = [3, 0, 1].map(|step| corners[(k + step) % 4]);

@@ -3,10 +3,12 @@
 use super::circle::Circle;
 use std::f64::consts::TAU;
 
-/// Points on a circle or a side that are closer together than this, relative to its size, are one.
+/// Points on a circle or a side that are closer together than this, relative to its size, are one. Not tuned:
+/// it only has to lie above rounding errors and below distances that matter.
 pub(super) const SAME: f64 = 1e-9;
 
-/// Circles that come closer than this to touching, relative to their size, are not divided.
+/// Circles that come closer than this to touching, relative to their size, are not divided. Not tuned: it
+/// only has to lie above rounding errors and below distances that matter.
 pub(super) const TOUCH: f64 = 1e-6;
 
 /// The ends of a straight line.
@@ -15,17 +17,20 @@ pub(super) type Segment = [[f64; 2]; 2];
 /// A part of a circle, anticlockwise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Span {
-    /// From 0 to a whole turn.
+    /// The angle at which it begins, from 0 to a whole turn.
     begin: f64,
+    /// The angle by which it turns, positive.
     turn: f64,
     /// Where it begins and ends, unless it is the whole circle.
     ends: Option<[[f64; 2]; 2]>,
 }
 
-/// Angles beyond the ends of an arc that count as part of it.
+/// Angles beyond the ends of an arc that count as part of it. Not tuned: it only has to lie above rounding
+/// errors and below distances that matter.
 const BEYOND: f64 = 1e-6;
 
 impl Span {
+    /// A whole circle.
     pub(super) const WHOLE: Self = Self { begin: 0.0, turn: TAU, ends: None };
 
     /// The arc of a circle from a point to another that turns by an angle, positive anticlockwise.
@@ -34,25 +39,30 @@ impl Span {
         Self { begin: circle.angle(begin).rem_euclid(TAU), turn: turn.abs(), ends: Some([begin, end]) }
     }
 
-    fn holds(&self, angle: f64) -> bool {
+    /// Whether the part contains the point at an angle.
+    fn contains(&self, angle: f64) -> bool {
         let along = (angle - self.begin).rem_euclid(TAU);
         along <= self.turn + BEYOND || along >= TAU - BEYOND
     }
 }
 
-/// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn, ascending.
+/// A circle and the points on it between which it is divided, by their angles from 0 to a whole turn,
+/// ascending.
 #[derive(Debug)]
 pub(super) struct DividedCircle {
+    /// The circle.
     pub circle: Circle,
+    /// The angle and the position of each point.
     pub points: Vec<(f64, [f64; 2])>,
-    /// The sum of the angles of the arcs in the frame.
+    /// The sum of the angles of those arcs in the frame that outlines follow.
     pub within: f64,
-    /// The parts of it that outlines follow.
+    /// The parts of the circle that outlines follow.
     spans: Vec<Span>,
 }
 
 impl DividedCircle {
-    /// Where the circle is met at about this angle: a point that it is already known to be met at, if there is one so near.
+    /// The point at which something meets the circle at about this angle: a known point of the circle, if
+    /// there is one so near, otherwise a new one.
     pub(super) fn meet(&mut self, angle: f64) -> [f64; 2] {
         match self.points.iter().find(|(other, _)| apart(angle, *other) < SAME) {
             Some((_, place)) => *place,
@@ -64,7 +74,7 @@ impl DividedCircle {
         }
     }
 
-    /// Follows a part of it.
+    /// Notes that an outline follows a part of the circle.
     fn follow(&mut self, span: Span) {
         for place in span.ends.into_iter().flatten() {
             let angle = self.circle.angle(place).rem_euclid(TAU);
@@ -75,47 +85,49 @@ impl DividedCircle {
         self.spans.push(span);
     }
 
-    /// Adds the usual points, so many on a whole circle, but for those next to a known one, and sorts all of them.
-    pub(super) fn add_usual(&mut self, arcs: usize) {
+    /// Adds evenly spaced points where outlines follow the circle, `arcs` of them on a whole circle, except
+    /// for those next to a known point; then sorts all points.
+    pub(super) fn add_spaced_points(&mut self, arcs: usize) {
         let step = TAU / arcs as f64;
-        let usual = (0..arcs).map(|k| k as f64 * step);
+        let spaced = (0..arcs).map(|k| k as f64 * step);
         let is_far = |a: &f64| self.points.iter().all(|(met, _)| apart(*a, *met) > 0.25 * step);
         let is_wanted = |a: &f64| is_far(a) && self.is_followed(*a);
-        let mut usual: Vec<f64> = usual.filter(is_wanted).collect();
-        // A point between its ends distinguishes an arc from its chord.
+        let mut added: Vec<f64> = spaced.filter(is_wanted).collect();
+        // Every arc needs a point between its ends, which distinguishes it from its chord.
         for span in self.spans.iter().filter(|span| span.ends.is_some()) {
             let is_inside = |a: f64| {
                 let along = (a - span.begin).rem_euclid(TAU);
                 along > SAME && along < span.turn - SAME
             };
-            let known = self.points.iter().map(|(a, _)| *a).chain(usual.iter().copied());
+            let known = self.points.iter().map(|(a, _)| *a).chain(added.iter().copied());
             if !known.into_iter().any(is_inside) {
-                usual.push((span.begin + 0.5 * span.turn).rem_euclid(TAU));
+                added.push((span.begin + 0.5 * span.turn).rem_euclid(TAU));
             }
         }
-        self.points.extend(usual.into_iter().map(|a| (a, self.circle.at(a))));
+        self.points.extend(added.into_iter().map(|a| (a, self.circle.at(a))));
         self.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
 
-    /// Whether an outline follows it at an angle.
+    /// Whether an outline follows the circle at an angle.
     pub(super) fn is_followed(&self, angle: f64) -> bool {
-        self.spans.iter().any(|span| span.holds(angle))
+        self.spans.iter().any(|span| span.contains(angle))
     }
 
-    /// Whether an outline follows it from an angle anticlockwise to another, between which it has no points.
+    /// Whether an outline follows the circle from one angle anticlockwise to another, between which the
+    /// circle has no points.
     pub(super) fn is_followed_between(&self, from: f64, to: f64) -> bool {
         let turn = (to - from).rem_euclid(TAU);
         self.is_followed(from + 0.5 * turn)
     }
 
-    /// An end of an arc at about this place.
+    /// An end of a part that an outline follows, within a distance from a place; `None` if there is none.
     pub(super) fn end_near(&self, place: [f64; 2], distance: f64) -> Option<[f64; 2]> {
         let ends = self.spans.iter().filter_map(|span| span.ends).flatten();
         ends.into_iter().find(|end| (end[0] - place[0]).hypot(end[1] - place[1]) <= distance)
     }
 }
 
-/// Where two circles cross, and whether they touch there, or nearly so.
+/// The points at which two circles cross, and whether they only touch, or nearly so.
 fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
     let along = [0, 1].map(|k| other.center[k] - one.center[k]);
     let distance = along[0].hypot(along[1]);
@@ -124,10 +136,10 @@ fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
         return (Vec::new(), false);
     }
     if distance > sum * (1.0 - TOUCH) || distance < difference + sum * TOUCH {
-        // The smaller of two, one in the other, is touched on the side away from the larger one's middle.
-        let outside =
-            if distance > difference + sum * TOUCH || one.radius > other.radius { 1.0 } else { -1.0 };
-        let touching = [0, 1].map(|k| one.center[k] + outside * one.radius * along[k] / distance);
+        // Of two circles, one in the other, the smaller one is touched on the side away from the middle of
+        // the larger one.
+        let sign = if distance > difference + sum * TOUCH || one.radius > other.radius { 1.0 } else { -1.0 };
+        let touching = [0, 1].map(|k| one.center[k] + sign * one.radius * along[k] / distance);
         return (vec![touching], true);
     }
     let to_chord = 0.5 * (distance + (one.radius - other.radius) * sum / distance);
@@ -139,11 +151,12 @@ fn crossings_of(one: &Circle, other: &Circle) -> (Vec<[f64; 2]>, bool) {
     (vec![place(1.0), place(-1.0)], false)
 }
 
-/// Distance from the end of an arc, over its radius, within which a straight side that goes on from there does not cross it again.
+/// Distance from the end of an arc, over its radius, within which a straight side that goes on from there
+/// does not cross it again. It is not tuned.
 pub(super) const NEARBY: f64 = 1e-4;
 
-/// The circles of which some parts are followed, with the points where these cross. `None` if they touch, other than where one goes over
-/// into the other.
+/// The circles of which outlines follow parts, with the points where these parts cross. `None` if parts
+/// touch, other than where an outline passes from one circle to the other.
 pub(super) fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCircle>> {
     let mut circles: Vec<DividedCircle> = Vec::new();
     for (circle, span) in followed {
@@ -153,11 +166,11 @@ pub(super) fn circles_of(followed: Vec<(Circle, Span)>) -> Option<Vec<DividedCir
             most <= 1e-2 * SAME * circle.radius
         };
         let known = circles.iter().position(|known| is_same(&known.circle));
-        let at = known.unwrap_or(circles.len());
+        let index = known.unwrap_or(circles.len());
         if known.is_none() {
             circles.push(DividedCircle { circle, points: Vec::new(), within: 0.0, spans: Vec::new() });
         }
-        circles[at].follow(span);
+        circles[index].follow(span);
     }
     for k in 1..circles.len() {
         let (before, rest) = circles.split_at_mut(k);

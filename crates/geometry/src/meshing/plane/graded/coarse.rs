@@ -11,33 +11,40 @@ use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementPara
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the outlines stay. With 20
-/// degrees the error of one scene was at times five times that of another which differed by a few per cent; with 30 meshes are
-/// larger by a quarter and the errors are the same.
+/// Triangles of the coarse triangulation with an angle below this, in degrees, are refined; angles of the
+/// outlines stay. With 20 degrees the error of one scene was at times five times that of another which
+/// differed by a few per cent; with 30 meshes are larger by a quarter and the errors are the same. Tuned:
+/// `benches/outlines.py`, and `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const MIN_ANGLE: f64 = 26.0;
 
-/// The angle, in degrees, below which triangles are refined where the outlines have more than [`MANY_SIDES`] sides: these divide the
-/// plane finely enough, and 26 degrees would take half as many triangles again for the same error.
+/// The angle, in degrees, below which triangles are refined where the outlines have more than [`MANY_SIDES`]
+/// sides: these divide the plane finely enough, and 26 degrees would take half as many triangles again for
+/// the same error. Tuned: `benches/outlines.py`, and
+/// `cargo run --release -p elastocap-electrostatics --example extruded_tables`.
 const MIN_ANGLE_OF_MANY: f64 = 20.0;
+/// The largest number of sides of outlines that calls for [`MIN_ANGLE`]. Tuned with [`MIN_ANGLE_OF_MANY`].
 const MANY_SIDES: usize = 25;
 
-/// Triangles smaller than the square of this share of the frame are not refined.
+/// Triangles smaller than the square of this share of the frame are not refined. Not tuned: a limit that
+/// ordinary cases do not reach.
 const LEAST_AREA: f64 = 1e-7;
 
-/// Limit on the number of points that refinement adds.
+/// Limit on the number of points that refinement adds. Not tuned: a limit that ordinary cases do not reach.
 const MAX_POINTS: usize = 100_000;
 
-/// Triangles at curves are at least this even: more than those that have exact integrals, since parts of them are looked at elsewhere.
+/// The least evenness of triangles at curves. It is larger than that which exact integrals need
+/// ([`LEAST_EVENNESS`]), since other code works on parts of these triangles. It is not tuned.
 const EVENNESS: f64 = 1.5 * LEAST_EVENNESS;
 
-/// Arcs that a whole circle is divided into, if nothing crosses it, and as fine parts of other curves: the first number with which no
-/// triangle at a chord turns over, or is stretched too unevenly, when that becomes an arc.
+/// Numbers of arcs into which a whole circle is divided if nothing crosses it; other curves are divided as
+/// finely. They are tried in this order until no triangle at a chord turns over, or is stretched too
+/// unevenly, when the chord becomes an arc. Tuned: `benches/outlines.py discs`.
 const ARCS: [usize; 4] = [16, 32, 64, 128];
 
 /// A mesh of the plane: points, and triangles by the numbers of their corners.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Triangles {
-    /// In the unit of the outlines.
+    /// Positions, in the unit of the outlines.
     pub points: Vec<[f64; 2]>,
     /// Corners of each triangle, either way round.
     pub triangles: Vec<[u32; 3]>,
@@ -72,7 +79,8 @@ impl RoundSide {
         }
     }
 
-    /// Its directions, of length one, at both ends, the one with the lower number first, each towards the other end.
+    /// The unit vectors along the curve at both of its ends, each towards the other end. The end with the
+    /// lower number comes first, as in `[p, q]`.
     pub fn directions(&self, [p, q]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         match self {
             Self::Circle(circle) => {
@@ -83,7 +91,8 @@ impl RoundSide {
         }
     }
 
-    /// A point about in the middle, and the two parts, each from its end, the one with the lower number first, to there.
+    /// A point near the middle of the curve from `p` to `q`, and the two parts of the curve. Each part leads
+    /// from its end to that point; that at the end with the lower number, `p`, comes first.
     pub(super) fn halved(&self, [p, q]: [[f64; 2]; 2]) -> ([f64; 2], [Self; 2]) {
         match self {
             Self::Circle(circle) => (circle.between(p, q), [*self; 2]),
@@ -94,13 +103,15 @@ impl RoundSide {
     }
 }
 
-/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least angle of 26 degrees
-/// allows (20 where there are many sides), so that every outline inside consists of sides of triangles. `None` if that takes too
-/// many, if a number is not finite, if curves touch, if circles cross the frame off their axes, or if cubics cross other curves.
+/// Triangulates the rectangle between the lower and the upper corner `frame` with as few triangles as a least
+/// angle of 26 degrees allows (20 where there are many sides), so that every outline inside consists of sides
+/// of triangles. `None` if that takes too many, if a number is not finite, if curves touch, if circles cross
+/// the frame off their axes, or if cubics cross other curves.
 pub fn coarse(outlines: &[Outline], frame: [[f64; 2]; 2]) -> Option<Coarse> {
     ARCS.into_iter().find_map(|arcs| coarse_with(outlines, frame, arcs))
 }
 
+/// As [`coarse()`], with a whole circle divided into this number of arcs.
 fn coarse_with(outlines: &[Outline], frame: [[f64; 2]; 2], arcs: usize) -> Option<Coarse> {
     let [low, high] = frame;
     let whole = Outline::polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]]);
@@ -173,8 +184,9 @@ impl Coarse {
         }
     }
 
-    /// Moves points on chords onto their curves, and notes which sides stand for these. `None` if a triangle turns over or is stretched
-    /// too unevenly, or if chords of different curves cross where the curves do not.
+    /// Moves points on chords onto the curves, and notes which sides stand for curves. `None` if a triangle
+    /// turns over or is stretched too unevenly, or if chords of different curves cross where the curves do
+    /// not.
     fn bend(
         &mut self,
         circles: &[DividedCircle],
@@ -190,8 +202,8 @@ impl Coarse {
         (!is_turned && self.mesh.triangles.iter().all(|t| self.is_even(t))).then_some(())
     }
 
-    /// Whether a triangle is not stretched too unevenly where its sides become curves. One with several such sides is divided from its
-    /// middle before.
+    /// Whether a triangle is stretched evenly enough where its sides become curves. A triangle with several
+    /// such sides will be divided from its middle first.
     fn is_even(&self, t: &[u32; 3]) -> bool {
         let bent = bent_triangles(t, &self.arcs, |p| self.mesh.points[p as usize]);
         let several = bent.len() > 1;
@@ -205,7 +217,8 @@ impl Coarse {
         })
     }
 
-    /// Moves the points on the chords of cubics, given by the numbers of their ends, onto these.
+    /// Moves the points on the chords of cubics onto the cubics, each of which is given with the numbers of
+    /// its ends. `None` where something else ends on a chord, or two curves have the same chord.
     fn bend_to_cubics(&mut self, cubics: &[([u32; 2], Cubic)], sides: &[[u32; 2]]) -> Option<()> {
         let mut beside: Vec<Vec<u32>> = vec![Vec::new(); self.mesh.points.len()];
         for [a, b] in sides {
@@ -217,10 +230,10 @@ impl Coarse {
             let [from, to] = [cubic.control[0], cubic.control[3]];
             let length = distance(from, to);
             let along = [0, 1].map(|k| (to[k] - from[k]) / length);
-            let (mut at, mut share) = (*first, 0.0);
-            while at != *last {
+            let (mut current, mut share) = (*first, 0.0);
+            while current != *last {
                 // The next point on the chord.
-                let next = beside[at as usize].iter().filter_map(|&p| {
+                let next = beside[current as usize].iter().filter_map(|&p| {
                     let off = [0, 1].map(|k| self.mesh.points[p as usize][k] - from[k]);
                     let (far, aside) =
                         (off[0] * along[0] + off[1] * along[1], off[1] * along[0] - off[0] * along[1]);
@@ -237,13 +250,13 @@ impl Coarse {
                     }
                     moved.push((next, part.control[3]));
                 }
-                if next < at {
+                if next < current {
                     part = part.reversed();
                 }
-                if self.arcs.insert(key(at, next), RoundSide::Cubic(part)).is_some() {
+                if self.arcs.insert(key(current, next), RoundSide::Cubic(part)).is_some() {
                     return None;
                 }
-                (at, share) = (next, end_share);
+                (current, share) = (next, end_share);
             }
         }
         for (p, place) in moved {
@@ -252,9 +265,10 @@ impl Coarse {
         Some(())
     }
 
-    /// Moves points on chords of circles onto these.
+    /// Moves the points on chords of circles onto the circles. `None` where two curves have the same chord,
+    /// or a part of a circle that outlines follow is not made up of sides.
     fn bend_to_circles(&mut self, circles: &[DividedCircle], sides: &[[u32; 2]]) -> Option<()> {
-        let mut on: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.points.len()];
+        let mut circles_at: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.points.len()];
         for (c, divided) in circles.iter().enumerate() {
             let DividedCircle { circle, points, .. } = divided;
             for (p, point) in self.mesh.points.iter_mut().enumerate() {
@@ -263,7 +277,7 @@ impl Coarse {
                 if distance > circle.radius * (1.0 + SAME) || distance < 0.9 * circle.radius {
                     continue;
                 }
-                // On the chord between the two points of the circle on either side?
+                // The point moves if it lies on the chord between the two points of the circle next to it.
                 let angle = circle.angle(*point).rem_euclid(TAU);
                 let next = points.partition_point(|(a, _)| *a <= angle);
                 let [(from, a), (to, b)] =
@@ -272,16 +286,16 @@ impl Coarse {
                 let cross = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
                 let near = |q: [f64; 2]| (q[0] - point[0]).hypot(q[1] - point[1]) <= SAME * circle.radius;
                 if near(a) || near(b) {
-                    on[p].push(c);
+                    circles_at[p].push(c);
                 } else if is_arc && cross.abs() <= SAME * circle.radius * (b[0] - a[0]).hypot(b[1] - a[1]) {
                     *point = [0, 1].map(|k| circle.center[k] + circle.radius * [x, y][k] / distance);
-                    on[p].push(c);
+                    circles_at[p].push(c);
                 }
             }
         }
-        let mut found = vec![0.0; circles.len()];
+        let mut found_turns = vec![0.0; circles.len()];
         for &[a, b] in sides {
-            for &c in on[a as usize].iter().filter(|c| on[b as usize].contains(c)) {
+            for &c in circles_at[a as usize].iter().filter(|c| circles_at[b as usize].contains(c)) {
                 let divided = &circles[c];
                 let DividedCircle { circle, points, .. } = divided;
                 // A side of another outline may be a longer chord.
@@ -296,20 +310,20 @@ impl Coarse {
                 });
                 let is_arc = divided.is_followed(circle.angle(circle.between(p, q)));
                 if between.next().is_none() && turn < 1.0 && is_arc {
-                    found[c] += turn;
+                    found_turns[c] += turn;
                     if self.arcs.insert(key(a, b), RoundSide::Circle(*circle)).is_some() {
                         return None;
                     }
                 }
             }
         }
-        let is_whole = |(circle, found): (&DividedCircle, f64)| (circle.within - found).abs() < TOUCH;
-        circles.iter().zip(found).all(is_whole).then_some(())
+        let is_whole = |(circle, turn): (&DividedCircle, f64)| (circle.within - turn).abs() < TOUCH;
+        circles.iter().zip(found_turns).all(is_whole).then_some(())
     }
 }
 
-/// A triangle as it is bent at each of its round sides. Curves begin at the end with the lower number, so that both triangles at a
-/// curve see it from the same end.
+/// A triangle as it is bent at each of its round sides. Curves begin at the end with the lower number, so
+/// that both triangles at a curve see it from the same end.
 pub(super) fn bent_triangles(
     triangle: &[u32; 3],
     arcs: &HashMap<[u32; 2], RoundSide>,
@@ -323,6 +337,7 @@ pub(super) fn bent_triangles(
     (0..3).filter_map(at_side).collect()
 }
 
+/// The area of a triangle, negative if its corners run clockwise.
 fn signed_area(points: &[[f64; 2]], t: &[u32; 3]) -> f64 {
     let [a, b, c] = t.map(|p| points[p as usize]);
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

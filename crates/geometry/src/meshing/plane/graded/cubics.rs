@@ -5,21 +5,26 @@ use super::outline::{Course, Outline};
 use crate::cubic::{Cubic, distance};
 use std::collections::HashMap;
 
-/// Parts of a cubic are divided until they bow by no more than this where a whole circle is divided into [`USUAL_ARCS`] arcs, and the
-/// less the more of these there are: arcs of circles bow as much then.
+/// The largest bow of the parts of a cubic ([`Cubic::bow`]) where a whole circle is divided into
+/// [`USUAL_ARCS`] arcs: these arcs bow as much. For more arcs it is smaller in proportion. Tuned:
+/// `benches/outlines.py punched-pair`.
 const BOW: f64 = 0.07;
+/// The number of arcs of a whole circle to which [`BOW`] belongs.
 const USUAL_ARCS: f64 = 16.0;
 
-/// Parts of a cubic that bow by less than this are straight.
+/// Parts of a cubic whose bow is less than this are straight. Not tuned: it only has to lie above rounding
+/// errors and below distances that matter.
 const STRAIGHT: f64 = 1e-12;
 
-/// How often a cubic is divided in halves at most.
+/// How often a cubic is divided in halves at most. Not tuned: a limit that ordinary cases do not reach.
 const MAX_HALVINGS: usize = 12;
 
 /// A cubic and the points between its ends where straight sides cross it, by their parameters.
 #[derive(Debug)]
 pub(super) struct DividedCubic {
+    /// The whole cubic.
     cubic: Cubic,
+    /// The parameter and the position of each point.
     points: Vec<(f64, [f64; 2])>,
 }
 
@@ -27,7 +32,7 @@ pub(super) struct DividedCubic {
 pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
     let mut out: Vec<DividedCubic> = Vec::new();
     for (side, _) in outlines.iter().flat_map(Outline::sides) {
-        let Some(Course::Cubic(cubic)) = side.arc else { continue };
+        let Some(Course::Cubic(cubic)) = side.curve else { continue };
         let near = 1e-2 * SAME * distance(cubic.control[0], cubic.control[3]);
         let is_same =
             |other: &Cubic| cubic.control.iter().zip(&other.control).all(|(p, q)| distance(*p, *q) <= near);
@@ -39,7 +44,8 @@ pub(super) fn followed(outlines: &[Outline]) -> Vec<DividedCubic> {
 }
 
 impl DividedCubic {
-    /// Where a straight side crosses it: the share of the side, and the place, which is an end of either if it is so near.
+    /// The points at which a straight side crosses the cubic, each with its share of the way along the side.
+    /// A point that is very near to an end of the cubic or of the side is that end.
     pub(super) fn cross(&mut self, side: Segment) -> Vec<(f64, [f64; 2])> {
         let [a, b] = side;
         let [low, high] = self.cubic.bounds();
@@ -54,13 +60,14 @@ impl DividedCubic {
         let mut cuts = Vec::new();
         for t in self.cubic.crossings(side) {
             let mut place = self.cubic.at(t);
-            // Exactly on lines along the axes.
+            // On a side along an axis, the point lies exactly on it.
             (0..2).filter(|&k| a[k] == b[k]).for_each(|k| place[k] = a[k]);
             let share = (0..2).map(|k| (place[k] - a[k]) * (b[k] - a[k])).sum::<f64>() / (length * length);
             if share * length < -near || (share - 1.0) * length > near {
                 continue;
             }
-            // Where a curve goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
+            // Where a curve continues as a straight side without a corner, rounding finds a crossing anywhere
+            // nearby.
             let joins = |end: [f64; 2]| (end == a || end == b) && distance(place, end) < NEARBY * size;
             if joins(from) || joins(to) {
                 continue;
@@ -80,8 +87,9 @@ impl DividedCubic {
         cuts
     }
 
-    /// Its parts in the frame. `None` if one crosses the frame between its ends.
-    fn parts(&self, frame: [[f64; 2]; 2], most: f64) -> Option<Vec<Cubic>> {
+    /// The parts of the cubic in the frame, whose bow is at most `max_bow`. `None` if one crosses the frame
+    /// between its ends.
+    fn parts(&self, frame: [[f64; 2]; 2], max_bow: f64) -> Option<Vec<Cubic>> {
         let [from, .., to] = self.cubic.control;
         let mut points = vec![(0.0, from)];
         points.extend(&self.points);
@@ -97,30 +105,32 @@ impl DividedCubic {
                 if !(inside(p) && inside(q)) {
                     return None;
                 }
-                divide(part, most, MAX_HALVINGS, &mut out)?;
+                divide(part, max_bow, MAX_HALVINGS, &mut out)?;
             }
         }
         Some(out)
     }
 }
 
-/// Divides a cubic in halves until these bow little enough. `None` if that does not come to an end, as at a cusp.
-fn divide(cubic: Cubic, most: f64, halvings: usize, out: &mut Vec<Cubic>) -> Option<()> {
-    if cubic.bow() <= most {
+/// Divides a cubic in halves until the bow of all parts is at most `max_bow`. `None` if that does not come to
+/// an end, as at a cusp.
+fn divide(cubic: Cubic, max_bow: f64, halvings: usize, out: &mut Vec<Cubic>) -> Option<()> {
+    if cubic.bow() <= max_bow {
         out.push(cubic);
         return Some(());
     }
-    halves(cubic).into_iter().try_for_each(|half| divide(half, most, halvings.checked_sub(1)?, out))
+    halves(cubic).into_iter().try_for_each(|half| divide(half, max_bow, halvings.checked_sub(1)?, out))
 }
 
+/// The two halves of a cubic, which have their common end to the last bit.
 fn halves(cubic: Cubic) -> [Cubic; 2] {
     let [one, mut other] = [cubic.part([0.0, 0.5]), cubic.part([0.5, 1.0])];
     other.control[0] = one.control[3];
     [one, other]
 }
 
-/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of arcs. `None` where they
-/// meet one another, or circles, other than in common ends.
+/// The parts of all cubics in the frame, so short that a whole circle of such would have the given number of
+/// arcs. `None` where they meet one another, or circles, other than in common ends.
 pub(super) fn parts(
     cubics: &[DividedCubic],
     circles: &[DividedCircle],
@@ -128,10 +138,10 @@ pub(super) fn parts(
     frame: [[f64; 2]; 2],
     arcs: usize,
 ) -> Option<Vec<Cubic>> {
-    let most = BOW * USUAL_ARCS / arcs as f64;
+    let max_bow = BOW * USUAL_ARCS / arcs as f64;
     let mut parts = Vec::new();
     for divided in cubics {
-        parts.extend(divided.parts(frame, most)?);
+        parts.extend(divided.parts(frame, max_bow)?);
     }
     // A curve must not have its chord in common with anything else.
     let key = |[p, q]: Segment| {
@@ -149,29 +159,31 @@ pub(super) fn parts(
         .collect();
     let boxes: Vec<[[f64; 2]; 2]> = parts.iter().map(Cubic::bounds).collect();
     for (k, part) in parts.iter().enumerate() {
-        let meets = (0..k).any(|l| overlap(boxes[k], boxes[l]) && come_together(part, &parts[l]));
-        if meets || circles.iter().any(|circle| comes_to(part, circle)) {
+        let meets = (0..k).any(|l| overlap(boxes[k], boxes[l]) && cubics_meet(part, &parts[l]));
+        if meets || circles.iter().any(|circle| meets_circle(part, circle)) {
             return None;
         }
     }
     Some(parts)
 }
 
+/// Whether two rectangles, each by its lower and upper corner, share a point.
 fn overlap([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     (0..2).all(|k| a[k] <= d[k] && c[k] <= b[k])
 }
 
+/// The diagonal of a rectangle.
 fn size([low, high]: [[f64; 2]; 2]) -> f64 {
     distance(low, high)
 }
 
-/// Whether all of a rectangle is near a point.
-fn is_at(rectangle: [[f64; 2]; 2], point: [f64; 2], near: f64) -> bool {
+/// Whether all of a rectangle lies within the distance `near` of a point.
+fn is_near(rectangle: [[f64; 2]; 2], point: [f64; 2], near: f64) -> bool {
     rectangle.iter().all(|corner| distance(*corner, point) <= near)
 }
 
 /// Whether two cubics meet, or nearly so, other than in common ends.
-fn come_together(one: &Cubic, other: &Cubic) -> bool {
+fn cubics_meet(one: &Cubic, other: &Cubic) -> bool {
     let near = NEARBY * size(one.bounds()).min(size(other.bounds()));
     let ends = [other.control[0], other.control[3]];
     let common: Vec<[f64; 2]> =
@@ -179,7 +191,7 @@ fn come_together(one: &Cubic, other: &Cubic) -> bool {
     let mut pairs = vec![(*one, *other)];
     while let Some((p, q)) = pairs.pop() {
         let [of_p, of_q] = [p.bounds(), q.bounds()];
-        let at_end = |end: &[f64; 2]| is_at(of_p, *end, near) && is_at(of_q, *end, near);
+        let at_end = |end: &[f64; 2]| is_near(of_p, *end, near) && is_near(of_q, *end, near);
         if !overlap(of_p, of_q) || common.iter().any(at_end) {
             continue;
         }
@@ -195,27 +207,29 @@ fn come_together(one: &Cubic, other: &Cubic) -> bool {
     false
 }
 
-/// Whether a cubic comes to a circle where outlines follow that, other than where both end.
-fn comes_to(cubic: &Cubic, divided: &DividedCircle) -> bool {
+/// Whether a cubic meets a circle, or nearly so, where outlines follow the circle, other than where both end.
+fn meets_circle(cubic: &Cubic, divided: &DividedCircle) -> bool {
     let circle = divided.circle;
     let near = NEARBY * size(cubic.bounds()).min(circle.radius);
     let is_common = |end: [f64; 2]| divided.end_near(end, 0.0).is_some();
     let common: Vec<[f64; 2]> =
         [cubic.control[0], cubic.control[3]].into_iter().filter(|end| is_common(*end)).collect();
-    let mut left = vec![*cubic];
-    while let Some(part) = left.pop() {
+    let mut remaining = vec![*cubic];
+    while let Some(part) = remaining.pop() {
         let bounds = part.bounds();
         let [low, high] = bounds;
         let least = (0..2).map(|k| circle.center[k] - circle.center[k].clamp(low[k], high[k]));
         let most = (0..2).map(|k| (circle.center[k] - low[k]).abs().max((circle.center[k] - high[k]).abs()));
         let length = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, f64::hypot);
         let [least, most] = [length(&mut { least }), length(&mut { most })];
-        if least > circle.radius || most < circle.radius || common.iter().any(|end| is_at(bounds, *end, near))
+        if least > circle.radius
+            || most < circle.radius
+            || common.iter().any(|end| is_near(bounds, *end, near))
         {
             continue;
         }
         if size(bounds) >= 0.1 * near {
-            left.extend(halves(part));
+            remaining.extend(halves(part));
         } else if divided.is_followed(circle.angle(part.at(0.5))) {
             return true;
         }
@@ -245,7 +259,7 @@ mod tests {
     /// Half the integral of x dy - y dx along an outline.
     fn swept(outline: &Outline) -> f64 {
         let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-        let swept_side = |(side, to): (&super::super::Side, [f64; 2])| match side.arc {
+        let swept_side = |(side, to): (&super::super::Side, [f64; 2])| match side.curve {
             Some(Course::Cubic(cubic)) => swept_by(&cubic),
             _ => 0.5 * cross(side.from, to),
         };
@@ -288,7 +302,8 @@ mod tests {
         let exact = swept(&spline);
         let one = [spline.clone()];
         assert!((area(&spline, &one, FRAME) - exact).abs() < 1e-12);
-        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane, with a point there or not.
+        // Twice, from another point and the other way round; under an oblique side; cut by a mirror plane,
+        // with a point there or not.
         let mut back = POINTS;
         back.reverse();
         let crossing = Outline::polygon(&[[-2.0, -1.5], [3.0, 0.4], [3.0, 1.2], [-2.0, -0.9]]);
@@ -304,7 +319,8 @@ mod tests {
 
     #[test]
     fn splines_go_over_into_straight_sides_and_have_lines_between_their_ends_beside_them() {
-        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its straight side.
+        // A segment whose chord is the side of another outline, and a shape whose spline leaves along its
+        // straight side.
         let bow = outline(&[
             Entry::Corner([1.0, 0.0]),
             Entry::Spline { through: vec![[0.0, 0.08]], to: [-1.0, 0.0] },

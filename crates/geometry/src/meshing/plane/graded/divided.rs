@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 /// The circles, segments and cubics that outlines consist of, divided where they cross.
 pub(super) struct Divided {
+    /// The circles, each with the points that divide it.
     pub circles: Vec<DividedCircle>,
     /// Straight sides, and chords of circles.
     pub segments: Vec<Segment>,
@@ -16,8 +17,10 @@ pub(super) struct Divided {
     pub cubics: Vec<Cubic>,
 }
 
-/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and the cubics divided where
-/// straight sides cross them. `None` where circles touch, or cross the frame between their points, and where cubics meet other curves.
+/// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and
+/// the cubics divided where straight sides cross them. `whole` is the `frame` as an outline, and `arcs` the
+/// number of arcs of a whole circle that nothing crosses. `None` where circles touch, or cross the frame
+/// between their points, and where cubics meet other curves.
 pub(super) fn divided(
     outlines: &[Outline],
     whole: &Outline,
@@ -26,7 +29,8 @@ pub(super) fn divided(
 ) -> Option<Divided> {
     let mut sides: Vec<Segment> = Vec::new();
     let mut straight = |a: [f64; 2], b: [f64; 2]| {
-        // From the same end whichever outline it is a side of: rounding would tell the points of neighbours apart.
+        // A side begins at the same end, whichever outline it belongs to. Otherwise rounding would separate
+        // the points of neighbouring outlines.
         sides.extend(clipped(if a <= b { [a, b] } else { [b, a] }, frame));
     };
     let mut followed: Vec<(Circle, Span)> = Vec::new();
@@ -35,7 +39,7 @@ pub(super) fn divided(
             followed.push((*circle, Span::WHOLE));
         }
         for (side, to) in outline.sides() {
-            match side.arc {
+            match side.curve {
                 None => straight(side.from, to),
                 Some(Course::Circle(circle, turn)) => {
                     followed.push((circle, Span::arc(&circle, side.from, to, turn)));
@@ -53,9 +57,10 @@ pub(super) fn divided(
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
             for t in circle.crossings(*side) {
                 let place = [0, 1].map(|k| a[k] + t * (b[k] - a[k]));
-                // Where an arc goes over into a straight side without a corner, rounding finds a crossing anywhere nearby.
-                let goes_over = |end: &[f64; 2]| *end == a || *end == b;
-                if divided.end_near(place, NEARBY * circle.radius).is_some_and(|end| goes_over(&end))
+                // Where an arc continues as a straight side without a corner, rounding finds a crossing
+                // anywhere nearby.
+                let is_end_of_side = |end: &[f64; 2]| *end == a || *end == b;
+                if divided.end_near(place, NEARBY * circle.radius).is_some_and(|end| is_end_of_side(&end))
                     || !divided.is_followed(circle.angle(place))
                 {
                     continue;
@@ -70,7 +75,7 @@ pub(super) fn divided(
                 cuts.push((t, divided.meet(circle.angle(nearest).rem_euclid(TAU))));
             }
         }
-        divided.add_usual(arcs);
+        divided.add_spaced_points(arcs);
     }
     let mut cubics = cubics::followed(outlines);
     for (side, cuts) in sides.iter().zip(&mut cuts) {
@@ -120,8 +125,8 @@ pub(super) fn divided(
     Some(Divided { circles, segments: pieces, cubics })
 }
 
-/// The part of a segment in a rectangle (Liang and Barsky), with ends exactly on the sides where it leaves it. `None` if there is
-/// none.
+/// The part of a segment in a rectangle (Liang and Barsky), with ends exactly on the sides where it leaves
+/// it. `None` if there is none.
 fn clipped([a, b]: Segment, [low, high]: [[f64; 2]; 2]) -> Option<Segment> {
     let mut ends = [(0.0, None), (1.0, None)];
     for k in 0..2 {

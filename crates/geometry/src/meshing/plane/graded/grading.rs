@@ -1,4 +1,5 @@
-//! Division of a coarse mesh: which triangles must be cut before they can be graded, and how each is graded.
+//! Division of a coarse mesh towards marked corners and edges: first triangles are cut until each is graded
+//! towards one corner or edge at most, then each is divided into rings and strips.
 
 use super::bands::Band;
 use super::coarse::{Coarse, RoundSide, Triangles, bent_triangles};
@@ -7,19 +8,28 @@ use std::collections::{HashMap, HashSet};
 
 /// A mesh on its way from coarse to graded.
 pub(super) struct Grading {
+    /// The points, with all triangles straight.
     points: Vec<[f64; 2]>,
-    /// Each with its parent.
+    /// The triangles outside of bands, each with the number of the coarse triangle that it is a part of.
     triangles: Vec<([u32; 3], u32)>,
+    /// The pairs of triangles that are divided together.
     bands: Vec<Band>,
+    /// For each point whether it is a marked corner.
     corner: Vec<bool>,
+    /// For each point whether it lies on a marked edge.
     on_edge: Vec<bool>,
+    /// The marked edges, as in [`Marks::edges`].
     edges: HashSet<[u32; 2]>,
+    /// The sides of chains, as in [`Marks::chains`].
     chains: HashMap<[u32; 2], u32>,
+    /// The sides that stand for curves, as in [`Coarse::arcs`].
     arcs: HashMap<[u32; 2], RoundSide>,
+    /// The parameters of the grading.
     layers: Layers,
-    /// The points at which sides have been cut in two.
+    /// The points at which sides have been cut in two, by the sides.
     middles: HashMap<[u32; 2], u32>,
-    /// The point at the so-manyth layer from the first point towards the second.
+    /// The points between layers: that of layer `k` from one point towards another, by the numbers of the two
+    /// and `k`.
     nodes: HashMap<(u32, u32, usize), u32>,
 }
 
@@ -50,10 +60,12 @@ impl Grading {
         }
     }
 
-    fn touched(&self, p: u32) -> bool {
+    /// Whether the mesh is graded towards a point: a marked corner, or a point on a marked edge.
+    fn is_graded_towards(&self, p: u32) -> bool {
         self.corner[p as usize] || self.on_edge[p as usize]
     }
 
+    /// Adds a point; returns its number.
     fn point(&mut self, at: [f64; 2], on_edge: bool) -> u32 {
         self.points.push(at);
         self.corner.push(false);
@@ -61,9 +73,10 @@ impl Grading {
         (self.points.len() - 1) as u32
     }
 
-    /// Divides triangles until each has at most one marked edge with at most one corner on it, and otherwise at most one point that
-    /// is graded towards.
+    /// Cuts triangles until each of them has either one marked edge, at most one end of which is a corner, or
+    /// no marked edge and at most one point that the mesh is graded towards.
     pub(super) fn separate(&mut self) {
+        // A triangle with several curved sides, or with three marked ones, is divided from its middle.
         for ([a, b, c], parent) in std::mem::take(&mut self.triangles) {
             let sides = [key(a, b), key(b, c), key(c, a)];
             let arcs = sides.iter().filter(|side| self.arcs.contains_key(*side)).count();
@@ -79,16 +92,17 @@ impl Grading {
             grading.edges.contains(&[a, b]) && grading.corner[a as usize] && grading.corner[b as usize]
         });
         while self.split(|grading, [a, b]| {
-            !grading.edges.contains(&[a, b]) && grading.touched(a) && grading.touched(b)
+            !grading.edges.contains(&[a, b]) && grading.is_graded_towards(a) && grading.is_graded_towards(b)
         }) {}
     }
 
-    /// Cuts sides in two, and with them their triangles. Returns whether there were any.
-    fn split(&mut self, cut: impl Fn(&Self, [u32; 2]) -> bool) -> bool {
+    /// Cuts the sides for which `must_cut` holds in two, and with them their triangles. Returns whether there
+    /// were any.
+    fn split(&mut self, must_cut: impl Fn(&Self, [u32; 2]) -> bool) -> bool {
         let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
         for ([a, b, c], _) in self.triangles.clone() {
             for side in [key(a, b), key(b, c), key(c, a)] {
-                if middles.contains_key(&side) || !cut(self, side) {
+                if middles.contains_key(&side) || !must_cut(self, side) {
                     continue;
                 }
                 let [p, q] = side.map(|p| self.points[p as usize]);
@@ -96,7 +110,7 @@ impl Grading {
                 let round = self.arcs.get(&side).map(|arc| arc.halved([p, q]));
                 let place = round.map_or_else(|| [0, 1].map(|k| 0.5 * (p[k] + q[k])), |(place, _)| place);
                 let middle = self.point(place, marked);
-                // It has the highest number of all.
+                // The middle has the highest number of all, so that `key` leaves each end before it.
                 if let Some((_, parts)) = round {
                     self.arcs.remove(&side);
                     self.arcs.extend(side.map(|end| key(end, middle)).into_iter().zip(parts));
@@ -143,9 +157,9 @@ impl Grading {
             };
             self.triangles.extend(pieces.into_iter().map(|t| (t, parent)));
         }
-        let any = !middles.is_empty();
+        let has_split = !middles.is_empty();
         self.middles.extend(middles);
-        any
+        has_split
     }
 
     fn distance(&self, p: u32, q: u32) -> f64 {
@@ -166,18 +180,20 @@ impl Grading {
         node
     }
 
+    /// Adds the point that lies this share of the way from one point to another; returns its number.
     fn between(&mut self, from: u32, to: u32, share: f64) -> u32 {
         let [p, q] = [from, to].map(|p| self.points[p as usize]);
         self.point([0, 1].map(|k| p[k] + share * (q[k] - p[k])), false)
     }
 
+    /// Divides every triangle and band; triangles must have been separated before.
     pub(super) fn divide(mut self) -> Graded {
         let mut out = Vec::new();
         let (mut parents, mut bent) = (Vec::new(), Vec::new());
         for (triangle, parent) in std::mem::take(&mut self.triangles) {
             let marked =
                 (0..3).find(|&k| self.edges.contains(&key(triangle[(k + 1) % 3], triangle[(k + 2) % 3])));
-            let pieces = match (marked, (0..3).find(|&k| self.touched(triangle[k]))) {
+            let pieces = match (marked, (0..3).find(|&k| self.is_graded_towards(triangle[k]))) {
                 (Some(k), _) => {
                     let [c, a, b] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
                     if self.corner[a as usize] {
@@ -216,25 +232,26 @@ impl Grading {
         Graded { mesh: Triangles { points, triangles: out }, parents, bent, straight: self.points, chains }
     }
 
-    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that side or lie on it.
+    /// The sides of the divided triangles that are parts of sides of chains: both their ends are ends of that
+    /// side or lie on it.
     fn divided_chains(&self, triangles: &[[u32; 3]]) -> HashMap<[u32; 2], u32> {
         let mut out = HashMap::new();
         if self.chains.is_empty() {
             return out;
         }
-        let mut on: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
+        let mut sides_at: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
         for side in self.chains.keys() {
-            side.iter().for_each(|end| on.entry(*end).or_default().push(*side));
+            side.iter().for_each(|end| sides_at.entry(*end).or_default().push(*side));
         }
         for ((from, to, _), node) in &self.nodes {
             let side = key(*from, *to);
             if self.chains.contains_key(&side) {
-                on.entry(*node).or_default().push(side);
+                sides_at.entry(*node).or_default().push(side);
             }
         }
         for [a, b, c] in triangles {
             for part in [key(*a, *b), key(*b, *c), key(*c, *a)] {
-                let [Some(one), Some(other)] = part.map(|end| on.get(&end)) else { continue };
+                let [Some(one), Some(other)] = part.map(|end| sides_at.get(&end)) else { continue };
                 if let Some(side) = one.iter().find(|side| other.contains(side)) {
                     out.insert(part, self.chains[side]);
                 }
@@ -252,6 +269,7 @@ impl Grading {
         }
     }
 
+    /// Rings around the point `a`, which is a corner or lies on a marked edge.
     fn towards_point(&mut self, a: u32, x: u32, y: u32) -> Vec<[u32; 3]> {
         let layers = if self.corner[a as usize] { self.layers.corners } else { self.layers.edges };
         let mut out = Vec::new();
@@ -265,7 +283,7 @@ impl Grading {
         out
     }
 
-    /// Strips along the side from `a` to `b`, neither of which is a corner.
+    /// Strips along the marked side from `a` to `b`, neither of which is a corner.
     fn towards_edge(&mut self, a: u32, b: u32, c: u32) -> Vec<[u32; 3]> {
         let mut out = Vec::new();
         let mut outer = [c, c];
@@ -282,7 +300,7 @@ impl Grading {
         out
     }
 
-    /// Strips along the sides from `a` to `b` and from `c` to `d`, and a line in the middle between them.
+    /// Strips along the marked sides from `a` to `b` and from `c` to `d`, which meet in a line in the middle.
     fn between_edges(&mut self, [a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
         let [right, left] = [[b, c], [d, a]].map(|side| self.middle(side));
         let mut out = Vec::new();
@@ -307,10 +325,11 @@ impl Grading {
         middle
     }
 
-    /// Rings around the corner `a`, each divided into strips along the side from `a` to `b`.
+    /// Rings around the corner `a`, each divided into strips along the marked side from `a` to `b`.
     fn towards_edge_and_corner(&mut self, a: u32, b: u32, c: u32) -> Vec<[u32; 3]> {
         let (rings, strips) = (self.layers.corners, self.layers.edges);
-        // Ring by ring the points from the side to c down to that to b; the distance from the side to b falls like the rings.
+        // For each ring the points on its outer line, from the side between a and c to that between a and b.
+        // Their distances from the latter fall by the same ratio as the rings.
         let lines: Vec<Vec<u32>> = (0..=rings)
             .map(|ring| {
                 let far = self.node(a, c, ring);

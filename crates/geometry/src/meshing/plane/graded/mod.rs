@@ -1,8 +1,9 @@
 //! Triangulations of the plane for fields that are singular at corners and along edges.
 //!
-//! A coarse triangulation follows the outlines ([`coarse()`]). Its triangles are then divided geometrically ([`graded`]): towards each
-//! marked corner into rings, towards each marked edge into strips, every one a fixed share of the width of the one before. With
-//! polynomials on such meshes the error falls exponentially with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
+//! A coarse triangulation follows the outlines ([`coarse()`]). Its triangles are then divided geometrically
+//! ([`graded`]): towards each marked corner into rings, towards each marked edge into strips, every one a
+//! fixed share of the width of the one before. With polynomials on such meshes the error falls exponentially
+//! with the number of layers (Babuska and Guo, Comput. Mech. 1, 1986).
 
 mod bands;
 mod circle;
@@ -29,7 +30,8 @@ pub struct Marks {
     pub corners: Vec<bool>,
     /// Sides of triangles, by the numbers of their ends in ascending order.
     pub edges: HashSet<[u32; 2]>,
-    /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its chain.
+    /// Sides of triangles that belong to chains, by their ends in the same way, each with the number of its
+    /// chain.
     pub chains: HashMap<[u32; 2], u32>,
     /// Pairs of triangles that are divided together.
     pub bands: Vec<Band>,
@@ -51,23 +53,24 @@ pub struct Layers {
 pub struct Graded {
     /// The points, those in bent triangles moved with them, and the triangles.
     pub mesh: Triangles,
-    /// For each triangle the one of the coarse mesh that it is a part of.
+    /// For each triangle the triangle of the coarse mesh that it is a part of.
     pub parents: Vec<u32>,
-    /// For each triangle the bent one that it is a part of, if it is.
+    /// For each triangle the bent triangle that it is a part of, if there is one.
     pub bent: Vec<Option<Bent>>,
     /// The position of each point if no triangle were bent.
     pub straight: Vec<[f64; 2]>,
-    /// As [`Marks::chains`], of the divided sides.
+    /// The sides of divided triangles that belong to chains, as in [`Marks::chains`].
     pub chains: HashMap<[u32; 2], u32>,
 }
 
 /// Divides the triangles of a mesh towards marked corners and edges.
 pub fn graded(coarse: &Coarse, marks: &Marks, layers: Layers) -> Graded {
-    let mut work = Grading::new(coarse, marks, layers);
-    work.separate();
-    work.divide()
+    let mut grading = Grading::new(coarse, marks, layers);
+    grading.separate();
+    grading.divide()
 }
 
+/// A side of a triangle, as the numbers of its two ends in ascending order.
 fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
@@ -261,9 +264,9 @@ mod tests {
     fn arcs_that_go_over_into_straight_sides_or_into_one_another_are_followed() {
         let arc = |from: [f64; 2], center: [f64; 2], radius: f64, turn: f64| Side {
             from,
-            arc: Some(Course::Circle(Circle { center, radius }, turn)),
+            curve: Some(Course::Circle(Circle { center, radius }, turn)),
         };
-        let straight = |from: [f64; 2]| Side { from, arc: None };
+        let straight = |from: [f64; 2]| Side { from, curve: None };
         let stadium = vec![
             straight([-1.0, 0.0]),
             arc([1.0, 0.0], [1.0, 1.0], 1.0, 0.5 * TAU),

@@ -11,7 +11,7 @@ pub struct Side {
     /// The corner in which it begins.
     pub from: [f64; 2],
     /// The curve that the side follows; `None` for a straight side.
-    pub arc: Option<Course>,
+    pub curve: Option<Course>,
 }
 
 /// The curve that a side which is not straight follows.
@@ -35,28 +35,28 @@ pub enum Outline {
 impl Outline {
     /// A polygon by its corners.
     pub fn polygon(corners: &[[f64; 2]]) -> Self {
-        Self::Path(corners.iter().map(|corner| Side { from: *corner, arc: None }).collect())
+        Self::Path(corners.iter().map(|corner| Side { from: *corner, curve: None }).collect())
     }
 
-    /// A polygon of which some sides stand for curves.
+    /// A polygon with each run of sides that stands for a curve replaced by that curve.
     pub fn with_arcs(corners: &[[f64; 2]], arcs: &[Arc]) -> Self {
         let mut sides = Vec::new();
         let mut k = 0;
         while k < corners.len() {
             let begun = arcs.iter().find(|arc| arc.sides.start == k && !arc.sides.is_empty());
-            let arc = begun.map(|arc| match arc.curve {
+            let curve = begun.map(|arc| match arc.curve {
                 Curve::Circle { center, radius } => {
                     let circle = Circle { center, radius };
                     let turn = |side: usize| circle.turn(corners[side], corners[(side + 1) % corners.len()]);
                     Course::Circle(circle, arc.sides.clone().map(turn).sum())
                 }
-                // Its ends are corners to the last bit.
+                // The ends are taken from the corners, so that they agree to the last bit.
                 Curve::Cubic(Cubic { control: [_, first, second, _] }) => {
                     let ends = [arc.sides.start, arc.sides.end % corners.len()].map(|k| corners[k]);
                     Course::Cubic(Cubic { control: [ends[0], first, second, ends[1]] })
                 }
             });
-            sides.push(Side { from: corners[k], arc });
+            sides.push(Side { from: corners[k], curve });
             k = begun.map_or(k + 1, |arc| arc.sides.end);
         }
         Self::Path(sides)
@@ -73,21 +73,21 @@ impl Outline {
                     Course::Circle(of, turn) => Course::Circle(circle(&of), turn),
                     Course::Cubic(Cubic { control }) => Course::Cubic(Cubic { control: control.map(&place) }),
                 };
-                let arc = |side: &Side| side.arc.map(course);
-                Self::Path(sides.iter().map(|s| Side { from: place(s.from), arc: arc(s) }).collect())
+                let moved = |side: &Side| Side { from: place(side.from), curve: side.curve.map(course) };
+                Self::Path(sides.iter().map(moved).collect())
             }
         }
     }
 
-    /// The corners, the middles of the circles, and the control points of the cubics of the outline.
+    /// The points that give the outline its place: corners, centres of circles, and control points of cubics.
     pub fn places_mut(&mut self) -> Vec<&mut [f64; 2]> {
         match self {
             Self::Circle(circle) => vec![&mut circle.center],
             Self::Path(sides) => {
                 let mut places = Vec::new();
-                for Side { from, arc } in sides {
+                for Side { from, curve } in sides {
                     places.push(from);
-                    match arc {
+                    match curve {
                         Some(Course::Circle(circle, _)) => places.push(&mut circle.center),
                         Some(Course::Cubic(cubic)) => places.extend(cubic.control.iter_mut()),
                         None => {}
@@ -114,13 +114,14 @@ impl Outline {
             Self::Path(_) => {
                 let passed = self.sides().map(|(side, to)| {
                     let passes_chord = passes(side.from, to, point);
-                    let (circle, turn) = match side.arc {
+                    let (circle, turn) = match side.curve {
                         None => return usize::from(passes_chord),
                         Some(Course::Cubic(cubic)) => return cubic.passes(point),
                         Some(Course::Circle(circle, turn)) => (circle, turn),
                     };
-                    // An arc that turns to the left lies to the right of its chord, and the other way round. Points near the chord must
-                    // lie on the side that the ray says.
+                    // An arc that turns to the left lies to the right of its chord, and the other way round.
+                    // The side of the chord on which the point lies follows from whether the ray to the right
+                    // passes the chord: computed anew, rounding could contradict that near the chord.
                     let up = [side.from, to].map(|end| end[1] > point[1]);
                     let is_left = match up {
                         [false, true] => passes_chord,
@@ -137,7 +138,7 @@ impl Outline {
         }
     }
 
-    /// Points whose bounding box contains the outline, up to a hundredth of the extent of a curve.
+    /// Points whose bounding box contains the outline, but for a hundredth of the extent of a curve at most.
     pub fn extremes(&self) -> Vec<[f64; 2]> {
         const POINTS: usize = 32;
         match self {
@@ -146,15 +147,15 @@ impl Outline {
             }
             Self::Path(sides) => {
                 let points = |side: &Side| {
-                    let (from, arc) = (side.from, side.arc);
-                    let on_arc = move |k: usize| {
+                    let (from, curve) = (side.from, side.curve);
+                    let on_curve = move |k: usize| {
                         let share = k as f64 / POINTS as f64;
-                        Some(match arc? {
+                        Some(match curve? {
                             Course::Circle(circle, turn) => circle.at(circle.angle(from) + turn * share),
                             Course::Cubic(cubic) => cubic.at(share),
                         })
                     };
-                    std::iter::once(from).chain((1..POINTS).filter_map(on_arc))
+                    std::iter::once(from).chain((1..POINTS).filter_map(on_curve))
                 };
                 sides.iter().flat_map(points).collect()
             }
@@ -179,7 +180,7 @@ mod tests {
         ])
         .unwrap();
         let (round, polygon) = (Outline::with_arcs(&outline, &arcs), Outline::polygon(&outline));
-        assert_eq!(round.sides().filter(|(side, _)| side.arc.is_some()).count(), 6);
+        assert_eq!(round.sides().filter(|(side, _)| side.curve.is_some()).count(), 6);
         assert_eq!(round.sides().count(), 8);
         let mut differ = 0;
         for k in 0..200 {

@@ -10,14 +10,15 @@ pub(super) struct Layering {
     pub(super) near: f64,
     /// Growth of the thickness per distance from the ends of bodies.
     pub(super) growth: f64,
-    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent intervals.
+    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent
+    /// intervals.
     pub(super) first: f64,
 }
 
 /// A plane in which bodies begin or end.
 #[derive(Debug, Clone, Copy)]
 struct EndPlane {
-    /// m.
+    /// The coordinate along the axis, m.
     at: f64,
     /// Whether a conductor begins or ends there.
     conductor: bool,
@@ -25,13 +26,16 @@ struct EndPlane {
 
 /// The thickness of layers wanted at a plane.
 struct Thickness {
+    /// The coordinate of the plane along the axis, m.
     at: f64,
+    /// The thickness, m.
     size: f64,
 }
 
 /// A step along the axis between two planes.
 #[derive(Clone, Copy)]
 struct Step {
+    /// The coordinate along the axis, m.
     at: f64,
     /// The number of layers of the wanted thickness between the lower plane and this step.
     layers: f64,
@@ -48,7 +52,8 @@ pub(super) fn layer_planes(bodies: &mut [Body], layering: &Layering) -> Vec<f64>
     let mut nodes = vec![planes[0].at];
     for pair in planes.windows(2) {
         let (a, b) = (pair[0].at, pair[1].at);
-        // Steps that are small against the layers count how many layers there are up to each of them.
+        // The number of layers of the wanted thickness is integrated in steps that are small against the
+        // layers.
         let mut steps = vec![Step { at: a, layers: 0.0 }];
         let (mut z, mut sum) = (a, 0.0);
         while z < b {
@@ -71,7 +76,8 @@ pub(super) fn layer_planes(bodies: &mut [Body], layering: &Layering) -> Vec<f64>
     nodes
 }
 
-/// The ends of the span and of all bodies within it, ascending. Ends that differ by rounding are moved to the same plane.
+/// The ends of the span and of all bodies within it, ascending. Ends that differ by rounding are moved to the
+/// same plane.
 fn end_planes(bodies: &mut [Body], span: [f64; 2]) -> Vec<EndPlane> {
     let same = 1e-9
         * bodies
@@ -97,13 +103,13 @@ fn end_planes(bodies: &mut [Body], span: [f64; 2]) -> Vec<EndPlane> {
     planes
 }
 
-/// The thickness wanted at each plane but the ends of the mesh, where it matters only if a conductor ends there.
+/// The thickness wanted at each plane. At the ends of the mesh, it matters only if a conductor ends there.
 fn thicknesses(planes: &[EndPlane], layering: &Layering) -> Vec<Thickness> {
     let count = planes.len();
     let mut out = Vec::new();
     for (i, plane) in planes.iter().enumerate() {
-        let end = i == 0 || i + 1 == count;
-        if end && !plane.conductor {
+        let is_end_of_mesh = i == 0 || i + 1 == count;
+        if is_end_of_mesh && !plane.conductor {
             continue;
         }
         let below = if i > 0 { plane.at - planes[i - 1].at } else { f64::INFINITY };

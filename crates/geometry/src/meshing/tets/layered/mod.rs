@@ -1,13 +1,13 @@
 //! Meshes of scenes in layers: boxes, sheets, slabs, cylinders and extruded polygons along one axis.
 //!
-//! The outlines of all bodies together are triangulated once. The triangles are extruded along the axis through graded layers,
-//! and each of the resulting prisms is divided into three tetrahedra. Layers and triangles are sized independently, so that a
-//! thin gap does not call for small triangles.
+//! The outlines of all bodies together are triangulated once. The triangles are extruded along the axis
+//! through graded layers, and each of the resulting prisms is divided into three tetrahedra. Layers and
+//! triangles are sized independently, so that a thin gap does not call for small triangles.
 
-use super::TetMesh;
 mod layer_planes;
 mod prisms;
 
+use super::TetMesh;
 use crate::meshing::plane::{self, Outline, OutlineFault, PlaneMesh, triangulate};
 use crate::outline::on_circle;
 use crate::scene::{Box3, Scene, Wall, across};
@@ -24,9 +24,11 @@ pub struct LayeredSizing {
     pub growth: f64,
     /// Number of sides, at least 3, of the polygon of equal area that replaces a circle.
     pub circle: usize,
-    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent intervals.
+    /// Thickness of the first layer at an end of a conductor, relative to the thinner of the two adjacent
+    /// intervals.
     pub first: f64,
-    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; more than 1.
+    /// Distance from the centre at which the mesh ends in open space, relative to the size of the scene; at
+    /// least 1.5.
     pub reach: f64,
 }
 
@@ -36,7 +38,7 @@ impl Default for LayeredSizing {
     }
 }
 
-/// Least [`LayeredSizing::reach`].
+/// The least [`LayeredSizing::reach`]; a smaller one is raised to it. It is not tuned.
 const MIN_REACH: f64 = 1.5;
 
 /// Why a scene in layers cannot be meshed.
@@ -87,8 +89,8 @@ pub enum LayeredError {
     TooFine,
 }
 
-/// Meshes a scene in layers, in which all bodies are boxes, sheets normal to an axis, cylinders or extrusions along this axis.
-/// `None` if there is no such axis.
+/// Meshes a scene in layers, in which all bodies are boxes, sheets normal to an axis, cylinders or extrusions
+/// along this axis. `None` if there is no such axis.
 ///
 /// Circles become polygons of the same area; all other surfaces are exact.
 ///
@@ -103,12 +105,13 @@ pub fn layered(scene: &Scene, sizing: &LayeredSizing) -> Option<Result<TetMesh, 
     // The fewer triangles along outlines, the better; then the fewer layers.
     let length = |axis: usize| lengths_of_outlines(scene, sizing, axis);
     let axis = (0..3)
-        .filter(|&axis| scene.shapes().all(|s| stands(s, axis)))
+        .filter(|&axis| scene.shapes().all(|s| is_extruded(s, axis)))
         .min_by(|&a, &b| length(a).total_cmp(&length(b)).then(extent(a).total_cmp(&extent(b))))?;
     Some(mesh(scene, sizing, axis))
 }
 
-/// The lengths of all outlines over their widths: a measure of the number of triangles. One that fills the plane has none.
+/// The sum of the lengths of all outlines over their widths: a measure of the number of triangles. A shape
+/// that fills the plane has no outline.
 fn lengths_of_outlines(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> f64 {
     let Ok((frame, _)) = frame(scene, sizing.reach.max(MIN_REACH)) else { return 0.0 };
     let relative = |shape: &Shape| {
@@ -125,7 +128,7 @@ fn width(corners: &[[f64; 2]]) -> f64 {
 }
 
 /// Whether a shape is a plane figure extruded along an axis.
-fn stands(shape: &Shape, along: usize) -> bool {
+fn is_extruded(shape: &Shape, along: usize) -> bool {
     match shape {
         Shape::Box(b) => b.sheet_normal().is_none_or(|normal| normal == along),
         Shape::Cylinder { axis, .. } | Shape::Extrusion { axis, .. } => *axis == along,
@@ -163,13 +166,14 @@ fn ends(shape: &Shape, a: usize) -> Option<[f64; 2]> {
 struct Body {
     /// The conductor or region that fills it.
     filling: Filling,
-    /// Its outline, by its place in the list of outlines; `None` for a body that fills the whole plane.
+    /// The index of its outline in the list of outlines; `None` for a body that fills the whole plane.
     outline: Option<usize>,
-    /// Ends along the axis, m. Where they are planes between layers, they are equal to them.
+    /// Ends along the axis, m. [`layer_planes()`] makes them equal to the planes between layers in which they
+    /// lie.
     ends: [f64; 2],
 }
 
-/// Where the mesh ends, and where the rays to infinity start, m.
+/// The box in which the mesh ends, and the point where the rays to infinity start, m.
 fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
@@ -233,7 +237,7 @@ fn outline(shape: &Shape, axis: usize, frame: &Box3, circle: usize) -> Vec<[f64;
     }
 }
 
-/// Whether coordinates are in order, sizes positive and, for a conductor, everything finite.
+/// Whether the coordinates of a shape are in order, sizes positive and, for a conductor, everything finite.
 fn valid(shape: &Shape, conductor: bool) -> bool {
     let ordered = (0..3).filter_map(|a| ends(shape, a)).all(|[low, high]| {
         (low < high || (conductor && low == high)) && (!conductor || (low.is_finite() && high.is_finite()))
@@ -258,6 +262,7 @@ fn valid(shape: &Shape, conductor: bool) -> bool {
     ordered && flat <= 1 && inner
 }
 
+/// Meshes a scene in layers along this axis.
 fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, LayeredError> {
     let conductors = scene
         .conductors()
@@ -303,6 +308,7 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
             outline = Some(outlines.len());
             outlines.push(Outline { corners, near });
         }
+        // A box that is cut off gets ends between which there is nothing.
         let ends = if corners.is_empty() || outline.is_some() { ends } else { [f64::INFINITY; 2] };
         bodies.push(Body { filling, outline, ends });
     }
@@ -317,20 +323,21 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
     if mesh.tets.is_empty() {
         return Err(LayeredError::NoSpace);
     }
-    // Between outlines whose distance is little more than rounding, triangles have no area.
+    // Between outlines whose distance is little more than rounding, triangles may have no area.
     if (0..mesh.tets.len()).any(|t| mesh.determinant(t) <= 0.0) {
         return Err(LayeredError::TooFine);
     }
     Ok(mesh)
 }
 
+/// The lower and the upper corner of the smallest rectangle around some points, m.
 fn bounds(corners: &[[f64; 2]]) -> [[f64; 2]; 2] {
     corners.iter().fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], p| {
         [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
     })
 }
 
-/// Which triangles lie in an outline.
+/// For each triangle whether it lies in an outline.
 fn covered(planar: &PlaneMesh, corners: &[[f64; 2]]) -> Vec<bool> {
     let middle = |t: &[u32; 3]| {
         let p = t.map(|p| planar.points[p as usize]);

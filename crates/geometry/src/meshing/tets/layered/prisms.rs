@@ -11,14 +11,17 @@ use std::collections::BTreeMap;
 
 /// The prisms of a scene: all triangles of the plane extruded through all layers.
 pub(super) struct Prisms<'a> {
+    /// The scene.
     pub(super) scene: &'a Scene,
+    /// The axis along which triangles are extruded.
     pub(super) axis: usize,
+    /// The triangles.
     pub(super) planar: PlaneMesh,
     /// Planes between the layers, ascending along the axis, m.
     pub(super) nodes: Vec<f64>,
     /// Parts of conductors, then of dielectrics.
     pub(super) bodies: Vec<Body>,
-    /// For each outline, which triangles lie in it.
+    /// For each outline, whether each triangle lies in it.
     pub(super) inside: Vec<Vec<bool>>,
     /// Where the rays to infinity start, m.
     pub(super) center: [f64; 3],
@@ -34,7 +37,7 @@ pub(super) enum Filling {
 }
 
 impl Filling {
-    /// Whether a conductor fills it.
+    /// Whether a conductor fills the prism.
     pub(super) fn is_conductor(self) -> bool {
         match self {
             Self::Conductor(_) => true,
@@ -44,27 +47,32 @@ impl Filling {
 }
 
 impl Prisms<'_> {
+    /// Whether a triangle lies in the outline of a body.
     fn covers(&self, body: usize, triangle: usize) -> bool {
         self.bodies[body].outline.is_none_or(|outline| self.inside[outline][triangle])
     }
 
+    /// What fills the prism over a triangle in a layer.
+    ///
+    /// # Errors
+    /// [`LayeredError::Touching`] where two conductors fill it.
     fn filling(&self, triangle: usize, layer: usize) -> Result<Filling, LayeredError> {
-        let has = |k: usize| {
+        let fills = |k: usize| {
             let [low, high] = self.bodies[k].ends;
             low <= self.nodes[layer] && self.nodes[layer + 1] <= high && self.covers(k, triangle)
         };
-        let mut found = Filling::Region(0);
+        let mut filler = Filling::Region(0);
         for (k, body) in self.bodies.iter().enumerate() {
-            match (found, body.filling) {
-                (Filling::Conductor(first), Filling::Conductor(other)) if first != other && has(k) => {
+            match (filler, body.filling) {
+                (Filling::Conductor(first), Filling::Conductor(other)) if first != other && fills(k) => {
                     return Err(touching(self.scene, first, other));
                 }
                 // Conductors come first, and later dielectrics override earlier ones.
-                (Filling::Region(_), filling) if has(k) => found = filling,
+                (Filling::Region(_), filling) if fills(k) => filler = filling,
                 (Filling::Conductor(_) | Filling::Region(_), Filling::Conductor(_) | Filling::Region(_)) => {}
             }
         }
-        Ok(found)
+        Ok(filler)
     }
 
     /// The conductors with a sheet that covers a triangle at a plane.
@@ -76,6 +84,7 @@ impl Prisms<'_> {
         })
     }
 
+    /// The role of a face in a wall; `None` if the wall is insulated.
     fn wall(&self, axis: usize, side: usize, corners: [[f64; 3]; 3]) -> Option<FaceRole> {
         match self.scene.walls[axis][side] {
             Wall::Insulated => None,
@@ -87,7 +96,8 @@ impl Prisms<'_> {
     }
 }
 
-/// Divides each prism that is not in a conductor into three tetrahedra, and gives faces on conductors and walls their roles.
+/// Divides each prism that is not in a conductor into three tetrahedra, and gives faces on conductors and
+/// walls their roles.
 ///
 /// # Errors
 /// [`LayeredError::Touching`] where two conductors share a prism or a point.
@@ -139,6 +149,7 @@ pub(super) fn prisms(parts: &Prisms) -> Result<TetMesh, LayeredError> {
     Ok(mesh)
 }
 
+/// The error that two conductors touch.
 fn touching(scene: &Scene, one: usize, other: usize) -> LayeredError {
     let [first, second] = [one.min(other), one.max(other)]
         .map(|k| scene.conductors().nth(k).map_or_else(String::new, |c| c.body.name.clone()));
@@ -163,11 +174,15 @@ fn refuse_common_points(mesh: &TetMesh, scene: &Scene) -> Result<(), LayeredErro
 
 /// The boundary faces among the faces of prisms.
 struct Faces<'a> {
+    /// The prisms.
     parts: &'a Prisms<'a>,
     /// Numbers of those points of the plane, at each level, that are points of the mesh.
     numbers: Renumbering,
+    /// What fills each prism: all layers over the first triangle, then those over the next one.
     fillings: Vec<Filling>,
+    /// The number of layers.
     layers: usize,
+    /// The boundary faces found so far.
     boundary: Vec<BoundaryFace>,
 }
 
@@ -177,14 +192,14 @@ impl Faces<'_> {
         self.numbers.get(p as usize * self.parts.nodes.len() + level)
     }
 
-    /// The numbers of three points, each of the plane and with its level.
+    /// The numbers of three points, each given by its point of the plane and its level.
     fn face(&self, corners: [(u32, usize); 3]) -> Option<[u32; 3]> {
         let [a, b, c] = corners.map(|(p, level)| self.point(p, level));
         Some([a?, b?, c?])
     }
 
     /// The conductor on one of two sides, if the other one has no conductor.
-    fn between(sides: [Filling; 2]) -> Option<usize> {
+    fn conductor_beside(sides: [Filling; 2]) -> Option<usize> {
         match sides {
             [Filling::Conductor(k), Filling::Region(_)] | [Filling::Region(_), Filling::Conductor(k)] => {
                 Some(k)
@@ -246,13 +261,14 @@ impl Faces<'_> {
                 let faces = faces.into_iter().filter_map(|f| self.face(f.map(|(p, up)| (p, layer + up))));
                 let faces: Vec<[u32; 3]> = faces.collect();
                 if let Some(other) = other {
-                    let Some(k) = Self::between([filling(one), filling(other)]) else { continue };
+                    let Some(k) = Self::conductor_beside([filling(one), filling(other)]) else { continue };
                     let role = FaceRole::Conductor(k as u32);
                     self.boundary.extend(faces.into_iter().map(|face| BoundaryFace { face, role }));
                 } else if matches!(filling(one), Filling::Region(_)) {
                     let [a, b] = [p, q].map(|p| planar.points[p as usize]);
                     let middle = planar.triangles[one].map(|p| planar.points[p as usize]);
-                    // The edge lies on the side of the frame that is normal to the direction in which it has no extent.
+                    // The edge lies on the side of the frame that is normal to the direction in which it has
+                    // no extent.
                     let k = usize::from((a[1] - b[1]).abs() < (a[0] - b[0]).abs());
                     let side = usize::from(middle.iter().all(|m| m[k] <= a[k]));
                     for face in faces {

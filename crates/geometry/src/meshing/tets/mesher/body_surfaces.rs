@@ -9,7 +9,8 @@ use crate::shapes::TriangleSurface;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, HashMap};
 
-/// A point this near to a wall, relative to the extent of its body, is on the wall.
+/// A point this near to a wall, relative to the extent of its body, is on the wall. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 const SNAP: f64 = 1e-9;
 
 /// A flat part of a surface.
@@ -23,13 +24,14 @@ struct Face {
     edges: Vec<[u32; 2]>,
     /// Points of the mesh inside the face.
     inner: Vec<u32>,
-    /// The conductor, if the face is a sheet and the whole of its body.
+    /// The conductor that the face is, if it is a sheet.
     sheet: Option<u32>,
 }
 
 /// An edge that lies on a wall or a cutting plane.
 #[derive(Debug, Clone, Copy)]
 struct Rim {
+    /// The ends of the edge.
     edge: [u32; 2],
     /// The axis that the plane is normal to.
     axis: usize,
@@ -40,9 +42,11 @@ struct Rim {
 /// The surface of a body.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BodySurface {
-    /// m.
+    /// Positions, m.
     points: Vec<Point>,
+    /// The flat parts.
     faces: Vec<Face>,
+    /// The edges on walls and cutting planes.
     rims: Vec<Rim>,
 }
 
@@ -60,11 +64,11 @@ pub(super) struct Cut {
 /// Points at which edges meet a cutting plane, by the ends of the edge.
 type Crossings = HashMap<[u32; 2], u32>;
 
-/// For each triangle the flat part of the surface that it belongs to, named by one of its triangles: neighbours in one plane
-/// belong to the same part.
+/// For each triangle the flat part of the surface that it belongs to, named by one of its triangles:
+/// neighbours in one plane belong to the same part.
 pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
     let faces = &surface.faces;
-    let at = |p: u32| surface.points[p as usize];
+    let point = |p: u32| surface.points[p as usize];
     let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (t, f) in faces.iter().enumerate() {
         for k in 0..3 {
@@ -80,12 +84,12 @@ pub(crate) fn flat_parts(surface: &TriangleSurface) -> Vec<usize> {
         t
     }
     let whole = extent(surface.points.iter().copied());
-    let area = |t: usize| length(normal(faces[t].map(at)));
+    let area = |t: usize| length(normal(faces[t].map(point)));
     for pair in edges.values().filter(|p| p.len() == 2) {
         let (s, t) = if area(pair[0]) >= area(pair[1]) { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
-        let [a, b, c] = faces[s].map(at);
+        let [a, b, c] = faces[s].map(point);
         let least = 1e-10 * whole * area(s);
-        if faces[t].iter().all(|&p| determinant(a, b, c, at(p)).abs() < least) {
+        if faces[t].iter().all(|&p| determinant(a, b, c, point(p)).abs() < least) {
             let (x, y) = (root(&mut parent, s), root(&mut parent, t));
             parent[x.max(y)] = x.min(y);
         }
@@ -163,8 +167,8 @@ impl BodySurface {
         Self { points: surface.points.clone(), faces, rims: Vec::new() }
     }
 
-    /// Moves faces normal to an axis onto one of the `planes` of that axis where they differ from it by rounding. The planes of
-    /// other faces normal to an axis are added to the list.
+    /// Moves faces normal to an axis onto one of the `planes` of that axis where they differ from it by
+    /// rounding. The planes of other faces normal to an axis are added to the list.
     pub(super) fn align(&mut self, planes: &mut [Vec<f64>; 3]) {
         let near = SNAP * extent(self.points.iter().copied());
         for face in &self.faces {
@@ -299,29 +303,30 @@ impl BodySurface {
         }
     }
 
-    /// The new edges of a face along the plane: between the points `ends` where its outline meets the plane, first to second,
-    /// third to fourth and so on, divided at those `marks` that lie in the plane. `None` if the number of ends is odd.
+    /// The new edges of a face along the plane: between the points `ends` where its outline meets the plane,
+    /// first to second, third to fourth and so on, divided at those `marks` that lie in the plane. `None` if
+    /// the number of ends is odd.
     fn edges_in_plane(&self, mut ends: Vec<u32>, marks: Vec<u32>, cut: Cut) -> Option<Vec<[u32; 2]>> {
-        let at = |p: u32| self.points[p as usize];
+        let point = |p: u32| self.points[p as usize];
         let spread = |k: usize| {
-            let coordinates = ends.iter().map(|&p| at(p)[k]);
+            let coordinates = ends.iter().map(|&p| point(p)[k]);
             coordinates.clone().fold(f64::NEG_INFINITY, f64::max) - coordinates.fold(f64::INFINITY, f64::min)
         };
         let along = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b)))?;
-        let order = |a: &u32, b: &u32| at(*a)[along].total_cmp(&at(*b)[along]);
+        let order = |a: &u32, b: &u32| point(*a)[along].total_cmp(&point(*b)[along]);
         ends.sort_by(order);
         if !ends.len().is_multiple_of(2) {
             return None;
         }
-        let mut marks: Vec<u32> = marks.into_iter().filter(|&p| at(p)[cut.axis] == cut.at).collect();
+        let mut marks: Vec<u32> = marks.into_iter().filter(|&p| point(p)[cut.axis] == cut.at).collect();
         marks.sort_by(|a, b| order(a, b).then(a.cmp(b)));
         marks.dedup();
         let mut out = Vec::new();
         for pair in ends.chunks_exact(2) {
             let mut last = pair[0];
-            let inner = marks
-                .iter()
-                .filter(|&&m| at(pair[0])[along] < at(m)[along] && at(m)[along] < at(pair[1])[along]);
+            let inner = marks.iter().filter(|&&m| {
+                point(pair[0])[along] < point(m)[along] && point(m)[along] < point(pair[1])[along]
+            });
             for &next in inner.chain([&pair[1]]) {
                 if next != last {
                     out.push(sorted(last, next));
@@ -332,8 +337,8 @@ impl BodySurface {
         Some(out)
     }
 
-    /// The part of a polygon that a cut leaves (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a polygon that is not convex stay
-    /// joined along the plane.
+    /// The part of a polygon that a cut leaves (Sutherland and Hodgman, Commun. ACM 17, 1974). Parts of a
+    /// polygon that is not convex stay joined along the plane.
     fn clipped(&mut self, polygon: &[u32], cut: Cut, crossings: &mut Crossings) -> Vec<u32> {
         let mut out = Vec::new();
         for (k, &a) in polygon.iter().enumerate() {
@@ -354,7 +359,8 @@ impl BodySurface {
         out
     }
 
-    /// Adds the surface, as that of `part` and with elements of this size in m, to the complex. `None` if a face has no area.
+    /// Adds the surface, as that of `part` and with elements of this size in m, to the complex. `None` if a
+    /// face has no area.
     pub(super) fn add_to(&self, out: &mut PiecewiseLinearComplex, part: u32, size: f64) -> Option<()> {
         let mut used = vec![false; self.points.len()];
         for face in &self.faces {
@@ -394,6 +400,7 @@ impl BodySurface {
 
 /// The part of an edge that a cut leaves.
 struct RemainingEdge {
+    /// The ends of that part.
     edge: [u32; 2],
     /// Its new end in the plane, if it has one.
     end_in_plane: Option<u32>,

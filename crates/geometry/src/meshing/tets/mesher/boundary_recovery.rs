@@ -12,25 +12,29 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A segment is not split into parts shorter than this share of its length.
+/// A segment is not split into parts shorter than this share of its length. Not tuned: a limit that ordinary
+/// cases do not reach.
 const SHORTEST: f64 = 1e-5;
 
 /// A part of a segment.
 #[derive(Debug, Clone, Copy)]
 struct Subsegment {
+    /// The points at its ends.
     ends: [u32; 2],
-    /// The segment, by its place in [`MeshInProgress::segments`].
+    /// The index of its segment in [`MeshInProgress::segments`].
     segment: u32,
 }
 
 /// The approximate number of orientation tests that take as long as one insertion of a point. Many of the
-/// tested points lie in the plane and need exact arithmetic.
+/// tested points lie in the plane and need exact arithmetic. It only counts work towards a limit.
 const ORIENTATIONS_PER_INSERTION: usize = 500;
 
 /// The triangulation and the complex that it has to contain.
 #[derive(Debug)]
 pub(super) struct MeshInProgress {
+    /// The triangulation.
     pub(super) mesh: Delaunay,
+    /// The complex.
     pub(super) complex: PiecewiseLinearComplex,
     /// The element size wanted at each point of the mesh, m.
     pub(super) sizes: Vec<f64>,
@@ -38,7 +42,9 @@ pub(super) struct MeshInProgress {
     pub(super) segments: Vec<Vec<u32>>,
     /// The length of each segment, m.
     lengths: Vec<f64>,
+    /// The parts of all segments, until [`Self::recover_boundaries`] has made them edges that are kept.
     subsegments: Vec<Subsegment>,
+    /// The points on each facet.
     points_of_facet: Vec<Vec<u32>>,
     /// The kept edges of the segments on each facet.
     edges_of_facet: Vec<BTreeSet<[u32; 2]>>,
@@ -46,9 +52,9 @@ pub(super) struct MeshInProgress {
     first_added: u32,
     /// A tetrahedron at the last point, where the search for the next one starts.
     pub(super) last_tet: u32,
-    /// Points that refinement adds on surfaces make no tetrahedra that are less round.
+    /// The least roundness of tetrahedra that a point which refinement adds on a surface may make.
     pub(super) least_roundness: f64,
-    /// Set from outside to stop.
+    /// The caller sets this to stop the mesher.
     cancel: Option<Arc<AtomicBool>>,
     /// See [`Sizing::most_insertions`].
     most_insertions: usize,
@@ -67,7 +73,8 @@ impl MeshInProgress {
     /// The Delaunay triangulation of the points of a complex within a box.
     ///
     /// # Errors
-    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take, and [`MeshError::Cancelled`].
+    /// [`MeshError::Unreachable`] for a point that the triangulation cannot take, and
+    /// [`MeshError::Cancelled`].
     pub(super) fn new(
         complex: PiecewiseLinearComplex,
         min: Point,
@@ -144,16 +151,18 @@ impl MeshInProgress {
     /// Returns an error if the caller has cancelled the mesher, or if its limit of work is reached.
     ///
     /// # Errors
-    /// [`MeshError::Cancelled`] if so.
+    /// [`MeshError::Cancelled`]
     pub(super) fn go_on(&self) -> Result<(), MeshError> {
         if self.cancelled() { Err(MeshError::Cancelled) } else { Ok(()) }
     }
 
+    /// The error that the surfaces at a place cannot be built.
     pub(super) fn unreachable(&self, at: Point) -> MeshError {
         MeshError::Unreachable { at, points: self.mesh.points.len() }
     }
 
-    /// Adds a point on these facets to the triangulation, in which nothing is kept yet; if possible without flat tetrahedra.
+    /// Adds a point on these facets to the triangulation, in which nothing is kept yet; if possible without
+    /// flat tetrahedra.
     fn add(&mut self, p: Point, facets: &[u32], size: f64) -> Result<u32, MeshError> {
         let mut result = self.insert(p, facets, FlatTets::Avoid);
         if result == Err(Refusal::Degenerate) {
@@ -162,6 +171,7 @@ impl MeshInProgress {
         self.record(result, p, facets, size)
     }
 
+    /// Inserts a point on these facets into the triangulation, in which nothing is kept yet.
     fn insert(&mut self, at: Point, facets: &[u32], flat_tets: FlatTets) -> Result<u32, Refusal> {
         let mut hint = self.last_tet;
         if !self.mesh.alive(hint) {
@@ -227,6 +237,7 @@ impl MeshInProgress {
         points.iter().fold(f64::INFINITY, |s, &p| s.min(self.sizes[p as usize]))
     }
 
+    /// Splits a subsegment in two.
     fn split_subsegment(&mut self, k: usize) -> Result<(), MeshError> {
         let Subsegment { ends: [a, b], segment } = self.subsegments[k];
         let p = self.split_point([a, b]);
@@ -276,7 +287,8 @@ impl MeshInProgress {
         self.complex.facets[f].contains(self.centroid(ids))
     }
 
-    /// Adds points until every segment consists of edges and every facet of faces, which are kept from then on.
+    /// Adds points until every segment consists of edges and every facet of faces, which are kept from then
+    /// on.
     ///
     /// # Errors
     /// [`MeshError::Unreachable`] if that takes too many points or too small parts.
@@ -294,8 +306,8 @@ impl MeshInProgress {
         self.recover_facets(max_points)
     }
 
-    /// Adds a point in tetrahedra whose corners all lie on one facet: their faces on both sides would be kept, with nothing in
-    /// between.
+    /// Adds a point in tetrahedra whose corners all lie on one facet: their faces on both sides would be
+    /// kept, with nothing in between.
     fn split_tets_on_facets(&mut self, max_points: usize) -> Result<(), MeshError> {
         for t in 0..self.mesh.tets.len() as u32 {
             self.go_on()?;

@@ -1,19 +1,22 @@
 //! The surfaces of boxes, sheets and slabs, and the walls.
 //!
-//! The planes of all boxes and walls make a grid. Faces of this grid between cells that are filled differently belong to
-//! surfaces; so do faces covered by a sheet.
+//! The planes of all boxes and walls make a grid. Faces of this grid between cells that are filled
+//! differently belong to surfaces; so do faces covered by a sheet.
 
 use super::piecewise_linear_complex::{PiecewiseLinearComplex, Sheet};
 use super::region::Region;
 use super::{MeshError, Point, Sizing};
 use crate::scene::{Box3, Scene};
 
-/// Largest number of cells of the grid that the planes of all boxes make: some seconds' work.
+/// Largest number of cells of the grid that the planes of all boxes make: some seconds' work. Not tuned: a
+/// limit that ordinary cases do not reach.
 const MAX_CELLS: usize = 10_000_000;
 
 /// A box and what fills it.
 struct FilledBox {
+    /// The box, or a sheet.
     region: Box3,
+    /// The body that fills it.
     filling: Region,
 }
 
@@ -29,11 +32,13 @@ struct GridFace {
 }
 
 impl GridFace {
+    /// The regions on both sides, and the sheet.
     fn fillings(self) -> impl Iterator<Item = Region> {
         [self.below, self.above, self.sheet].into_iter().flatten()
     }
 
-    /// The body whose surface the face is on: a conductor if there is one, else a dielectric; `None` for a wall.
+    /// The body whose surface the face is on: a conductor if there is one, else a dielectric; `None` for a
+    /// wall.
     fn body(self) -> Option<Region> {
         let dielectric = |filling: &Region| matches!(filling, Region::Dielectric(_));
         self.fillings().find(|filling| filling.is_conductor()).or_else(|| self.fillings().find(dielectric))
@@ -48,7 +53,8 @@ struct BoxGrid {
     parts: Vec<Region>,
     /// Coordinates of the planes per axis, ascending, m; the first and the last are walls.
     planes: [Vec<f64>; 3],
-    /// Numbers of the planes. Signed, because the cells next to the walls have neighbours outside.
+    /// Numbers of the planes per axis. They are signed, because the cells next to the walls have neighbours
+    /// outside.
     counts: [isize; 3],
     /// The region that fills each cell; the last axis runs fastest.
     cells: Vec<Region>,
@@ -56,7 +62,8 @@ struct BoxGrid {
     sheets: [Vec<Vec<usize>>; 3],
 }
 
-/// The region that fills each of so many cells between planes: the boxes that are not flat, painted one over the other.
+/// The region that fills each cell between planes, given the numbers of cells per axis: where boxes that are
+/// not flat overlap, the last one counts.
 fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec<Region> {
     let middles = planes
         .each_ref()
@@ -75,6 +82,10 @@ fn filled(boxes: &[FilledBox], planes: &[Vec<f64>; 3], cells: [usize; 3]) -> Vec
 }
 
 impl BoxGrid {
+    /// The grid of the boxes of a scene.
+    ///
+    /// # Errors
+    /// [`MeshError::TooMany`] where it has too many cells.
     fn new(scene: &Scene, domain: &Box3) -> Result<Self, MeshError> {
         let conductors = scene.conductor_parts().map(|(c, part)| (Region::Conductor(c as u32), part));
         let dielectrics = scene.dielectric_parts().map(|(d, part)| (Region::Dielectric(d as u32), part));
@@ -117,6 +128,7 @@ impl BoxGrid {
         self.parts.iter().position(|&part| part == body).map(|part| part as u32)
     }
 
+    /// The position of a grid point, m.
     fn point(&self, at: [isize; 3]) -> Point {
         [0, 1, 2].map(|a| self.planes[a][at[a] as usize])
     }
@@ -148,7 +160,8 @@ impl BoxGrid {
         (face.below != face.above || face.sheet.is_some()).then_some(face)
     }
 
-    /// The four faces around the grid edge along `axis` from `at`: two normal to the axis after next, two to the next one.
+    /// The four faces around the grid edge along `axis` from `at`: two normal to the axis after next, two to
+    /// the next one.
     fn faces_around_edge(&self, axis: usize, at: [isize; 3]) -> [Option<GridFace>; 4] {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         let (mut before_u, mut before_v) = (at, at);
@@ -187,6 +200,7 @@ pub(super) fn add_boxes(
     Ok(())
 }
 
+/// Adds a face of the grid that belongs to a surface, normal to `axis` and with its lowest corner `at`.
 fn add_face(
     out: &mut PiecewiseLinearComplex,
     grid: &BoxGrid,
@@ -207,10 +221,11 @@ fn add_face(
     }
 }
 
-/// Adds the grid edge along `axis` that starts at `at`, unless it lies within one flat face or an edge added before.
+/// Adds the grid edge along `axis` that starts at `at`, unless it lies within one flat face or an edge added
+/// before.
 ///
-/// As long as the same faces meet along it, it is one segment: planes that cross it far from the body they belong to must not
-/// cut it.
+/// As long as the same faces meet along it, it is one segment: planes that cross it far from the body they
+/// belong to must not cut it.
 fn add_edge(
     out: &mut PiecewiseLinearComplex,
     grid: &BoxGrid,

@@ -6,11 +6,13 @@ use crate::shapes::TriangleSurface;
 use elastocap_linalg::vector::{cross, length, minus};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Rings of a cap from the pole to the equator: at least 2, so that no side of the cylinder is normal to an axis by chance.
+/// The least and the largest number of rings of a cap from the pole to the equator: at least 2, so that no
+/// side of the cylinder is normal to an axis by chance.
 const RINGS: [usize; 2] = [2, 100];
 
-/// A polyhedron with the volume of the capsule around the segment between `ends`; the sides of its triangles are about `side` times
-/// the radius, and those along the cylinder as long as that is. It has the capsule's mirror planes.
+/// A polyhedron with the volume of the capsule around the segment between `ends`; the sides of its triangles
+/// are about `side` times the radius, and those along the cylinder as long as that is. It has the capsule's
+/// mirror planes.
 ///
 /// Ring j of a cap has 4 j corners, so that triangles near its pole are no thinner than those elsewhere.
 pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurface {
@@ -19,6 +21,7 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
     let mut surface = TriangleSurface::default();
     // Coordinates in the frame, of a ball of radius 1, and the end that each corner belongs to.
     let mut corners: Vec<(Point, usize)> = Vec::new();
+    // The first corner on the equator of each cap.
     let caps = [0, 1].map(|end| {
         let first = corners.len() as u32;
         let sign = [-1.0, 1.0][end];
@@ -31,7 +34,7 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
                 ([sine * c, sine * s, height], end)
             }));
         }
-        let at = |j: usize, k: usize| match j {
+        let corner = |j: usize, k: usize| match j {
             0 => first,
             _ => first + 1 + (2 * j * (j - 1) + k % (4 * j)) as u32,
         };
@@ -40,10 +43,10 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
             for quarter in 0..4 {
                 let [inner, outer] = [quarter * j, quarter * (j + 1)];
                 for k in 0..=j {
-                    add([at(j, inner + k), at(j + 1, outer + k), at(j + 1, outer + k + 1)]);
+                    add([corner(j, inner + k), corner(j + 1, outer + k), corner(j + 1, outer + k + 1)]);
                 }
                 for k in 0..j {
-                    add([at(j, inner + k), at(j + 1, outer + k + 1), at(j, inner + k + 1)]);
+                    add([corner(j, inner + k), corner(j + 1, outer + k + 1), corner(j, inner + k + 1)]);
                 }
             }
         }
@@ -58,7 +61,8 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
             surface.faces.extend([[a, b, c], [a, c, d]]);
         }
     } else {
-        // One equator for both caps: the last ring of each is the end of its corners.
+        // Both caps share one equator. It is the last ring of each, whose corners come last among those of
+        // the cap.
         let (kept, dropped) = (caps[0], caps[1]);
         let moved = |p: u32| if p >= dropped { p - dropped + kept } else { p };
         surface.faces.iter_mut().for_each(|face| *face = face.map(moved));
@@ -77,7 +81,7 @@ pub(super) fn capsule(ends: [Point; 2], radius: f64, side: f64) -> TriangleSurfa
 /// The factor, 1 + O(side^2), by which the corners move outwards so that the polyhedron has the volume of the
 /// capsule, which has the radius 1 and the given length between its centres.
 fn growth(corners: &[(Point, usize)], surface: &TriangleSurface, around: usize, distance: f64) -> f64 {
-    // Both caps, with their equators in one plane; the sides of the cylinder have no area then.
+    // The volume of both caps, with their equators in one plane; the sides of the cylinder have no area then.
     let caps = surface.faces.iter().map(|face| {
         let [a, b, c] = face.map(|p| corners[p as usize].0);
         determinant([0.0; 3], a, b, c) / 6.0
@@ -86,7 +90,8 @@ fn growth(corners: &[(Point, usize)], surface: &TriangleSurface, around: usize, 
     let turn = 2.0 * PI / around as f64;
     let polygon = 0.5 * around as f64 * turn.sin();
     let volume = PI * (4.0 / 3.0 + distance);
-    // caps f^3 + polygon distance f^2 = volume has one positive solution, and Newton's method from above goes straight to it.
+    // caps f^3 + polygon distance f^2 = volume has one positive solution, and Newton's method from above goes
+    // straight to it.
     let mut f = (volume / (caps + polygon * distance)).max(1.0);
     for _ in 0..30 {
         let value = (caps * f + polygon * distance) * f * f - volume;

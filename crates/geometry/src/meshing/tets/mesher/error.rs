@@ -7,7 +7,7 @@ pub enum MeshError {
     /// A body that cannot be meshed.
     #[error("{body} has {what}; it cannot be meshed")]
     Unsupported {
-        /// Its name.
+        /// The name of the body.
         body: String,
         /// The property of the body that the mesher cannot handle.
         what: &'static str,
@@ -15,7 +15,7 @@ pub enum MeshError {
     /// A body is so small that rounding takes its corners for one point.
     #[error("{body} is less than a billionth of the scene in size; it cannot be meshed in double precision")]
     TooSmall {
-        /// Its name.
+        /// The name of the body.
         body: String,
     },
     /// There are too many bodies for one mesh.
@@ -45,13 +45,13 @@ pub enum MeshError {
     /// The search for intersections of surfaces came to no end.
     #[error("too many surfaces cross at ({}, {}, {}) m; move one of the bodies there a little", at[0], at[1], at[2])]
     Tangled {
-        /// Where, m.
+        /// The place, m.
         at: [f64; 3],
     },
     /// A surface could not be built from faces of tetrahedra.
     #[error("{points} points do not suffice to build the surfaces at ({}, {}, {}) m from faces of tetrahedra; look for surfaces that touch or cross there, or allow more points", at[0], at[1], at[2])]
     Unreachable {
-        /// Where, m.
+        /// The place, m.
         at: [f64; 3],
         /// The number of points when the mesher gave up.
         points: usize,
@@ -59,19 +59,21 @@ pub enum MeshError {
     /// A tetrahedron without volume remains.
     #[error("a tetrahedron at ({}, {}, {}) m has no volume; another element size may help", at[0], at[1], at[2])]
     Flat {
-        /// Where, m.
+        /// The place, m.
         at: [f64; 3],
     },
-    /// Two regions are not separated by faces: a defect of the mesher, found before anything is computed with the mesh.
+    /// Two regions are not separated by faces: a defect of the mesher, found before anything is computed with
+    /// the mesh.
     #[error("a surface of the mesh has a gap near ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
     Leak {
-        /// Where, m.
+        /// The place, m.
         at: [f64; 3],
     },
-    /// The mesh ends where there is no wall: a defect of the mesher, found before anything is computed with the mesh.
+    /// The mesh ends where there is no wall: a defect of the mesher, found before anything is computed with
+    /// the mesh.
     #[error("the mesh ends inside the walls at ({}, {}, {}) m, which is a defect of elastocap; slightly finer or coarser elements may help", at[0], at[1], at[2])]
     Torn {
-        /// Where, m.
+        /// The place, m.
         at: [f64; 3],
     },
     /// Walls on both sides of one axis and open space along another: rays to infinity would hit the walls.

@@ -1,11 +1,16 @@
-//! Exchanging the tetrahedra that a part of a facet pierces for others of which it consists of faces.
+//! Replacement of the tetrahedra that a region of a facet pierces by others that have its triangles as faces.
 //!
-//! These tetrahedra form a cavity. The region divides it in two halves, and each is filled with tetrahedra anew
-//! ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of a Delaunay triangulation, such
-//! tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and Gärtner, Int. J. Numer. Methods Eng. 83, 2010). Corners on
-//! common spheres and rounding are the exceptions: then the region is tried with other diagonals, and the halves grow.
+//! The pierced tetrahedra form a cavity. The region divides it in two halves, and each is filled with
+//! tetrahedra anew ([`Delaunay::filled`](super::delaunay::Delaunay::filled)). Once all segments are edges of
+//! a Delaunay triangulation, such tetrahedra exist (Shewchuk, Proc. 14th Symp. Comput. Geom., 1998; Si and
+//! Gärtner, Int. J. Numer. Methods Eng. 83, 2010). Exceptions are corners on common spheres, and rounding:
+//! then the halves grow, and the region is tried with other diagonals.
 //!
-//! Points on a facet are known by their numbers. Rounding leaves them a little off its plane, and no decision depends on where.
+//! Which points lie on a facet is known from their numbers. Rounding leaves them a little off its plane, to
+//! one side or the other, and no decision depends on which.
+//!
+//! In the methods here `f` is the number of the facet, and `triangles` are all those that it is divided
+//! into.
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
@@ -15,33 +20,38 @@ use crate::meshing::tets::tetrahedron::EDGES;
 use elastocap_linalg::vector::{length, normal};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// The largest number of times that half of a cavity may grow before the exchange is given up.
+/// The largest number of times that half of a cavity may grow before the exchange is given up. Not tuned: a
+/// limit that ordinary cases do not reach.
 const MAX_GROWTHS: usize = 200;
 
-/// The largest number of diagonals of a region to try.
+/// The largest number of diagonals of a region to try. It is not tuned.
 const MAX_DIAGONALS: usize = 12;
 
 /// The part of a cavity on one side of a region.
 struct Half {
-    /// The triangles of the region, with their inner sides shown.
+    /// The triangles of the region, in the orientation that shows the side of this half.
     region: Vec<[u32; 3]>,
-    /// The other faces around the half, with their inner sides shown, and where they are before it is filled anew.
+    /// The other faces around the half, in the orientation that shows its inside, each with its place in the
+    /// mesh before the half is filled anew.
     rim: BTreeMap<[u32; 3], TetFace>,
+    /// The points that the new tetrahedra may have as corners.
     corners: BTreeSet<u32>,
 }
 
 /// The tetrahedra that a region pierces.
 #[derive(Default)]
 struct PiercedTets {
+    /// The tetrahedra.
     tets: Vec<u32>,
     /// Edges that pierce the region, upper end first.
     edges: BTreeSet<[u32; 2]>,
 }
 
 impl MeshInProgress {
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces, or it does with another diagonal
-    /// of two of its triangles: if their corners lie on a circle, any will do. Returns the region with its triangles as they
-    /// are then.
+    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces. Where that
+    /// is not possible, other diagonals of two adjacent triangles are tried: if their four corners lie on a
+    /// circle, either diagonal will do. Returns the region with the triangles that are faces now; `None` if
+    /// no attempt succeeds.
     pub(super) fn exchange_any(
         &mut self,
         f: usize,
@@ -51,7 +61,7 @@ impl MeshInProgress {
         if self.exchange(f, triangles, region) {
             return Some(Region { triangles: region.triangles.clone() });
         }
-        let pairs = pairs(&region.triangles);
+        let pairs = adjacent_pairs(&region.triangles);
         for [s, t] in pairs.into_iter().take(MAX_DIAGONALS) {
             let Some(flipped) = self.flipped(f, region, s, t) else { continue };
             if self.exchange(f, triangles, &flipped) {
@@ -61,7 +71,8 @@ impl MeshInProgress {
         None
     }
 
-    /// The region with the other diagonal of two of its triangles, if they are a convex quadrangle.
+    /// The region with the other diagonal of two of its adjacent triangles, `s` and `t`, if they form a
+    /// convex quadrangle.
     fn flipped(&self, f: usize, region: &Region, s: usize, t: usize) -> Option<Region> {
         let (one, other) = (region.triangles[s], region.triangles[t]);
         let i = one.iter().position(|p| !other.contains(p))?;
@@ -81,7 +92,8 @@ impl MeshInProgress {
         Some(Region { triangles })
     }
 
-    /// Exchanges the tetrahedra that a region pierces for others of which it consists of faces; says whether that was possible.
+    /// Replaces the tetrahedra that a region pierces by others that have its triangles as faces. Returns
+    /// whether that was possible.
     fn exchange(&mut self, f: usize, triangles: &[[u32; 3]], region: &Region) -> bool {
         let widest = self.widest(triangles);
         let Some(mut cavity) = self.pierced(f, widest, region).map(|pierced| pierced.tets) else {
@@ -119,6 +131,10 @@ impl MeshInProgress {
         replaced
     }
 
+    /// Tetrahedra that fill one half of a cavity.
+    ///
+    /// # Errors
+    /// The face at which filling got stuck.
     fn filled_half(&self, half: &Half) -> Result<Vec<[u32; 4]>, [u32; 3]> {
         let surface: Vec<[u32; 3]> = half.region.iter().chain(half.rim.keys()).copied().collect();
         let corners: Vec<u32> = half.corners.iter().copied().collect();
@@ -128,8 +144,8 @@ impl MeshInProgress {
         })
     }
 
-    /// The two parts, above and below, into which a region of a facet divides the tetrahedra that it pierces. `None` if it
-    /// divides them in another way, which is due to rounding.
+    /// The two parts, above and below, into which a region of a facet divides the tetrahedra that it pierces.
+    /// `None` if it divides them in another way, which is due to rounding.
     fn halves(&self, f: usize, widest: [Point; 3], region: &Region, pierced: &[u32]) -> Option<[Half; 2]> {
         let members: HashSet<u32> = pierced.iter().copied().collect();
         let half = |triangles: Vec<[u32; 3]>| Half {
@@ -145,7 +161,7 @@ impl MeshInProgress {
                 if side != 0.0 {
                     halves[usize::from(side < 0.0)].corners.insert(p);
                 } else if !halves[0].corners.contains(&p) {
-                    // A point of the facet next to the region.
+                    // The point lies on the facet, but is no corner of the region.
                     return None;
                 }
             }
@@ -166,17 +182,20 @@ impl MeshInProgress {
         Some(halves)
     }
 
-    /// Lets one half of a cavity grow across those faces of its rim that have an edge, or else a corner, in common with the face at
-    /// which filling it got stuck; says whether it could. Corners on a common sphere may call for that.
+    /// Lets one half of a cavity grow across those faces of its rim that have an edge, or else a corner, in
+    /// common with the face at which filling it got stuck. Returns whether it could. Corners on a common
+    /// sphere may call for that.
     fn grow_half(&self, half: &mut Half, cavity: &mut Vec<u32>, stuck: [u32; 3]) -> bool {
         let common = |face: &[u32; 3]| face.iter().filter(|p| stuck.contains(p)).count();
-        let crossable = |at: &TetFace| {
-            let across = self.mesh.neighbour(at.tet, at.opposite);
-            self.mesh.kept_face(at.tet, at.opposite).is_none() && across.is_some_and(|n| !cavity.contains(&n))
+        let is_crossable = |face: &TetFace| {
+            let across = self.mesh.neighbour(face.tet, face.opposite);
+            self.mesh.kept_face(face.tet, face.opposite).is_none()
+                && across.is_some_and(|n| !cavity.contains(&n))
         };
         let next_to = |least: usize| -> Vec<TetFace> {
-            let near = half.rim.iter().filter(|(face, at)| common(face) >= least && crossable(at));
-            near.map(|(_, at)| *at).collect()
+            let near =
+                half.rim.iter().filter(|(corners, face)| common(corners) >= least && is_crossable(face));
+            near.map(|(_, face)| *face).collect()
         };
         let mut faces = next_to(2);
         if faces.is_empty() {
@@ -203,7 +222,7 @@ impl MeshInProgress {
         grown
     }
 
-    /// Whether the kept edges of some tetrahedra are edges of others too.
+    /// Whether the kept edges of the tetrahedra `before` the exchange are also edges of those `after` it.
     fn keeps_edges(&self, before: &[u32], after: &[[u32; 4]]) -> bool {
         let edges = |t: [u32; 4]| {
             EDGES
@@ -256,18 +275,20 @@ impl MeshInProgress {
         (0..4).filter(|&i| sides[i] > 0.0).flat_map(below).collect()
     }
 
-    /// Whether an edge pierces a triangle of a region. It cannot meet the outline of the region, which consists of edges too.
+    /// Whether an edge pierces a triangle of a region. It cannot meet the outline of the region, which
+    /// consists of edges too.
     fn pierces(&self, edge: [u32; 2], region: &Region) -> bool {
-        let at = |p: u32| self.mesh.points[p as usize];
-        let [p, q] = edge.map(at);
+        let point = |p: u32| self.mesh.points[p as usize];
+        let [p, q] = edge.map(point);
         region.triangles.iter().any(|t| {
-            let sides = [0, 1, 2].map(|k| orientation(p, q, at(t[k]), at(t[(k + 1) % 3])));
+            let sides = [0, 1, 2].map(|k| orientation(p, q, point(t[k]), point(t[(k + 1) % 3])));
             (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
                 && sides.iter().any(|&s| s != 0.0)
         })
     }
 
-    /// The side of a facet, through its widest triangle, on which a point lies: positive above, zero for points of the facet.
+    /// The side of a facet on which a point lies: positive above, negative below, zero for points of the
+    /// facet. The plane is that through its widest triangle.
     fn side(&self, f: usize, widest: [Point; 3], p: u32) -> f64 {
         if self.is_on(p, f as u32) {
             return 0.0;
@@ -276,7 +297,7 @@ impl MeshInProgress {
         orientation(a, b, c, self.mesh.points[p as usize])
     }
 
-    /// The widest of some triangles of a facet.
+    /// The corners of the triangle with the largest area.
     fn widest(&self, triangles: &[[u32; 3]]) -> [Point; 3] {
         let places = |t: &[u32; 3]| t.map(|p| self.mesh.points[p as usize]);
         let area = |t: &[Point; 3]| length(normal(*t));
@@ -285,13 +306,13 @@ impl MeshInProgress {
     }
 }
 
-/// Triangles with a common side, by their places in the list.
-fn pairs(triangles: &[[u32; 3]]) -> Vec<[usize; 2]> {
+/// The pairs of triangles with a common side, by their indices in the list.
+fn adjacent_pairs(triangles: &[[u32; 3]]) -> Vec<[usize; 2]> {
     let mut sides: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (k, t) in triangles.iter().enumerate() {
         for i in 0..3 {
             sides.entry(sorted(t[i], t[(i + 1) % 3])).or_default().push(k);
         }
     }
-    sides.into_values().filter_map(|both| <[usize; 2]>::try_from(both).ok()).collect()
+    sides.into_values().filter_map(|beside| <[usize; 2]>::try_from(beside).ok()).collect()
 }

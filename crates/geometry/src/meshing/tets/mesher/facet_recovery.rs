@@ -1,9 +1,9 @@
 //! Recovery of facets as faces of tetrahedra, without additional points wherever possible.
 //!
-//! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points, its segments and
-//! the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are joined to regions whose outlines
-//! consist of edges, and the tetrahedra that a region pierces are exchanged for others ([`super::facet_exchange`]). Where that
-//! is not possible, the region gets a point.
+//! A facet is divided into triangles by the constrained Delaunay triangulation, in its plane, of its points,
+//! its segments and the edges of tetrahedra that lie on it. Triangles that are not faces of tetrahedra are
+//! joined to regions whose outlines consist of edges, and the tetrahedra that a region pierces are exchanged
+//! for others ([`super::facet_exchange`]). Where that is not possible, the region gets a point.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{Encroachment, FlatTets, Insertion, Refusal, circumcenter, sorted};
@@ -14,18 +14,20 @@ use crate::outline;
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest number of rounds over all facets. In each round, facets that got points are divided anew.
+/// The largest number of rounds over all facets. In each round, facets that got points are divided anew. Not
+/// tuned: a limit that ordinary cases do not reach.
 const MAX_ROUNDS: usize = 200;
 
-/// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of tetrahedra.
+/// Triangles of a facet that are not faces of tetrahedra, joined across sides that are not edges of
+/// tetrahedra.
 pub(super) struct Region {
-    /// Each anticlockwise as seen from above the facet.
+    /// Corners of the triangles, each anticlockwise as seen from above the facet.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl MeshInProgress {
-    /// Adds points and exchanges tetrahedra until every facet consists of faces, which are kept from then on. All segments must
-    /// consist of kept edges.
+    /// Adds points and exchanges tetrahedra until every facet consists of faces, which are kept from then on.
+    /// All segments must consist of kept edges.
     ///
     /// # Errors
     /// [`MeshError::Unreachable`] if that takes too many points, and [`MeshError::Cancelled`].
@@ -82,22 +84,22 @@ impl MeshInProgress {
 
     /// Marks the face with these corners as a kept part of a facet. Returns whether there is such a face.
     fn keep_face(&mut self, f: usize, corners: [u32; 3]) -> bool {
-        let mut found = false;
+        let mut is_face = false;
         for t in self.mesh.star(corners[0]) {
             let ids = self.mesh.tets[t as usize];
             if corners.iter().all(|p| ids.contains(p))
                 && let Some(i) = (0..4).find(|&i| !corners.contains(&ids[i]))
             {
                 self.mesh.kept_faces[t as usize][i] = OptionalIndex::some(f as u32);
-                found = true;
+                is_face = true;
             }
         }
-        found
+        is_face
     }
 
     /// The triangles of a facet, anticlockwise as seen from above it.
     fn facet_triangles(&mut self, f: usize) -> Vec<[u32; 3]> {
-        let name = f as u32;
+        let facet_id = f as u32;
         let points = self.points_of_facet(f).to_vec();
         let facet = &self.complex.facets[f];
         let flat: Vec<[f64; 2]> =
@@ -108,7 +110,7 @@ impl MeshInProgress {
             for &p in &points {
                 for t in self.mesh.star(p) {
                     let others = self.mesh.tets[t as usize].into_iter().filter(|&q| q > p);
-                    edges.extend(others.filter(|&q| self.is_on(q, name)).map(|q| [p, q]));
+                    edges.extend(others.filter(|&q| self.is_on(q, facet_id)).map(|q| [p, q]));
                 }
             }
         }
@@ -133,8 +135,8 @@ impl MeshInProgress {
             }
         }
         let mut adjacent: Vec<Vec<usize>> = vec![Vec::new(); triangles.len()];
-        for (edge, both) in sides {
-            if let [s, t] = both[..]
+        for (edge, beside) in sides {
+            if let [s, t] = beside[..]
                 && !self.mesh.has(&edge)
             {
                 adjacent[s].push(t);
@@ -165,7 +167,7 @@ impl MeshInProgress {
     /// Adds a point in a region of a facet that cannot be recovered as faces, or splits an edge of a segment
     /// in its way.
     fn add_point_in(&mut self, f: usize, region: &Region) -> Result<(), MeshError> {
-        let name = f as u32;
+        let facet_id = f as u32;
         let places = |t: [u32; 3]| t.map(|p| self.mesh.points[p as usize]);
         let squared = |a: Point, b: Point| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>();
         let centers = region.triangles.iter().filter_map(|&t| {
@@ -178,7 +180,7 @@ impl MeshInProgress {
             if area(t) > area(best) { t } else { best }
         });
         let Some(widest) = widest else { return Ok(()) };
-        let mut tried = Vec::new();
+        let mut candidates = Vec::new();
         if let Some((_, center)) = largest {
             let encroached = self.kept_edges_of(f).iter().copied().find(|ends| {
                 let [a, b] = ends.map(|p| self.mesh.points[p as usize]);
@@ -193,18 +195,18 @@ impl MeshInProgress {
                 outline::contains(&flat, facet.project(center))
             });
             if within {
-                tried.push(facet.nearest(center));
+                candidates.push(facet.nearest(center));
             }
         }
-        tried.push(self.complex.facets[f].nearest(self.centroid(widest)));
+        candidates.push(self.complex.facets[f].nearest(self.centroid(widest)));
         let size = self.smallest_size(&widest);
-        for at in tried {
+        for at in candidates {
             for flat_tets in [FlatTets::Avoid, FlatTets::Allow] {
                 for hint in self.mesh.star(widest[0]) {
                     let insertion = Insertion {
                         at,
                         hint,
-                        facets: &[name],
+                        facets: &[facet_id],
                         splits: None,
                         flat_tets,
                         encroachment: Encroachment::GoAround,
@@ -212,7 +214,7 @@ impl MeshInProgress {
                     };
                     match self.mesh.insert(&insertion) {
                         Ok(v) => {
-                            self.note_point(v, &[name], size);
+                            self.note_point(v, &[facet_id], size);
                             return Ok(());
                         }
                         Err(Refusal::KeptEdge(edge)) if self.split_kept_edge(edge) => return Ok(()),
@@ -245,7 +247,7 @@ impl MeshInProgress {
         let Some(hint) = hint.filter(|_| !self.is_short(ends, segment)) else { return false };
         let facets = self.segments[segment as usize].clone();
         for flat_tets in [FlatTets::Avoid, FlatTets::Allow] {
-            let taken = self.mesh.insert(&Insertion {
+            let result = self.mesh.insert(&Insertion {
                 at,
                 hint,
                 facets: &facets,
@@ -254,7 +256,7 @@ impl MeshInProgress {
                 encroachment: Encroachment::GoAround,
                 apart: 0.0,
             });
-            if let Ok(v) = taken {
+            if let Ok(v) = result {
                 self.note_point(v, &facets, self.smallest_size(&ends));
                 self.split_kept(ends, v);
                 return true;

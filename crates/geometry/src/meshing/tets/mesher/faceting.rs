@@ -17,18 +17,19 @@ fn polygon_for_circle(center: [f64; 2], radius: f64, side: f64) -> Vec<[f64; 2]>
     outline::on_circle(center, radius * (angle / angle.sin()).sqrt(), n)
 }
 
-/// A geodesic polyhedron with the volume of a ball; the sides of its triangles are about `side` times the radius.
+/// A geodesic polyhedron with the volume of a ball; the sides of its triangles are about `side` times the
+/// radius.
 ///
-/// The faces of an icosahedron are divided into equal parts and projected to the sphere. Then all corners move out by the
-/// same factor, 1 + O(`side`^2).
+/// The faces of an icosahedron are divided into equal parts and projected to the sphere. Then all corners
+/// move out by the same factor, 1 + O(`side`^2).
 pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface {
-    let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    let golden_ratio = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<Point> = Vec::new();
     for k in 0..3 {
         for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
             let mut p = [0.0; 3];
             p[(k + 1) % 3] = s;
-            p[(k + 2) % 3] = t * g;
+            p[(k + 2) % 3] = t * golden_ratio;
             corners.push(p);
         }
     }
@@ -45,8 +46,9 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
                 }
                 let outward = orientation([0.0; 3], corners[i], corners[j], corners[k]) > 0.0;
                 let ids = if outward { [i, j, k] } else { [i, k, j] };
-                // Points are identified by their weights at the corners, so that triangles share those on common sides.
-                let mut at = |a: usize, b: usize| {
+                // Points are identified by their weights at the corners, so that triangles share those on
+                // common sides.
+                let mut point = |a: usize, b: usize| {
                     let weights = [n - a - b, a, b];
                     let mut key: Vec<(usize, usize)> =
                         (0..3).filter(|&m| weights[m] > 0).map(|m| (ids[m], weights[m])).collect();
@@ -64,9 +66,9 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
                 let mut faces = Vec::new();
                 for a in 0..n {
                     for b in 0..n - a {
-                        faces.push([at(a, b), at(a + 1, b), at(a, b + 1)]);
+                        faces.push([point(a, b), point(a + 1, b), point(a, b + 1)]);
                         if a + b + 1 < n {
-                            faces.push([at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)]);
+                            faces.push([point(a + 1, b), point(a + 1, b + 1), point(a, b + 1)]);
                         }
                     }
                 }
@@ -89,10 +91,11 @@ pub(super) fn geodesic(center: Point, radius: f64, side: f64) -> TriangleSurface
     out
 }
 
-/// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A [`Shape::Shell`] becomes its hollow.
+/// The shape as it is meshed, in one or more pieces with flat faces in place of curved ones. A
+/// [`Shape::Shell`] becomes its hollow.
 pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
     let middle = |axis: usize, base: &Point| across(axis).map(|a| base[a]);
-    let pulled = |axis: usize, base: &Point, height: f64, outline: Vec<[f64; 2]>| Shape::Extrusion {
+    let extruded = |axis: usize, base: &Point, height: f64, outline: Vec<[f64; 2]>| Shape::Extrusion {
         axis,
         from: base[axis],
         to: base[axis] + height,
@@ -108,13 +111,13 @@ pub(super) fn faceted(shape: &Shape, sizing: &Sizing) -> Vec<Shape> {
         }
         Shape::Cylinder { axis, base, radius, height } => {
             let outline = polygon_for_circle(middle(*axis, base), *radius, sizing.facet);
-            vec![pulled(*axis, base, *height, outline)]
+            vec![extruded(*axis, base, *height, outline)]
         }
         Shape::Tube { axis, base, radii, height } => {
             let [inner, outer] =
                 radii.map(|radius| polygon_for_circle(middle(*axis, base), radius, sizing.facet));
             let halves = outline::halves_between(&inner, &outer);
-            halves.into_iter().map(|outline| pulled(*axis, base, *height, outline)).collect()
+            halves.into_iter().map(|outline| extruded(*axis, base, *height, outline)).collect()
         }
         Shape::Box(_) | Shape::Extrusion { .. } | Shape::Surface(_) | Shape::Physical(_) => {
             vec![shape.clone()]

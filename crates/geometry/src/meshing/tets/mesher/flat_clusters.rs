@@ -1,4 +1,4 @@
-//! Replacing connected flat tetrahedra by others around a new point.
+//! Replacement of connected flat tetrahedra by others around a new point.
 //!
 //! Where a surface is nearly flat, its points span tetrahedra without much volume in the shallow valleys
 //! between its faces, and in several layers where many faces meet. The circumspheres of such tetrahedra may
@@ -12,20 +12,24 @@ use crate::meshing::tets::tetrahedron::{EDGES, Measure, angle_below_flat};
 use elastocap_linalg::vector::{length, minus, normal};
 
 /// A tetrahedron is flat if its largest angle between two faces is nearer to 180 degrees than this, rad.
+/// Tuned: `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 pub(super) const FLAT_ANGLE: f64 = 0.05;
 
-/// The largest number of flat tetrahedra that a removal starts with.
+/// The largest number of flat tetrahedra that a removal starts with. Not tuned: a limit that ordinary cases
+/// do not reach.
 const MAX_CLUSTER: usize = 60;
 
 /// The wanted distances of the angles of the new tetrahedra from 180 degrees, rad, in the order in which they
-/// are tried.
+/// are tried. Tuned: `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const WANTED: [f64; 4] = [0.3, 0.15, 0.07, 0.03];
 
-/// Heights of the new point, over the length of the longest edge.
+/// Heights of the new point, over the length of the longest edge. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const HEIGHTS: [f64; 8] = [0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003];
 
-/// The angles of new tetrahedra must be farther from 180 degrees than those of the removed one by this
-/// factor.
+/// The factor by which the angles of new tetrahedra must be farther from 180 degrees than those of the
+/// tetrahedron that is removed. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 pub(super) const GAIN: f64 = 1.5;
 
 impl MeshInProgress {
@@ -45,11 +49,11 @@ impl MeshInProgress {
                     self.mesh.measure = Measure::AngleBelowFlat;
                     self.mesh.min_quality = least;
                     self.mesh.must_remove = Some(t);
-                    let taken = self.mesh.insert_instead_of(removed, &Insertion::free(at, t)).is_ok();
+                    let is_inserted = self.mesh.insert_instead_of(removed, &Insertion::free(at, t)).is_ok();
                     self.mesh.must_remove = None;
                     self.mesh.min_quality = f64::NEG_INFINITY;
                     self.mesh.measure = Measure::Roundness;
-                    if taken {
+                    if is_inserted {
                         self.sizes.push(self.size_at(at, &ids, growth));
                         return true;
                     }
@@ -83,8 +87,10 @@ impl MeshInProgress {
         out
     }
 
-    /// Places for a point, m, at several distances from the kept faces of some tetrahedra: above the middle of one tetrahedron and
-    /// above the middle of them all. Where they have no kept faces, above and below the middle of that one tetrahedron.
+    /// Places for a point, m, at several distances from the kept faces of a cluster of tetrahedra: above the
+    /// middle of its tetrahedron `t` and above the middle of them all. Where the cluster has no kept faces,
+    /// the places are on both sides of these middles, in the direction of the normal of the largest face of
+    /// `t`.
     fn places_over(&self, cluster: &[u32], t: u32) -> Vec<Point> {
         let mut up = [0.0; 3];
         for &t in cluster {
@@ -112,12 +118,12 @@ impl MeshInProgress {
         let centre =
             [0, 1, 2].map(|k| cluster.iter().map(|&t| middle(t)[k]).sum::<f64>() / cluster.len() as f64);
         let reach = longest(t);
-        let froms = if cluster.len() > 1 { vec![middle(t), centre] } else { vec![middle(t)] };
+        let bases = if cluster.len() > 1 { vec![middle(t), centre] } else { vec![middle(t)] };
         let mut out = Vec::new();
         for height in HEIGHTS {
-            for from in &froms {
+            for base in &bases {
                 for sign in signs {
-                    out.push([0, 1, 2].map(|k| from[k] + sign * height * reach * up[k] / size));
+                    out.push([0, 1, 2].map(|k| base[k] + sign * height * reach * up[k] / size));
                 }
             }
         }

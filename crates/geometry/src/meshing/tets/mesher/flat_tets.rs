@@ -1,4 +1,4 @@
-//! Removing flat tetrahedra after refinement: by flips, by adding points and by moving some.
+//! Removal of flat tetrahedra after refinement: by flips, by adding points and by moving points.
 //!
 //! In a tetrahedron whose faces meet at almost 180 degrees, any difference between the fluxes through its two
 //! sides has to leave sideways through a tiny area. A single large one, a thousand times as wide as high, can
@@ -12,16 +12,18 @@ use crate::meshing::tets::tetrahedron::{EDGES, angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus, normal};
 use std::collections::{BTreeSet, HashSet};
 
-/// Tetrahedra less round than this get a new point.
+/// Tetrahedra less round than this get a new point. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const FLAT: f64 = 0.01;
 
-/// Tetrahedra less round than this have no volume up to rounding.
+/// Tetrahedra less round than this have no volume up to rounding. It is not tuned.
 const NO_VOLUME: f64 = 1e-10;
 
-/// Rounds over all flat tetrahedra; the last one only checks whether any remains.
+/// Rounds over all flat tetrahedra; the last one only checks whether any remains. It is not tuned.
 const ROUNDS: i32 = 10;
 
-/// The largest number of failed attempts to replace or move a tetrahedron; after that, all others stay.
+/// The largest number of tetrahedra whose corners are moved because nothing else has helped. After that, no
+/// corners are moved and no flat clusters replaced. Not tuned: a limit that ordinary cases do not reach.
 const MAX_FAILURES: usize = 1000;
 
 impl MeshInProgress {
@@ -35,8 +37,9 @@ impl MeshInProgress {
         let mut changed: Option<HashSet<u32>> = None;
         let mut failures = 0;
         for round in 0..ROUNDS {
-            let mut left = None;
-            let mut near = BTreeSet::new();
+            let mut without_volume = None;
+            // The corners of tetrahedra that have changed in this round.
+            let mut touched = BTreeSet::new();
             for t in 0..self.mesh.tets.len() as u32 {
                 if !self.mesh.alive(t) || self.mesh.regions[t as usize].is_conductor() || self.cancelled() {
                     continue;
@@ -47,45 +50,47 @@ impl MeshInProgress {
                     continue;
                 }
                 if roundness_before < NO_VOLUME {
-                    left = Some(corners[0]);
+                    without_volume = Some(corners[0]);
                 }
                 let ids = self.mesh.tets[t as usize];
-                let same = changed.as_ref().is_some_and(|changed| !ids.iter().any(|p| changed.contains(p)));
-                if same || round + 1 == ROUNDS {
+                let is_unchanged =
+                    changed.as_ref().is_some_and(|changed| !ids.iter().any(|p| changed.contains(p)));
+                if is_unchanged || round + 1 == ROUNDS {
                     continue;
                 }
                 let is_flat = angle_below_flat(corners) <= FLAT_ANGLE;
                 let before = self.mesh.points.len();
-                let mut new = is_flat && self.flip_flat(t, GAIN);
-                if !new && before < sizing.max_points {
-                    new = self.add_point_at(t, round, sizing)
+                let mut is_replaced = is_flat && self.flip_flat(t, GAIN);
+                if !is_replaced && before < sizing.max_points {
+                    is_replaced = self.add_point_at(t, round, sizing)
                         || (is_flat && failures < MAX_FAILURES && self.replace_flat(t, sizing.growth));
                     let mut moved = Vec::new();
-                    if !new && is_flat && failures < MAX_FAILURES {
+                    if !is_replaced && is_flat && failures < MAX_FAILURES {
                         failures += 1;
                         moved = self.move_corners(t);
                     }
-                    if !new && moved.is_empty() && roundness_before <= FLAT {
-                        new = self.add_point(t, off_centre(corners, round), roundness_before, sizing);
+                    if !is_replaced && moved.is_empty() && roundness_before <= FLAT {
+                        is_replaced = self.add_point(t, off_centre(corners, round), roundness_before, sizing);
                     }
-                    near.extend(moved);
+                    touched.extend(moved);
                 }
-                if new {
-                    near.extend(self.mesh.new_tets.iter().flat_map(|&n| self.mesh.tets[n as usize]));
+                if is_replaced {
+                    touched.extend(self.mesh.new_tets.iter().flat_map(|&n| self.mesh.tets[n as usize]));
                 }
             }
-            if round + 1 == ROUNDS || near.is_empty() {
-                return left.map_or(Ok(()), Err);
+            if round + 1 == ROUNDS || touched.is_empty() {
+                return without_volume.map_or(Ok(()), Err);
             }
             // The first eight points are the corners of the box.
-            let points: Vec<u32> = near.iter().copied().filter(|&p| p >= 8).collect();
+            let points: Vec<u32> = touched.iter().copied().filter(|&p| p >= 8).collect();
             let moved = self.smooth_points(&points);
-            changed = Some(near.into_iter().chain(moved).collect());
+            changed = Some(touched.into_iter().chain(moved).collect());
         }
         Ok(())
     }
 
-    /// Adds a point in a tetrahedron that is not round, or above its kept faces; says whether that was possible.
+    /// Adds a point in a tetrahedron that is not round, or above its kept faces. Returns whether that was
+    /// possible.
     fn add_point_at(&mut self, t: u32, round: i32, sizing: &Sizing) -> bool {
         let corners = self.mesh.corners(t);
         let roundness_before = roundness(corners);
@@ -101,22 +106,24 @@ impl MeshInProgress {
         places.into_iter().any(|(at, least)| self.add_point(t, at, least, sizing))
     }
 
-    /// Adds a point in place of a tetrahedron if the new ones are rounder than `least`; says whether they are.
+    /// Adds a point in place of a tetrahedron if all new tetrahedra are rounder than `least`. Returns whether
+    /// they are.
     fn add_point(&mut self, t: u32, at: Point, least: f64, sizing: &Sizing) -> bool {
         let ids = self.mesh.tets[t as usize];
         self.mesh.min_quality = least;
         self.mesh.must_remove = Some(t);
-        let taken = self.mesh.insert(&Insertion::free(at, t)).is_ok();
+        let is_inserted = self.mesh.insert(&Insertion::free(at, t)).is_ok();
         self.mesh.must_remove = None;
         self.mesh.min_quality = f64::NEG_INFINITY;
-        if taken {
+        if is_inserted {
             self.sizes.push(self.size_at(at, &ids, sizing.growth));
         }
-        taken
+        is_inserted
     }
 
-    /// Places for a point, m, at some distance from the kept faces of a flat tetrahedron, each with the least roundness wanted of
-    /// new tetrahedra there. In a valley between two faces that are almost in one plane, no point is far enough from both.
+    /// Places for a point, m, at some distance from the kept faces of a flat tetrahedron, each with the least
+    /// roundness wanted of new tetrahedra there. In a valley between two faces that are almost in one plane,
+    /// no point is far enough from both.
     fn places_above_kept_faces(&self, t: u32) -> Vec<(Point, f64)> {
         let corners = self.mesh.corners(t);
         let mut up = [0.0; 3];

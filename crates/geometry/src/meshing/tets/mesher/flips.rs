@@ -1,27 +1,30 @@
 //! Exchanging a few tetrahedra for others with the same corners, where that makes the worst of them better.
 //!
-//! Two tetrahedra with a common face become three around the line between their other corners, and the tetrahedra around an edge become
-//! those above and below the best triangulation of the ring of their other corners (Freitag and Ollivier-Gooch, Int. J. Numer. Methods
-//! Eng. 40, 1997). Kept faces and edges stay.
+//! Two tetrahedra with a common face become three around the line between their other corners, and the
+//! tetrahedra around an edge become those above and below the best triangulation of the ring of their other
+//! corners (Freitag and Ollivier-Gooch, Int. J. Numer. Methods Eng. 40, 1997). Kept faces and edges stay.
 
 use super::boundary_recovery::MeshInProgress;
 use super::delaunay::{orientation, sorted};
 use crate::meshing::tets::tetrahedron::{EDGES, angle_below_flat};
 
-/// Largest number of tetrahedra around an edge that is removed.
+/// Largest number of tetrahedra around an edge that is removed. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const MAX_RING: usize = 9;
 
 /// A change of a few tetrahedra.
 struct Flip {
+    /// The tetrahedra that are removed.
     before: Vec<u32>,
+    /// The corners of the new tetrahedra.
     after: Vec<[u32; 4]>,
     /// The least [`angle_below_flat`] of the new tetrahedra.
     worst: f64,
 }
 
 impl MeshInProgress {
-    /// Exchanges a tetrahedron and some next to it for others with angles farther from 180 degrees by at
-    /// least the factor `gain`. Returns whether that was possible.
+    /// Exchanges a tetrahedron and some next to it for others whose angles are farther from 180 degrees, by
+    /// more than the factor `gain`. Returns whether that was possible.
     pub(super) fn flip_flat(&mut self, t: u32, gain: f64) -> bool {
         let quality = angle_below_flat(self.mesh.corners(t));
         let mut best: Option<Flip> = None;
@@ -40,7 +43,7 @@ impl MeshInProgress {
         best.is_some_and(|best| self.mesh.replace(&best.before, &best.after))
     }
 
-    /// The angle_below_flat of a tetrahedron that is to be made; negative where it must not be.
+    /// The measure [`angle_below_flat`] of a tetrahedron that is to be made; negative if it must not be made.
     fn worth(&self, tet: [u32; 4]) -> f64 {
         let [a, b, c, d] = tet.map(|p| self.mesh.points[p as usize]);
         if orientation(a, b, c, d) <= 0.0 || self.mesh.on_one_facet(&tet) {
@@ -83,7 +86,8 @@ impl MeshInProgress {
             if self.mesh.kept_face(t, k).is_some() || self.mesh.kept_face(t, l).is_some() {
                 return None;
             }
-            // Whether a, b, k, l is an even permutation of the corners.
+            // Around the edge from a to b, k comes before l if a, b, k, l is an even permutation of the
+            // corners.
             let order = [i, j, k, l];
             let swaps = EDGES.iter().filter(|[m, n]| order[*m] > order[*n]).count();
             steps.push(if swaps % 2 == 0 { [ids[k], ids[l]] } else { [ids[l], ids[k]] });
@@ -94,9 +98,9 @@ impl MeshInProgress {
             ring.push(steps.iter().find(|step| step[0] == last)?[1]);
         }
         let (first, last) = (*ring.first()?, *ring.last()?);
-        let closed = steps.contains(&[last, first]);
-        let twice = (1..ring.len()).any(|k| ring[..k].contains(&ring[k]));
-        if ring.len() < 3 || !closed || twice {
+        let is_closed = steps.contains(&[last, first]);
+        let has_repetition = (1..ring.len()).any(|k| ring[..k].contains(&ring[k]));
+        if ring.len() < 3 || !is_closed || has_repetition {
             return None;
         }
         let (worst, triangles) = self.best_triangles(&ring, a, b)?;
@@ -105,8 +109,8 @@ impl MeshInProgress {
     }
 
     /// The triangulation of a ring whose tetrahedra with the corners `a` below and `b` above are best, and
-    /// the quality of the worst of them. It is found for all parts of the ring between two of its corners,
-    /// from short ones to the whole (Klincsek, 1980).
+    /// the quality of the worst of these tetrahedra. It is found for all parts of the ring between two of its
+    /// corners, from short ones to the whole (Klincsek, 1980).
     fn best_triangles(&self, ring: &[u32], a: u32, b: u32) -> Option<(f64, Vec<[u32; 3]>)> {
         let n = ring.len();
         let mut best = vec![vec![(f64::INFINITY, 0_usize); n]; n];

@@ -1,4 +1,4 @@
-//! Removing faces with the same filling on both sides, such as those of a dielectric inside a conductor.
+//! Removal of faces with the same filling on both sides, such as those of a dielectric inside a conductor.
 
 use super::Point;
 use super::delaunay::sorted;
@@ -11,17 +11,19 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// The distance from a face at which the filling of its two sides is sampled, relative to the width of its
-/// widest triangle.
+/// widest triangle. It is not tuned.
 const SAMPLE_DISTANCE: f64 = 1e-3;
 
 /// A triangle of a facet.
 struct Triangle {
+    /// The corners.
     points: [u32; 3],
     /// Whether it is part of the facet and has different fillings on its two sides.
     visible: bool,
 }
 
-/// Removes faces with the same `region` on both sides, and segments and points that belonged to such faces only.
+/// Removes faces with the same `region` on both sides, and segments and points that belonged to such faces
+/// only.
 ///
 /// Walls and planes with sheets stay whole.
 pub(super) fn remove_hidden_faces(
@@ -39,8 +41,8 @@ pub(super) fn remove_hidden_faces(
     let mut sides: HashMap<u32, BTreeSet<[u32; 2]>> = HashMap::new();
     for f in 0..complex.facets.len() as u32 {
         let facet = &complex.facets[f as usize];
-        let wall = facet.plane.is_some_and(|plane| plane.is_side_of(domain));
-        if wall || !facet.sheets.is_empty() || facet.polygons.is_empty() {
+        let is_wall = facet.plane.is_some_and(|plane| plane.is_side_of(domain));
+        if is_wall || !facet.sheets.is_empty() || facet.polygons.is_empty() {
             continue;
         }
         let Some(triangles) = triangles(complex, f, &of_facet[f as usize], &edges[f as usize], &region)
@@ -93,7 +95,8 @@ fn remove_unused_points(complex: &mut PiecewiseLinearComplex) {
 
 /// The triangles into which its points and segments divide a facet; `None` if they cannot be triangulated.
 ///
-/// Segments bound cells whose triangles are all visible or all hidden, so that the widest triangle of each cell is sampled.
+/// Segments bound cells whose triangles are all visible or all hidden, so that only the widest triangle of
+/// each cell is sampled.
 fn triangles(
     complex: &PiecewiseLinearComplex,
     f: u32,
@@ -135,9 +138,9 @@ fn triangles(
             let vertices = face.vertices().map(|v| ids.get(&v.fix().index()).copied());
             let [Some(a), Some(b), Some(c)] = vertices else { return None };
             triangles.push(([a, b, c], visible.len()));
-            let at = [a, b, c].map(place);
-            if width(at) > best {
-                (best, corners) = (width(at), at);
+            let places = [a, b, c].map(place);
+            if width(places) > best {
+                (best, corners) = (width(places), places);
             }
             for edge in face.adjacent_edges() {
                 let Some(next) = edge.rev().face().as_inner() else { continue };

@@ -2,23 +2,25 @@
 //!
 //! # Method
 //!
-//! 1. Every body becomes flat facets ([`scene_surfaces`]): boxes and imported triangles as they are, curved bodies as polygons
-//!    and triangles that enclose the same area or volume.
-//! 2. Where surfaces meet, all of them get the same points and segments ([`surface_intersections`]), and faces with the same
-//!    filling on both sides are removed ([`hidden_faces`]). This leaves a piecewise linear complex
-//!    ([`piecewise_linear_complex`]).
-//! 3. A Delaunay triangulation ([`delaunay`]) of its points gets more points until every segment consists of edges
-//!    ([`boundary_recovery`]). Then tetrahedra that facets pierce are exchanged for others until every facet consists of faces
-//!    ([`facet_recovery`]). From then on these edges and faces are kept.
-//! 4. Delaunay refinement (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998) adds points until
-//!    tetrahedra are small and round enough ([`refinement`]), and points move to make the flattest of them rounder
-//!    ([`smoothing`]). Flat tetrahedra that are left are exchanged for others or get points ([`flat_tets`]).
+//! 1. Every body becomes flat facets ([`scene_surfaces`]): boxes and imported triangles as they are, curved
+//!    bodies as polygons and triangles that enclose the same area or volume.
+//! 2. Where surfaces meet, all of them get the same points and segments ([`surface_intersections`]), and
+//!    faces with the same filling on both sides are removed ([`hidden_faces`]). This leaves a piecewise
+//!    linear complex ([`piecewise_linear_complex`]).
+//! 3. A Delaunay triangulation ([`delaunay`]) of its points gets more points until every segment consists of
+//!    edges ([`boundary_recovery`]). Then tetrahedra that facets pierce are exchanged for others until every
+//!    facet consists of faces ([`facet_recovery`]). From then on these edges and faces are kept.
+//! 4. Delaunay refinement (Ruppert, J. Algorithms 18, 1995; Shewchuk, Proc. 14th Symp. Comput. Geom., 1998)
+//!    adds points until tetrahedra are small and round enough ([`refinement`]), and points move to make the
+//!    flattest of them rounder ([`smoothing`]). Flat tetrahedra that are left are exchanged for others or get
+//!    points ([`flat_tets`]).
 //!
 //! # Why not a library
 //!
-//! Capacitances with proved bounds need a mesh whose faces lie exactly on the surfaces of many bodies that touch, contain or
-//! cross one another. TetGen makes such meshes but is licensed under the AGPL. fTetWild (MPL) lets surfaces move within an
-//! envelope. No Rust crate meshes several bodies with conforming faces; `spade`, used elsewhere here, works in the plane.
+//! Capacitances with proved bounds need a mesh whose faces lie exactly on the surfaces of many bodies that
+//! touch, contain or cross one another. TetGen makes such meshes but is licensed under the AGPL. fTetWild
+//! (MPL) lets surfaces move within an envelope. No Rust crate meshes several bodies with conforming faces;
+//! `spade`, used elsewhere here, works in the plane.
 
 mod body_surfaces;
 mod boundary_recovery;
@@ -58,13 +60,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use thin_edges::{points_along, thin_edges};
 
-/// A point, or a difference of two, m.
+/// A point, or the difference between two points, m.
 type Point = [f64; 3];
 
-/// Points on surfaces make no tetrahedra that are less round: points of one plane, rounded, may span some without volume.
+/// The least roundness of tetrahedra that a new point on a surface may make: points of one plane, rounded,
+/// may span tetrahedra without volume.
 ///
-/// Not so where thin metal gets fine edges: a side that is split around a flat tetrahedron gets triangles so obtuse that the lower
-/// bound does not converge. Should a tetrahedron without volume remain there, it ends the mesh.
+/// There is no such limit where thin metal gets fine edges: a side that is split around a flat tetrahedron
+/// gets triangles so obtuse that the lower bound does not converge. Should a tetrahedron without volume
+/// remain there, it ends the mesh. It is not tuned.
 const LEAST_ROUNDNESS: f64 = 1e-9;
 
 /// The requirements on the size and shape of the elements of a mesh.
@@ -72,13 +76,14 @@ const LEAST_ROUNDNESS: f64 = 1e-9;
 pub struct Sizing {
     /// Element size at a body, relative to the radius of a round one and to the largest extent of any other.
     pub facet: f64,
-    /// Length of edges along conductors that are less than a twentieth as thick as they are wide, relative to their width. It is
-    /// no less than half their thickness. Infinite if thin conductors are meshed as any other.
+    /// Length of edges along conductors that are less than a twentieth as thick as they are wide, relative to
+    /// their width. It is no less than half their thickness. Infinite if thin conductors are meshed as any
+    /// other.
     pub thin_edge: f64,
     /// Growth of the element size per distance from the bodies, below 1.
     pub growth: f64,
-    /// Circumradius of a tetrahedron, relative to its shortest edge, above which it is refined. Refinement is sure to end by
-    /// itself only from 2 on.
+    /// Circumradius of a tetrahedron, relative to its shortest edge, above which it is refined. Refinement is
+    /// sure to end by itself only from 2 on.
     pub radius_to_edge: f64,
     /// Size of the mesh in open space, relative to the largest extent of the scene.
     pub far: f64,
@@ -126,15 +131,17 @@ pub struct Meshed {
 
 /// Meshes the space around the conductors.
 ///
-/// Spheres become geodesic polyhedra of the volume of the ball, cylinders prisms of the area of the circle; their corners lie
-/// outside the curved surface by O(`facet`^2) of the radius. Boxes, extrusions and triangles are exact. Where a side is open,
-/// the mesh ends far outside. All walls but grounded ones may cut through conductors. Where bodies overlap, conductors
-/// take precedence over dielectrics, and later dielectrics over earlier ones.
+/// Spheres become geodesic polyhedra of the volume of the ball, cylinders prisms of the area of the circle;
+/// their corners lie outside the curved surface by O(`facet`^2) of the radius. Boxes, extrusions and
+/// triangles are exact. Where a side is open, the mesh ends far outside. All walls but grounded ones may cut
+/// through conductors. Where bodies overlap, conductors take precedence over dielectrics, and later
+/// dielectrics over earlier ones.
 ///
 /// # Errors
 ///
-/// [`MeshError`]: conductors that meet each other or a grounded wall, round bodies whose surfaces almost coincide, open
-/// space between opposite walls, and surfaces that cannot be built from faces within the limit on points.
+/// [`MeshError`]: conductors that meet each other or a grounded wall, round bodies whose surfaces almost
+/// coincide, open space between opposite walls, and surfaces that cannot be built from faces within the limit
+/// on points.
 pub fn mesh(scene: &Scene, sizing: &Sizing) -> Result<Meshed, MeshError> {
     mesh_unless(scene, sizing, None)
 }

@@ -17,7 +17,7 @@ pub(super) struct AxisPlane {
 }
 
 impl AxisPlane {
-    /// Whether it is one of the sides of a box.
+    /// Whether the plane contains one of the sides of a box.
     pub(super) fn is_side_of(self, b: &Box3) -> bool {
         self.at == b.min[self.axis] || self.at == b.max[self.axis]
     }
@@ -38,7 +38,7 @@ pub(super) struct Polygon {
 pub(super) struct Sheet {
     /// The conductor that the sheet is.
     pub(super) conductor: u32,
-    /// The polygon, among those of the facet.
+    /// The index of the polygon among those of the facet.
     pub(super) polygon: usize,
 }
 
@@ -48,11 +48,15 @@ pub(super) struct Facet {
     /// The plane of the facet, if it is normal to an axis. Points of the facet then have exactly this
     /// coordinate.
     pub(super) plane: Option<AxisPlane>,
+    /// The point of the plane with the coordinates zero, m.
     origin: Point,
     /// Two orthonormal directions within the plane.
     directions: [Point; 2],
+    /// The unit vector normal to the plane.
     normal: Point,
+    /// The polygons that make up the facet.
     pub(super) polygons: Vec<Polygon>,
+    /// The polygons that sheets cover.
     pub(super) sheets: Vec<Sheet>,
 }
 
@@ -109,9 +113,9 @@ impl Facet {
 pub(super) struct PartInfo {
     /// The name of the body.
     pub(super) name: String,
-    /// The conductor that it is a part of.
+    /// The conductor that the part belongs to; `None` for a dielectric.
     pub(super) conductor: Option<u32>,
-    /// Whether a sphere bounds it.
+    /// Whether a sphere bounds the part.
     pub(super) ball: bool,
 }
 
@@ -129,12 +133,13 @@ pub(super) struct Seed {
 pub(super) struct PiecewiseLinearComplex {
     /// All parts of bodies: those of conductors first, then those of dielectrics.
     pub(super) parts: Vec<PartInfo>,
-    /// m.
+    /// Positions, m.
     pub(super) points: Vec<Point>,
     /// The facets on which each point lies.
     pub(super) facets_of_point: Vec<Vec<u32>>,
     /// The element size wanted at each point, m.
     pub(super) sizes: Vec<f64>,
+    /// All facets.
     pub(super) facets: Vec<Facet>,
     /// The facets on which each segment lies, by its ends in ascending order.
     pub(super) segments: BTreeMap<[u32; 2], Vec<u32>>,
@@ -142,6 +147,7 @@ pub(super) struct PiecewiseLinearComplex {
     pub(super) surfaces_cross: bool,
     /// Pairs of parts whose surfaces cross, each in ascending order.
     pub(super) crossing_parts: BTreeSet<[u32; 2]>,
+    /// Points inside bodies at which the mesh gets points.
     pub(super) seeds: Vec<Seed>,
     /// Facets normal to an axis, by the axis and the bits of their coordinate.
     planes: HashMap<(usize, u64), u32>,
@@ -150,7 +156,8 @@ pub(super) struct PiecewiseLinearComplex {
 }
 
 impl PiecewiseLinearComplex {
-    /// The number of the point at this place, which is added if there is none. The smallest of the sizes given for it counts.
+    /// The number of the point at this place, which is added if there is none. The smallest of the sizes
+    /// given for it counts.
     pub(super) fn point(&mut self, p: Point, size: f64) -> u32 {
         // Minus zero and zero are the same place.
         let p = p.map(|x| x + 0.0);
@@ -188,17 +195,16 @@ impl PiecewiseLinearComplex {
         index
     }
 
-    /// A facet through these points: that of their plane if it is normal to an axis, else a new one through the first three.
-    /// `None` if these three span no plane.
+    /// A facet through these points: that of their plane if it is normal to an axis, else a new one through
+    /// the first three. `None` if these three span no plane.
     pub(super) fn facet(&mut self, corners: &[Point]) -> Option<u32> {
-        let at = |k: usize| corners[k];
         for axis in 0..3 {
-            if (1..corners.len()).all(|k| at(k)[axis] == at(0)[axis]) {
-                let coordinate = at(0)[axis];
+            if (1..corners.len()).all(|k| corners[k][axis] == corners[0][axis]) {
+                let coordinate = corners[0][axis];
                 return Some(self.plane(axis, coordinate));
             }
         }
-        let (u, w) = (minus(at(1), at(0)), minus(at(2), at(0)));
+        let (u, w) = (minus(corners[1], corners[0]), minus(corners[2], corners[0]));
         let length = dot(u, u).sqrt();
         let u = u.map(|x| x / length);
         let along = dot(u, w);
@@ -210,7 +216,7 @@ impl PiecewiseLinearComplex {
         }
         self.facets.push(Facet {
             plane: None,
-            origin: at(0),
+            origin: corners[0],
             directions: [u, v],
             normal: cross(u, v),
             polygons: Vec::new(),
@@ -227,17 +233,17 @@ impl PiecewiseLinearComplex {
         }
     }
 
-    /// Adds a polygon to a facet and returns its place there. Its corners need not be points of the complex; they are rotated so
-    /// that the first three span its plane best.
+    /// Adds a polygon to a facet and returns its index there. Its corners need not be points of the complex;
+    /// they are rotated so that the first three span its plane best.
     pub(super) fn add_polygon(&mut self, facet: u32, corners: &[Point], part: Option<u32>) -> usize {
         let facet = &mut self.facets[facet as usize];
         let mut polygon: Vec<[f64; 2]> = corners.iter().map(|&p| facet.project(p)).collect();
         let n = polygon.len();
-        let wide = |k: usize| {
+        let twice_area = |k: usize| {
             let [a, b, c] = [0, 1, 2].map(|i| polygon[(k + i) % n]);
             ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
         };
-        let first = (1..n).fold(0, |best, k| if wide(k) > wide(best) { k } else { best });
+        let first = (1..n).fold(0, |best, k| if twice_area(k) > twice_area(best) { k } else { best });
         polygon.rotate_left(first);
         facet.polygons.push(Polygon { corners: polygon, part });
         facet.polygons.len() - 1
@@ -262,16 +268,17 @@ impl PiecewiseLinearComplex {
         out
     }
 
-    /// Puts points and segments on the facets normal to an axis in whose polygons they lie exactly, or in whose plane if it is a
-    /// wall, a side of `domain`. Segments along an axis are divided at the points on them.
+    /// Puts points and segments on the facets normal to an axis in whose polygons they lie exactly, or in
+    /// whose plane if it is a wall, a side of `domain`. Segments along an axis are divided at the points on
+    /// them.
     pub(super) fn join_to_planes(&mut self, domain: &Box3) {
-        let wall = |facet: &Facet| facet.plane.is_some_and(|plane| plane.is_side_of(domain));
+        let is_wall = |facet: &Facet| facet.plane.is_some_and(|plane| plane.is_side_of(domain));
         for p in 0..self.points.len() {
             for axis in 0..3 {
                 let at = self.points[p];
                 let Some(&f) = self.planes.get(&(axis, at[axis].to_bits())) else { continue };
                 let facet = &self.facets[f as usize];
-                if wall(facet) || facet.contains(at) {
+                if is_wall(facet) || facet.contains(at) {
                     self.put_on_facet(p as u32, f);
                 }
             }
@@ -287,7 +294,7 @@ impl PiecewiseLinearComplex {
                     let [p, q] = [a, b].map(|i| self.points[i as usize]);
                     self.facets_of_point[b as usize].contains(f)
                         && facet.plane.is_some()
-                        && (wall(facet) || facet.contains([0, 1, 2].map(|k| 0.5 * (p[k] + q[k]))))
+                        && (is_wall(facet) || facet.contains([0, 1, 2].map(|k| 0.5 * (p[k] + q[k]))))
                 })
                 .collect();
             for f in common {

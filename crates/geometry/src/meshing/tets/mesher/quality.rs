@@ -21,9 +21,9 @@ impl Quality {
     pub fn of(mesh: &TetMesh) -> Self {
         let mut out = Self { smallest_angle: 180.0, largest_angle: 0.0, radius_to_edge: 0.0 };
         for tet in &mesh.tets {
-            let at = tet.map(|p| mesh.points[p as usize]);
+            let corners = tet.map(|p| mesh.points[p as usize]);
             let normals = FACES.map(|f| {
-                let n = normal(f.map(|k| at[k]));
+                let n = normal(f.map(|k| corners[k]));
                 n.map(|x| x / length(n))
             });
             for [i, j] in EDGES {
@@ -31,10 +31,10 @@ impl Quality {
                 out.smallest_angle = out.smallest_angle.min(angle);
                 out.largest_angle = out.largest_angle.max(angle);
             }
-            let edge = |[i, j]: [usize; 2]| length(minus(at[i], at[j]));
+            let edge = |[i, j]: [usize; 2]| length(minus(corners[i], corners[j]));
             let shortest = EDGES.iter().fold(f64::INFINITY, |s, &ends| s.min(edge(ends)));
             out.radius_to_edge =
-                out.radius_to_edge.max(length(minus(circumsphere_center(at), at[0])) / shortest);
+                out.radius_to_edge.max(length(minus(circumsphere_center(corners), corners[0])) / shortest);
         }
         out
     }

@@ -9,10 +9,11 @@ use crate::scene::Scene;
 use crate::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 
-/// Each part between surfaces is sampled in at most this many tetrahedra.
+/// Each part between surfaces is sampled in at most this many tetrahedra. It is not tuned.
 const MAX_SAMPLES: usize = 24;
 
-/// A tetrahedron is sampled if its volume is at least this share of that of the largest one of its part.
+/// A tetrahedron is sampled if its volume is at least this share of that of the largest one of its part. It
+/// is not tuned.
 const SAMPLED_VOLUME: f64 = 1e-3;
 
 /// The meshed parts of bodies, for the lookup of the region at a point.
@@ -23,29 +24,36 @@ pub(super) struct Filling {
     dielectrics: Vec<(usize, FacetedPart)>,
 }
 
+/// A part of a body, as it is meshed.
 struct FacetedPart {
+    /// Shapes with flat faces ([`faceted`]).
     pieces: Vec<Shape>,
     /// Whether the part is everything outside the pieces.
     hollow: bool,
-    /// For parts bounded by a sphere; spares them the winding number of their facets at most points.
+    /// The spheres around the facets of a part that a sphere bounds. At most points they decide, without the
+    /// winding number of the facets.
     sphere: Option<SphereBounds>,
 }
 
 /// Two spheres between which all facets of a sphere lie.
 struct SphereBounds {
+    /// The middle of both spheres, m.
     center: Point,
+    /// The radius of the inner sphere, m.
     inner: f64,
+    /// The radius of the outer sphere, m.
     outer: f64,
 }
 
 impl FacetedPart {
+    /// The part with this shape.
     fn new(shape: &Shape, sizing: &Sizing) -> Self {
-        let off = 0.5 * sizing.facet * sizing.facet;
+        let faceting_error = 0.5 * sizing.facet * sizing.facet;
         let sphere = match shape {
             Shape::Sphere { center, radius } | Shape::Shell { center, radius } => Some(SphereBounds {
                 center: *center,
-                inner: (1.0 - off) * radius,
-                outer: (1.0 + off) * radius,
+                inner: (1.0 - faceting_error) * radius,
+                outer: (1.0 + faceting_error) * radius,
             }),
             Shape::Box(_)
             | Shape::Capsule { .. }
@@ -59,6 +67,7 @@ impl FacetedPart {
         Self { pieces: faceted(shape, sizing), hollow, sphere }
     }
 
+    /// Whether a point lies in the part.
     fn contains(&self, p: Point) -> bool {
         if let Some(SphereBounds { center, inner, outer }) = self.sphere {
             let distance = length(minus(p, center));
@@ -71,6 +80,7 @@ impl FacetedPart {
 }
 
 impl Filling {
+    /// The meshed parts of a scene.
     pub(super) fn new(scene: &Scene, sizing: &Sizing) -> Self {
         let faceted = |(k, part): (usize, &Shape)| (k, FacetedPart::new(part, sizing));
         Self {
@@ -79,7 +89,8 @@ impl Filling {
         }
     }
 
-    /// The region at a point: conductors take precedence over dielectrics, later dielectrics over earlier ones.
+    /// The region at a point: conductors take precedence over dielectrics, later dielectrics over earlier
+    /// ones.
     pub(super) fn at(&self, p: Point) -> Region {
         if let Some((c, _)) = self.conductors.iter().find(|(_, part)| part.contains(p)) {
             return Region::Conductor(*c as u32);
@@ -109,16 +120,16 @@ pub(super) fn assign_regions(mesh: &mut Delaunay, filling: &Filling) -> Result<(
         large.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let least = large.first().map_or(0.0, |l| SAMPLED_VOLUME * l.0);
         large.retain(|l| l.0 >= least);
-        let mut found = None;
+        let mut agreed = None;
         for (_, t) in large.iter().step_by(large.len().div_ceil(MAX_SAMPLES).max(1)) {
             let corners = mesh.corners(*t);
             let centroid = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
             let region = filling.at(centroid);
-            if *found.get_or_insert(region) != region {
+            if *agreed.get_or_insert(region) != region {
                 return Err(MeshError::Leak { at: centroid });
             }
         }
-        let Some(region) = found else { continue };
+        let Some(region) = agreed else { continue };
         for t in part {
             mesh.regions[t as usize] = region;
         }

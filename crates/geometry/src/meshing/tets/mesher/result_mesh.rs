@@ -54,7 +54,8 @@ fn center(scene: &Scene, domain: &Box3) -> Point {
     })
 }
 
-/// The role of the face opposite corner `i` of tetrahedron `t`, if it has one. Faces on sheets have theirs on one side only.
+/// The role of the face opposite corner `i` of tetrahedron `t`, if it has one. A face on a sheet has its role
+/// as a face of one of the two tetrahedra only.
 fn role(
     work: &MeshInProgress,
     scene: &Scene,

@@ -10,16 +10,18 @@ use super::{MeshError, Point, Sizing};
 use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::Shape;
 
-/// Bodies smaller than this share of the scene cannot be distinguished from points.
+/// Bodies smaller than this share of the scene cannot be distinguished from points. Not tuned: it only has to
+/// lie above rounding errors and below distances that matter.
 const SMALLEST: f64 = 1e-9;
 
-/// The smallest box around a body, infinite where the body is; a point at the origin for one that only a mesh knows.
+/// The smallest box around a shape, infinite where the shape is; a point at the origin for a group of a
+/// volume mesh.
 pub(crate) fn bounds(shape: &Shape) -> Box3 {
     shape.bounds().unwrap_or(Box3 { min: [0.0; 3], max: [0.0; 3] })
 }
 
-/// Where the mesh ends: at the walls, and far from the bodies on open sides. Around a shell it ends a little outside the
-/// hollow, or at walls that lie inside it.
+/// The box in which the mesh ends: at the walls, and far from the bodies on open sides. Around a shell it
+/// ends a little outside the hollow, or at walls that lie inside it.
 ///
 /// # Errors
 /// [`MeshError::Empty`] if nothing has an extent.
@@ -69,24 +71,29 @@ pub(super) fn domain(scene: &Scene, sizing: &Sizing) -> Result<Box3, MeshError> 
 /// A part of a body, with its number among all parts: those of conductors first, then those of dielectrics.
 #[derive(Clone, Copy)]
 struct BodyPart<'a> {
+    /// The number among all parts.
     number: u32,
     /// The name of the body.
     name: &'a str,
+    /// The shape of the part.
     shape: &'a Shape,
-    /// The conductor that it is a part of.
+    /// The conductor that the part belongs to; `None` for a dielectric.
     conductor: Option<u32>,
 }
 
 impl BodyPart<'_> {
+    /// The error that the body cannot be meshed because of a property.
     fn unsupported(&self, what: &'static str) -> MeshError {
         MeshError::Unsupported { body: self.name.into(), what }
     }
 
+    /// The error that the surface of the body is not closed.
     fn not_closed(&self) -> MeshError {
         self.unsupported("a surface that is not closed")
     }
 }
 
+/// All parts of the bodies of a scene.
 fn parts(scene: &Scene) -> Vec<BodyPart<'_>> {
     fn of(body: &Body, conductor: Option<u32>) -> impl Iterator<Item = (&str, &Shape, Option<u32>)> {
         body.parts.iter().map(move |shape| (body.name.as_str(), shape, conductor))
@@ -100,8 +107,8 @@ fn parts(scene: &Scene) -> Vec<BodyPart<'_>> {
 /// All surfaces of the scene, with the points and segments in which they meet.
 ///
 /// # Errors
-/// Bodies that cannot be meshed, conductors that meet each other or a grounded wall, and round bodies whose surfaces almost
-/// coincide.
+/// Bodies that cannot be meshed, conductors that meet each other or a grounded wall, and round bodies whose
+/// surfaces almost coincide.
 pub(super) fn complex(
     scene: &Scene,
     domain: &Box3,
@@ -143,7 +150,8 @@ pub(super) fn complex(
 
 /// Adds the surface of a part that is no box, within the walls and cut along slabs that it goes through.
 ///
-/// `planes` holds, per axis, the coordinates of flat faces so far; faces that differ from one of these by rounding move there.
+/// `planes` holds, per axis, the coordinates of flat faces so far; faces that differ from one of these by
+/// rounding move there.
 fn add_part(
     out: &mut PiecewiseLinearComplex,
     part: BodyPart,
@@ -183,7 +191,7 @@ fn add_part(
             Shape::Physical(_) => {
                 return Err(part.unsupported("a group of a volume mesh, which is a mesh already"));
             }
-            // Boxes are in already, and there is nothing round any more.
+            // The surfaces of boxes have been added already, and no piece is round.
             Shape::Box(_)
             | Shape::Sphere { .. }
             | Shape::Shell { .. }
@@ -232,8 +240,8 @@ fn add_surface(
     Ok(())
 }
 
-/// The planes of dielectric boxes and slabs that go all the way through a part with the bounds `around`: axis and
-/// coordinate, m.
+/// The planes of dielectric boxes and slabs that go all the way through a part with the bounds `around`: axis
+/// and coordinate, m.
 fn planes_through(scene: &Scene, domain: &Box3, around: &Box3) -> Vec<(usize, f64)> {
     // The flat faces of a round body stand out from it a little.
     let room = 0.1 * around.largest_extent();

@@ -1,4 +1,4 @@
-//! Moving points so that the worst tetrahedra become better.
+//! Moves of points so that the worst tetrahedra become better.
 
 use super::Point;
 use super::boundary_recovery::MeshInProgress;
@@ -6,20 +6,24 @@ use super::flat_clusters::FLAT_ANGLE;
 use crate::meshing::tets::tetrahedron::{angle_below_flat, roundness};
 use elastocap_linalg::vector::{length, minus};
 
-/// Points move only where a tetrahedron is less round than this.
+/// Points move only where a tetrahedron is less round than this. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const ROUND_ENOUGH: f64 = 0.3;
 
-/// Rounds of moves of the corners of a flat tetrahedron.
+/// Rounds of moves of the corners of a flat tetrahedron. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const MOVES: usize = 8;
 
-/// Lengths of the moves, over the distance of the nearest other point.
+/// Lengths of the moves, over the distance of the nearest other point. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.04, 0.01];
 
 /// Points do not move nearer to another point than this, over the wanted element size: tetrahedra at
-/// coincident points may have good angles.
+/// coincident points may have good angles. It is not tuned.
 const LEAST_DISTANCE: f64 = 0.02;
 
-/// Number of directions in which points move.
+/// Number of directions in which points move. Tuned:
+/// `cargo run --release -p elastocap-geometry --example mesh_surfaces -- FILE.obj`.
 const DIRECTIONS: u32 = 64;
 
 /// A unit vector out of [`DIRECTIONS`] that are distributed evenly: points on a spiral around the sphere.
@@ -31,12 +35,14 @@ fn direction(k: u32) -> Point {
 }
 
 impl MeshInProgress {
-    /// Moves those corners of a flat tetrahedron that lie on no facet, in many directions, so that the flattest tetrahedron at each
-    /// becomes rounder; returns those that moved.
+    /// Moves those corners of a flat tetrahedron that lie on no facet, in many directions, so that the
+    /// largest angle between faces of the tetrahedra at each becomes smaller. Returns the corners that moved,
+    /// some of them more than once.
     pub(super) fn move_corners(&mut self, t: u32) -> Vec<u32> {
         let mut moved = Vec::new();
         for _ in 0..MOVES {
             for v in self.mesh.tets[t as usize] {
+                // The first eight points are the corners of the box.
                 if v < 8 || !self.mesh.facets_of_point[v as usize].is_empty() {
                     continue;
                 }
@@ -68,14 +74,14 @@ impl MeshInProgress {
         moved
     }
 
-    /// Moves points that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller.
+    /// Moves points that lie on no facet so that the least round tetrahedron at each becomes rounder.
     pub(super) fn smooth(&mut self) {
         let points: Vec<u32> = (8..self.mesh.points.len() as u32).collect();
         self.smooth_points(&points);
     }
 
-    /// Moves those of `points` that lie on no facet so that the largest angle of the flattest tetrahedron at each becomes smaller. Returns
-    /// those that were moved, some of them more than once.
+    /// Moves those of `points` that lie on no facet so that the least round tetrahedron at each becomes
+    /// rounder. Returns those that were moved, some of them more than once.
     pub(super) fn smooth_points(&mut self, points: &[u32]) -> Vec<u32> {
         let mut moved = Vec::new();
         for round in 0..4 {

@@ -7,12 +7,13 @@ use crate::shapes::Shape;
 use elastocap_linalg::vector::{length, minus};
 use std::f64::consts::TAU;
 
-/// The distance of flat faces from the surface that they replace, relative to the radius, over the square of their relative
-/// size.
+/// The distance of flat faces from the surface that they replace, relative to the radius, over the square of
+/// their relative size.
 const FACE_DISTANCE: f64 = 0.1;
 
 /// The largest share of a surface that may be closer to another surface than the faceting error. Surfaces
-/// that cross at an angle are that close on a strip, one that touches another from inside on a spot.
+/// that cross at an angle are that close on a strip, and a surface that touches another one from inside on a
+/// spot. It is not tuned.
 const MAX_SHARE: f64 = 0.3;
 
 /// A round surface.
@@ -27,6 +28,7 @@ enum Round {
 }
 
 impl Round {
+    /// The round surfaces of a shape.
     fn of(shape: &Shape) -> Vec<Self> {
         let rod = |axis: usize, base: &Point, radius: f64, height: f64| {
             let mut center = *base;
@@ -66,6 +68,7 @@ impl Round {
         turns.flat_map(|t| (-20..=20).map(move |k| place(t, half * f64::from(k) / 20.0))).collect()
     }
 
+    /// The radius, m.
     fn radius(&self) -> f64 {
         match self {
             Self::Ball { radius, .. } | Self::Capsule { radius, .. } | Self::Rod { radius, .. } => *radius,
@@ -89,14 +92,16 @@ impl Round {
 /// Whether the surfaces of two round bodies are closer together than the faceting error over a large share of
 /// one of them. `facet` is the size of the faces relative to the radius.
 pub(super) fn nearly_coincide(one: &Shape, other: &Shape, facet: f64) -> bool {
-    let much = |a: &Round, b: &Round| {
-        let off = FACE_DISTANCE * facet * facet * (a.radius() + b.radius());
+    let is_close_over_much = |a: &Round, b: &Round| {
+        let faceting_error = FACE_DISTANCE * facet * facet * (a.radius() + b.radius());
         let samples = a.samples();
-        let near = samples.iter().filter(|p| b.distance(**p) < off).count();
+        let near = samples.iter().filter(|p| b.distance(**p) < faceting_error).count();
         near as f64 > MAX_SHARE * samples.len() as f64
     };
     let (ones, others) = (Round::of(one), Round::of(other));
-    ones.iter().any(|one| others.iter().any(|other| much(one, other) || much(other, one)))
+    ones.iter().any(|one| {
+        others.iter().any(|other| is_close_over_much(one, other) || is_close_over_much(other, one))
+    })
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ fn walls(half: f64) -> Box3 {
     Box3 { min: [-half; 3], max: [half; 3] }
 }
 
+/// The surface of a cube, turned about x3.
 fn turned(half: f64, turn: f64) -> TriangleSurface {
     let (s, c) = turn.sin_cos();
     let mut surface = cube([0.0; 3], half);
@@ -22,27 +23,30 @@ fn turned(half: f64, turn: f64) -> TriangleSurface {
     surface
 }
 
-/// Meshes whole and part: conforming, of volumes and areas of roles that are those of the whole.
+/// Meshes a scene and the part of it above its mirror planes, of which there must be as many as `expected`.
+/// Checks that the part conforms, has its share of the volume and of the areas, and makes up the whole
+/// together with its reflections. Returns the meshes of the part and of the whole.
 fn compared(scene: &Scene, expected: usize, sizing: &Sizing) -> [TetMesh; 2] {
     compared_by(scene, expected, |scene| mesh(scene, sizing).unwrap().mesh)
 }
 
+/// As [`compared`], with any mesher.
 fn compared_by(scene: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh) -> [TetMesh; 2] {
     let found = planes(scene);
     assert_eq!(found.iter().flatten().count(), expected, "{found:?}");
     let whole = mesh(scene);
-    let some = mesh(&part(scene, &found));
-    conforming(&some);
+    let piece = mesh(&part(scene, &found));
+    conforming(&piece);
     let times = f64::from(1 << expected);
-    let ratio = times * volume(&some) / volume(&whole);
+    let ratio = times * volume(&piece) / volume(&whole);
     assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
-    let (of_part, of_whole) = (areas(&some), areas(&whole));
+    let (of_part, of_whole) = (areas(&piece), areas(&whole));
     let keeps = found.iter().flatten().all(MirrorPlane::keeps_conductors);
     for (role, area) in of_whole.iter().filter(|(role, _)| keeps && role != "~insulated") {
         let found = of_part.iter().find(|(r, _)| r == role).map_or(0.0, |r| r.1);
         assert!((times * found / area - 1.0).abs() < 1e-9, "{role}: {found} {area}");
     }
-    let mut together = some.clone();
+    let mut together = piece.clone();
     for (axis, plane) in found.iter().enumerate() {
         if let Some(plane) = plane {
             together = together.reflected(axis, plane).mesh;
@@ -61,7 +65,7 @@ fn compared_by(scene: &Scene, expected: usize, mesh: impl Fn(&Scene) -> TetMesh)
     for ((role, a), (other, b)) in areas(&together).iter().zip(of_whole) {
         assert!(*role == other && (a - b).abs() < 1e-9 * volume(&whole).powf(2.0 / 3.0), "{role}: {a} {b}");
     }
-    [some, whole]
+    [piece, whole]
 }
 
 #[test]
@@ -79,7 +83,7 @@ fn an_eighth_of_an_imported_cube_in_a_box_is_an_eighth_of_it() {
 fn a_turned_cube_keeps_the_plane_across_its_axis() {
     let whole_scene = scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, 0.3))]);
     compared(&whole_scene, 1, &Sizing::default());
-    // At 45 degrees edges lie in planes.
+    // At 45 degrees, edges of the cube lie in mirror planes.
     let whole_scene =
         scene(walls(1.0), Wall::Grounded, vec![Shape::Surface(turned(0.5, std::f64::consts::FRAC_PI_4))]);
     compared(&whole_scene, 3, &Sizing::default());
@@ -158,7 +162,7 @@ fn an_outline_in_several_pieces_is_cut_where_it_crosses_the_wall() {
         let metal = 9.0 * 4.0 * (4.0 - at) - volume(&out);
         let area = 4.0 * (2.0 - at) - 0.5;
         assert!((metal - area).abs() < 1e-9, "{at}: {metal} {area}");
-        // A body beyond the wall is not there.
+        // A body that lies wholly beyond the wall leaves no trace in the mesh.
         domain.min[2] = 2.5;
         whole_scene.domain = domain;
         let out = mesh(&whole_scene, &Sizing::default()).unwrap().mesh;
@@ -175,7 +179,7 @@ fn a_conductor_through_a_grounded_wall_is_refused_by_name() {
     assert!(matches!(&refused, Err(MeshError::Crossing { first, .. }) if first == "c0"), "{refused:?}");
     whole_scene.walls[0][1] = Wall::Insulated;
     conforming(&mesh(&whole_scene, &Sizing::default()).unwrap().mesh);
-    // A dielectric may.
+    // A dielectric may reach through the wall.
     let mut whole_scene = scene(walls(1.0), Wall::Grounded, Vec::new());
     whole_scene.bodies.push(Body::dielectric("bead", ball, 3.0));
     let out = mesh(&whole_scene, &Sizing::default()).unwrap().mesh;
@@ -198,9 +202,10 @@ fn scenes_in_layers_are_cut_by_their_planes() {
     (board.min[1], board.max[1]) = (-10.0, 0.0);
     whole_scene.bodies.push(Body::dielectric("board", Shape::Box(board), 4.5));
     compared_by(&whole_scene, 1, by_layers(32));
-    // Around the disc alone nothing but the board is uneven; a ring of teeth is cut in several pieces.
+    // The disc over the board alone has two mirror planes.
     whole_scene.bodies.remove(0);
     compared_by(&whole_scene, 2, by_layers(30));
+    // A comb of two teeth has two as well, and a wall that cuts off its back leaves two pieces.
     let comb =
         [[0.0, 0.0], [6.0, 0.0], [6.0, 1.0], [1.0, 1.0], [1.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
     let comb = |from: f64| Shape::Extrusion {

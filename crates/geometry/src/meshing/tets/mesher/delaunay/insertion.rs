@@ -1,17 +1,18 @@
 //! Insertion of a point into the triangulation.
 //!
-//! The tetrahedra that the point replaces form its *cavity*; the faces around the cavity are its *rim*. The cavity starts with
-//! the tetrahedron that contains the point, takes in neighbours whose circumspheres contain it, stops at kept faces, and loses
-//! those from which the point could not see the whole rim.
+//! The tetrahedra that the point replaces form its *cavity*; the faces around the cavity are its *rim*. The
+//! cavity starts with the tetrahedron that contains the point, takes in neighbours whose circumspheres
+//! contain it, stops at kept faces, and loses those from which the point could not see the whole rim.
 
 use super::predicates::{circumcenter, in_sphere, orientation};
 use super::{Delaunay, OptionalIndex, Point, TetFace, sorted};
 use crate::meshing::tets::tetrahedron::EDGES;
 
-/// Longest walk of the search for the tetrahedron that contains a point, in tetrahedra.
+/// Longest walk of the search for the tetrahedron that contains a point, in tetrahedra. Not tuned: a limit
+/// that ordinary cases do not reach.
 const MAX_STEPS: usize = 20_000;
 
-/// Where new tetrahedra must be round, a cavity grows to this many tetrahedra at most.
+/// Where new tetrahedra must be round, a cavity grows to this many tetrahedra at most. It is not tuned.
 const MAX_ROUND_CAVITY: usize = 100;
 
 /// The rule of an insertion for tetrahedra whose corners would all lie on one facet.
@@ -50,7 +51,8 @@ pub(crate) struct Insertion<'a> {
     pub(crate) flat_tets: FlatTets,
     /// The rule if the point encroaches upon a kept face or edge.
     pub(crate) encroachment: Encroachment,
-    /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away than this, m.
+    /// The point is refused as a duplicate if a corner of the tetrahedron that contains it is no farther away
+    /// than this, m.
     pub(crate) apart: f64,
 }
 
@@ -98,6 +100,7 @@ pub(crate) enum Refusal {
 struct Cavity {
     /// The tetrahedron that contains the point.
     start: u32,
+    /// All tetrahedra of the cavity.
     tets: Vec<u32>,
     /// The faces around the cavity.
     rim: Vec<TetFace>,
@@ -107,6 +110,7 @@ struct Cavity {
     banned: u32,
 }
 
+/// The square of the distance between two points, m^2.
 fn squared_distance(a: Point, b: Point) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
 }
@@ -129,8 +133,8 @@ impl Delaunay {
     pub(crate) fn insert_instead_of(&mut self, tets: &[u32], point: &Insertion) -> Result<u32, Refusal> {
         self.insertions += 1;
         let start = self.locate(point)?;
-        let same = |&&q: &&u32| squared_distance(self.points[q as usize], point.at) <= point.apart.powi(2);
-        if let Some(&known) = self.tets[start as usize].iter().find(same) {
+        let is_near = |&&q: &&u32| squared_distance(self.points[q as usize], point.at) <= point.apart.powi(2);
+        if let Some(&known) = self.tets[start as usize].iter().find(is_near) {
             return Err(Refusal::Duplicate(known));
         }
         let mut cavity = self.cavity(start, tets);
@@ -173,7 +177,7 @@ impl Delaunay {
         Err(Refusal::Degenerate)
     }
 
-    /// The tetrahedron `start`, which contains the point, and others.
+    /// A cavity of the tetrahedron `start`, which contains the point, and others.
     fn cavity(&mut self, start: u32, others: &[u32]) -> Cavity {
         self.stamp += 2;
         let (inside, banned) = (self.stamp, self.stamp - 1);
@@ -185,11 +189,11 @@ impl Delaunay {
 
     /// Grows a cavity, and trims it, until the point sees all of its rim from inside.
     fn settle(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<(), Refusal> {
-        // The neighbours of the first tetrahedra of the list have been checked: none of those outside will
-        // join.
-        let mut grown = 0;
+        // The number of tetrahedra at the start of the list whose neighbours have been checked: none of the
+        // neighbours outside the cavity will join it.
+        let mut checked = 0;
         loop {
-            self.grow(point, cavity, grown);
+            self.grow(point, cavity, checked);
             if point.flat_tets == FlatTets::Allow && self.min_quality <= 0.0 {
                 self.throw_out_hidden(point, cavity)?;
                 cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
@@ -199,7 +203,7 @@ impl Delaunay {
                 return Ok(());
             }
             let stays = |&&t: &&u32| self.stamps[t as usize] == cavity.inside;
-            grown = cavity.tets[..before].iter().filter(stays).count();
+            checked = cavity.tets[..before].iter().filter(stays).count();
             cavity.tets.retain(|&t| self.stamps[t as usize] == cavity.inside);
         }
     }
@@ -249,7 +253,8 @@ impl Delaunay {
         if cavity.tets.len() == before { Err(Refusal::KeptEdge(edge)) } else { Ok(()) }
     }
 
-    /// Adds neighbours of the tetrahedra from a place in the list on whose circumspheres contain the point.
+    /// Adds the neighbours whose circumspheres contain the point. Only the neighbours of the tetrahedra from
+    /// place `from` of the list on are looked at.
     fn grow(&mut self, point: &Insertion, cavity: &mut Cavity, from: usize) {
         let mut next = from;
         while next < cavity.tets.len() {
@@ -269,9 +274,9 @@ impl Delaunay {
         }
     }
 
-    /// Lists the rim, removes tetrahedra with rim faces that the point does not see from inside, and adds
-    /// those beyond rim faces in the point's facets where flat tetrahedra are to be avoided. Returns whether
-    /// the cavity changed.
+    /// Lists the rim, and removes tetrahedra with rim faces that the point does not see from inside. Adds the
+    /// tetrahedra beyond rim faces at which a new tetrahedron would not be round enough, or would be flat
+    /// where that is to be avoided. Returns whether the cavity changed.
     fn trim(&mut self, point: &Insertion, cavity: &mut Cavity) -> Result<bool, Refusal> {
         cavity.rim.clear();
         let mut changed = false;
@@ -319,7 +324,8 @@ impl Delaunay {
                     continue;
                 }
                 if side == 0.0 && n.is_none() {
-                    // A point in the plane of a kept face that is not known to lie on its facet could be moved off it later.
+                    // A point in the plane of a kept face that is not known to lie on its facet could be
+                    // moved off it later.
                     if !point.may_replace(self.kept_faces[t as usize][i]) {
                         return Err(Refusal::NearKeptFace(face));
                     }
@@ -337,11 +343,13 @@ impl Delaunay {
         Ok(changed)
     }
 
+    /// Whether all corners of a face lie on a facet.
     fn all_on(&self, face: &[u32; 3], facet: u32) -> bool {
         face.iter().all(|&q| self.facets_of_point[q as usize].contains(&facet))
     }
 
-    /// Fails if new tetrahedra would be too flat, if the cavity would lose a point or a kept edge, or if the point encroaches.
+    /// Fails if new tetrahedra would be too flat, if the cavity would lose a point or a kept edge, or if the
+    /// point encroaches.
     fn check(&mut self, point: &Insertion, cavity: &Cavity) -> Result<(), Refusal> {
         self.stamp += 1;
         let mut rim_edges = Vec::new();
@@ -373,7 +381,8 @@ impl Delaunay {
         Ok(())
     }
 
-    /// Fails if a kept edge of the cavity is not among the `rim_edges`, which are sorted, or if the point encroaches upon one.
+    /// Fails if a kept edge of the cavity is not among the `rim_edges`, which are sorted, or if the point
+    /// encroaches upon one.
     fn check_kept_edges(
         &self,
         point: &Insertion,
@@ -419,7 +428,8 @@ impl Delaunay {
         Ok(())
     }
 
-    /// Replaces the tetrahedra of the cavity by those between the point and the rim.
+    /// Replaces the tetrahedra of the cavity by those between the point and the rim. Returns the number of
+    /// the point.
     fn fill(&mut self, point: &Insertion, cavity: &Cavity) -> u32 {
         let v = self.points.len() as u32;
         self.points.push(point.at);

@@ -1,10 +1,10 @@
 //! A Delaunay triangulation of points in a box, built point by point, in which faces and edges can be kept.
 //!
-//! A new point replaces the tetrahedra whose circumspheres contain it ([`insertion`]; Bowyer, Comput. J. 24, 1981; Watson,
-//! ibid.). Orientation and sphere tests are exact ([`predicates`]), so that points on common spheres and planes do no harm.
-//! The hull is the box of the start: every later point lies in it or, with the very same coordinate, on it. Once the
-//! surfaces of the bodies consist of faces of the triangulation, these faces and the edges along their outlines are marked as
-//! kept, and no later point removes them.
+//! A new point replaces the tetrahedra whose circumspheres contain it ([`insertion`]; Bowyer, Comput. J. 24,
+//! 1981; Watson, ibid.). Orientation and sphere tests are exact ([`predicates`]), so that points on common
+//! spheres and planes do no harm. The hull is the box of the start: every later point lies in it or, with the
+//! very same coordinate, on it. Once the surfaces of the bodies consist of faces of the triangulation, these
+//! faces and the edges along their outlines are marked as kept, and no later point removes them.
 
 mod insertion;
 mod predicates;
@@ -41,7 +41,8 @@ pub(super) struct Delaunay {
     pub(super) neighbours: Vec<[OptionalIndex; 4]>,
     /// The facet of which the face opposite each corner is a kept part.
     pub(super) kept_faces: Vec<[OptionalIndex; 4]>,
-    /// The region of each tetrahedron. Tetrahedra that replace it on the same side of all kept faces inherit the region.
+    /// The region of each tetrahedron. Tetrahedra that replace it on the same side of all kept faces inherit
+    /// the region.
     pub(super) regions: Vec<Region>,
     /// Edges to be kept, by ascending ends, and the segments of which they are parts.
     pub(super) kept_edges: HashMap<[u32; 2], u32>,
@@ -55,13 +56,18 @@ pub(super) struct Delaunay {
     pub(super) must_remove: Option<u32>,
     /// The number of attempts to insert a point.
     pub(super) insertions: usize,
+    /// Whether each slot holds a tetrahedron.
     alive: Vec<bool>,
     /// Some tetrahedron at each point.
     tet_of_point: Vec<u32>,
+    /// Slots of removed tetrahedra that are not used again yet.
     free: Vec<u32>,
-    /// Marks of the current search; each search uses numbers above those of all searches before.
+    /// Marks of tetrahedra by the current search; each search uses numbers above those of all searches
+    /// before.
     stamps: Vec<u32>,
+    /// Marks of points, in the same way.
     point_stamps: Vec<u32>,
+    /// The largest number used as a mark so far.
     stamp: u32,
     /// State of a linear congruential generator: a walk that tries faces in a fixed order may not end.
     random: u32,
@@ -84,8 +90,8 @@ impl Delaunay {
         }
         for (a, b) in [(1, 2), (2, 1), (1, 4), (4, 1), (2, 4), (4, 2)] {
             let mut tet = [0, a, a + b, 7];
-            let at = tet.map(|p: u32| out.points[p as usize]);
-            if orientation(at[0], at[1], at[2], at[3]) < 0.0 {
+            let [p, q, r, s] = tet.map(|p: u32| out.points[p as usize]);
+            if orientation(p, q, r, s) < 0.0 {
                 tet.swap(2, 3);
             }
             let slot = out.slot();
@@ -176,7 +182,8 @@ impl Delaunay {
         out
     }
 
-    /// Whether the points are corners of one tetrahedron: then they span an edge or a face of the triangulation.
+    /// Whether the points are corners of one tetrahedron: then they span an edge or a face of the
+    /// triangulation.
     pub(super) fn has(&mut self, simplex: &[u32]) -> bool {
         let star = self.star(simplex[0]);
         star.iter().any(|&t| simplex.iter().all(|p| self.tets[t as usize].contains(p)))
@@ -206,8 +213,8 @@ impl Delaunay {
         None
     }
 
-    /// The tetrahedra that the straight line from the centroid of one of them to `p` goes through; `None` if there is a kept face in
-    /// its way, or if it leaves the triangulation.
+    /// The tetrahedra that the straight line from the centroid of one of them to `p` goes through; `None` if
+    /// there is a kept face in its way, or if it leaves the triangulation.
     pub(super) fn tets_towards(&self, mut t: u32, p: Point) -> Option<Vec<u32>> {
         let corners = self.corners(t);
         let from = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 4.0);
@@ -229,7 +236,8 @@ impl Delaunay {
         None
     }
 
-    /// Moves a point by the best of `offsets` if this raises the least `worth` of the tetrahedra at it; says whether it did.
+    /// Moves a point by the best of `offsets` if this raises the least `worth` of the tetrahedra at it.
+    /// Returns whether the point moved.
     ///
     /// `worth` must be negative for tetrahedra with a negative volume.
     pub(super) fn improve(&mut self, v: u32, worth: impl Fn([Point; 4]) -> f64, offsets: &[Point]) -> bool {

@@ -1,16 +1,18 @@
 //! Geometric predicates: the position of a point relative to a plane or a sphere.
 //!
-//! The signs of [`orientation`] and [`in_sphere`] are exact (Shewchuk's adaptive predicates, Discrete Comput. Geom. 18, 1997, in
-//! the crate `robust`); the centres of circles and spheres are rounded.
+//! The signs of [`orientation`] and [`in_sphere`] are exact (Shewchuk's adaptive predicates, Discrete Comput.
+//! Geom. 18, 1997, in the crate `robust`); the centres of circles and spheres are rounded.
 
 use crate::meshing::tets::mesher::Point;
 use elastocap_linalg::vector::{cross, dot, minus};
 
+/// A point in the form that `robust` takes.
 fn coord(p: Point) -> robust::Coord3D<f64> {
     robust::Coord3D { x: p[0], y: p[1], z: p[2] }
 }
 
-/// A number with exactly the sign of det(b - a, c - a, d - a): positive if the tetrahedron a, b, c, d is.
+/// A number with exactly the sign of det(b - a, c - a, d - a): positive for a positive tetrahedron a, b, c,
+/// d.
 pub(crate) fn orientation(a: Point, b: Point, c: Point, d: Point) -> f64 {
     -robust::orient3d(coord(a), coord(b), coord(c), coord(d))
 }

@@ -18,7 +18,9 @@ type OrientedFace = [u32; 3];
 /// The surroundings of a face on the surface of a cavity.
 #[derive(Debug, Clone, Copy)]
 struct Border {
+    /// The tetrahedron across the face.
     neighbour: OptionalIndex,
+    /// The facet of which the face is a kept part.
     kept: OptionalIndex,
     /// The tetrahedron of the cavity behind the face, and the corner opposite to it.
     inside: TetFace,
@@ -46,11 +48,15 @@ const ORIENTATIONS_PER_COMPARISON: usize = 140;
 /// A face of the surface of the unfilled part of the cavity.
 #[derive(Debug, Clone, Copy)]
 struct OpenFace {
+    /// The corners, in the order that shows the unfilled side.
     corners: OrientedFace,
+    /// The lower corner of the box around the face, m.
     low: Point,
+    /// The upper corner of that box, m.
     high: Point,
 }
 
+/// The lower and the upper corner of the box around some points, m.
 fn bounds(points: &[Point]) -> [Point; 2] {
     let pick = |f: fn(f64, f64) -> f64| {
         [0, 1, 2].map(|a| points.iter().skip(1).fold(points[0][a], |m, p| f(m, p[a])))
@@ -60,36 +66,37 @@ fn bounds(points: &[Point]) -> [Point; 2] {
 
 /// The surface of the unfilled part of the cavity.
 struct Front<'a> {
+    /// The points of the triangulation, m.
     points: &'a [Point],
     /// Faces, some of which are not open any more.
     faces: Vec<OpenFace>,
-    /// The places in `faces` of those that are open.
+    /// The indices in `faces` of those that are open.
     open: HashMap<OrientedFace, usize>,
-    /// The approximate number of orientation tests since it was last taken.
+    /// The approximate number of orientation tests since the caller was last told of it.
     orientations: Cell<usize>,
 }
 
 impl Front<'_> {
-    /// Adds a face; says whether it was not open yet.
+    /// Adds a face. Returns whether it was not open yet.
     fn add(&mut self, corners: [u32; 3]) -> bool {
         let corners = rotated(corners);
         let [low, high] = bounds(&corners.map(|p| self.points[p as usize]));
-        let place = self.faces.len();
+        let index = self.faces.len();
         self.faces.push(OpenFace { corners, low, high });
-        self.open.insert(corners, place).is_none()
+        self.open.insert(corners, index).is_none()
     }
 
+    /// Counts orientation tests.
     fn count(&self, orientations: usize) {
         self.orientations.set(self.orientations.get() + orientations);
     }
 
     /// Whether a tetrahedron on an open face is inside the unfilled part, and leaves a valid surface.
     fn admits(&self, tet: [u32; 4], corners: &[u32]) -> bool {
-        let at = |p: u32| self.points[p as usize];
-        let places = tet.map(at);
+        let places = tet.map(|p| self.points[p as usize]);
         let [low, high] = bounds(&places);
         let inside = |p: u32| {
-            let q = at(p);
+            let q = self.points[p as usize];
             (0..3).all(|a| low[a] <= q[a] && q[a] <= high[a])
                 && FACES.iter().all(|f| {
                     let [a, b, c] = f.map(|k| places[k]);
@@ -101,16 +108,16 @@ impl Front<'_> {
             return false;
         }
         // No new face may be open twice from the other side.
-        let twice = |f: &[usize; 3]| {
+        let would_open_twice = |f: &[usize; 3]| {
             let face = rotated(f.map(|k| tet[k]));
             !self.open.contains_key(&face) && self.open.contains_key(&reversed(face))
         };
-        if FACES[..3].iter().any(twice) {
+        if FACES[..3].iter().any(would_open_twice) {
             return false;
         }
-        self.faces.iter().enumerate().all(|(place, face)| {
+        self.faces.iter().enumerate().all(|(index, face)| {
             let apart = (0..3).any(|a| face.high[a] < low[a] || high[a] < face.low[a]);
-            if apart || self.open.get(&face.corners) != Some(&place) {
+            if apart || self.open.get(&face.corners) != Some(&index) {
                 return true;
             }
             self.count(ORIENTATIONS_PER_COMPARISON);
@@ -118,21 +125,22 @@ impl Front<'_> {
         })
     }
 
-    /// Whether a triangle has a point inside a tetrahedron. If it has none, a plane through three of the corners of the two
-    /// separates them.
+    /// Whether a triangle has a point inside a tetrahedron. If it has none, a plane through three of the
+    /// corners of the two separates them.
     fn enters(&self, triangle: [u32; 3], tet: [u32; 4]) -> bool {
         let mut ids = tet.to_vec();
         ids.extend(triangle.iter().filter(|p| !tet.contains(p)));
-        let at = |k: usize| self.points[ids[k] as usize];
+        let point = |k: usize| self.points[ids[k] as usize];
         let belongs = |k: usize| (k < 4, k >= 4 || triangle.contains(&ids[k]));
         let n = ids.len();
         for i in 0..n {
             for j in i + 1..n {
                 for k in j + 1..n {
-                    // The signs of the corners of the tetrahedron, and of the triangle: [any below, any above].
+                    // Whether the tetrahedron (`solid`) and the triangle (`flat`) have a corner below and a
+                    // corner above the plane.
                     let (mut solid, mut flat) = ([false; 2], [false; 2]);
                     for l in (0..n).filter(|l| ![i, j, k].contains(l)) {
-                        let side = orientation(at(i), at(j), at(k), at(l));
+                        let side = orientation(point(i), point(j), point(k), point(l));
                         let (of_tet, of_triangle) = belongs(l);
                         if side != 0.0 {
                             solid[usize::from(side > 0.0)] |= of_tet;
@@ -149,9 +157,9 @@ impl Front<'_> {
         true
     }
 
-    /// Whether an edge of a triangle crosses, in a common plane, one of the edges at the last corner of a tetrahedron.
+    /// Whether an edge of a triangle crosses, in a common plane, one of the edges at the last corner of a
+    /// tetrahedron.
     fn crosses(&self, triangle: [u32; 3], tet: [u32; 4]) -> bool {
-        let at = |p: u32| self.points[p as usize];
         (0..3).any(|i| {
             let (a, d) = (tet[i], tet[3]);
             (0..3).any(|k| {
@@ -159,7 +167,7 @@ impl Front<'_> {
                 if [a, d].contains(&u) || [a, d].contains(&v) {
                     return false;
                 }
-                let [a, d, u, v] = [a, d, u, v].map(at);
+                let [a, d, u, v] = [a, d, u, v].map(|p| self.points[p as usize]);
                 orientation(a, d, u, v) == 0.0
                     && [[0, 1], [1, 2], [2, 0]].into_iter().any(|axes| {
                         let turn = |p, q, r| flat_turn(axes, p, q, r);
@@ -175,13 +183,13 @@ impl Delaunay {
     /// Whether all points lie on one facet.
     pub(crate) fn on_one_facet(&self, points: &[u32]) -> bool {
         let Some((&first, rest)) = points.split_first() else { return false };
-        let on = |p: u32| &self.facets_of_point[p as usize];
-        on(first).iter().any(|f| rest.iter().all(|&p| on(p).contains(f)))
+        let facets_of = |p: u32| &self.facets_of_point[p as usize];
+        facets_of(first).iter().any(|f| rest.iter().all(|&p| facets_of(p).contains(f)))
     }
 
-    /// Tetrahedra that fill the space inside a closed surface, given by faces that show their inner sides (the fourth corner of
-    /// a positive tetrahedron is on that side), without further points than `corners`. None of them has all its corners on one
-    /// facet.
+    /// Tetrahedra that fill the space inside a closed surface and have no other corners than `corners`. The
+    /// surface is given by faces that show their inner sides: the fourth corner of a positive tetrahedron is
+    /// on that side. None of them has all its corners on one facet.
     ///
     /// `goes_on` receives the approximate number of orientation tests since its last call, which take most of
     /// the time, and returns whether to go on.
@@ -206,7 +214,7 @@ impl Delaunay {
         {
             return Err(face);
         }
-        let at = |p: u32| self.points[p as usize];
+        let point = |p: u32| self.points[p as usize];
         let mut tets = Vec::new();
         let mut next = 0;
         while next < front.faces.len() {
@@ -217,7 +225,7 @@ impl Delaunay {
             }
             let sees = |d: &u32| {
                 ![a, b, c].contains(d)
-                    && orientation(at(a), at(b), at(c), at(*d)) > 0.0
+                    && orientation(point(a), point(b), point(c), point(*d)) > 0.0
                     && !self.on_one_facet(&[a, b, c, *d])
             };
             if !goes_on(front.orientations.take()) {
@@ -225,7 +233,7 @@ impl Delaunay {
             }
             front.count(corners.len());
             let mut candidates: Vec<u32> = corners.iter().copied().filter(sees).collect();
-            let in_sphere_of = |d: u32, e: u32| in_sphere([a, b, c, d].map(at), at(e));
+            let in_sphere_of = |d: u32, e: u32| in_sphere([a, b, c, d].map(point), point(e));
             let apex = loop {
                 let emptier = |best: u32, d: u32| {
                     if in_sphere_of(best, d) || (d < best && !in_sphere_of(d, best)) { d } else { best }
@@ -249,8 +257,8 @@ impl Delaunay {
         Ok(tets)
     }
 
-    /// Replaces tetrahedra by others that fill the same space; both must have the same corners. Returns whether that was
-    /// possible; the triangulation is as before if not.
+    /// Replaces tetrahedra by others that fill the same space; both must have the same corners. Returns
+    /// whether that was possible; the triangulation is as before if not.
     pub(crate) fn replace(&mut self, cavity: &[u32], tets: &[[u32; 4]]) -> bool {
         self.stamp += 1;
         cavity.iter().for_each(|&t| self.stamps[t as usize] = self.stamp);

@@ -13,7 +13,7 @@ impl Intersections<'_> {
         let PiecewiseLinearComplex { parts, facets, points, facets_of_point, .. } = &*self.complex;
         let conductor = |part: u32| parts[part as usize].conductor;
         // The conductors to which each facet belongs.
-        let metal: Vec<Vec<u32>> = facets
+        let conductors_of_facet: Vec<Vec<u32>> = facets
             .iter()
             .map(|f| {
                 let mut conductors: Vec<u32> = f.polygons.iter().filter_map(|p| conductor(p.part?)).collect();
@@ -22,9 +22,9 @@ impl Intersections<'_> {
                 conductors
             })
             .collect();
-        for (&point, on) in points.iter().zip(facets_of_point) {
+        for (&point, facets_here) in points.iter().zip(facets_of_point) {
             let mut conductors: Vec<u32> =
-                on.iter().flat_map(|&f| metal[f as usize].iter().copied()).collect();
+                facets_here.iter().flat_map(|&f| conductors_of_facet[f as usize].iter().copied()).collect();
             conductors.sort_unstable();
             conductors.dedup();
             if conductors.len() < 2 {
@@ -32,12 +32,12 @@ impl Intersections<'_> {
             }
             // A facet may belong to a conductor at other points only.
             let reaches = |c: &u32| {
-                on.iter().any(|&f| {
+                facets_here.iter().any(|&f| {
                     let facet = &facets[f as usize];
                     let q = facet.project(point);
                     let polygons = facet.polygons.iter();
                     let mut polygons = polygons.filter(|p| p.part.and_then(conductor) == Some(*c));
-                    metal[f as usize].contains(c)
+                    conductors_of_facet[f as usize].contains(c)
                         && polygons.any(|p| in_or_near_polygon(&p.corners, q, self.near))
                 })
             };

@@ -3,8 +3,8 @@
 use super::{Intersections, Point, PolygonId};
 
 impl Intersections<'_> {
-    /// Joins facets of different parts of bodies that touch and lie in one plane, unless this is normal to an axis: facets in
-    /// such a plane are one already.
+    /// Joins facets of different parts of bodies that touch and lie in one plane, unless this is normal to an
+    /// axis: facets in such a plane are one already.
     pub(super) fn join_coplanar_facets(&mut self) {
         let mut root: Vec<u32> = (0..self.complex.facets.len() as u32).collect();
         fn find(root: &mut [u32], mut f: u32) -> u32 {

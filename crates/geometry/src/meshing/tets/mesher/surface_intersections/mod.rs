@@ -16,27 +16,29 @@ use crate::outline;
 use elastocap_linalg::vector::{dot, length, minus};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// The distance within which points are one, relative to the shortest segment.
+/// The distance within which points are the same, relative to the shortest segment. It is not tuned.
 const NEAR: f64 = 1e-6;
 
-/// Smallest and largest value of [`NEAR`] times the shortest segment, relative to the extent of the scene.
+/// Smallest and largest value of [`NEAR`] times the shortest segment, relative to the extent of the scene. It
+/// is not tuned.
 const NEAR_RANGE: [f64; 2] = [1e-13, 1e-8];
 
-/// Where a segment of a ball crosses another surface this close to one of its ends, relative to its length, the crossing is
-/// taken to be at that end: the corners of a ball may move a little.
+/// Where a segment of a ball crosses another surface this close to one of its ends, relative to its length,
+/// the crossing is taken to be at that end: the corners of a ball may move a little. It is not tuned.
 const MERGE_AT_END: f64 = 2e-3;
 
-/// New segments of one round may meet further surfaces in the next. Each round puts the new points on one facet more, so that
-/// few rounds suffice.
+/// New segments of one round may meet further surfaces in the next. Each round puts the new points on one
+/// facet more, so that few rounds suffice. Not tuned: a limit that ordinary cases do not reach.
 const MAX_ROUNDS: usize = 12;
 
 /// The largest number of pairs of surfaces or segments to compare, which takes some ten seconds. Scenes of
-/// some hundred bodies need a hundredth of it.
+/// some hundred bodies need a hundredth of it. Not tuned: a limit that ordinary cases do not reach.
 const MAX_PAIRS: usize = 30_000_000;
 
 /// A polygon of a facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct PolygonId {
+    /// The facet.
     facet: u32,
     /// The index among the polygons of the facet.
     polygon: usize,
@@ -47,12 +49,15 @@ type Divisions = BTreeMap<[u32; 2], Vec<u32>>;
 
 /// The search for intersections.
 struct Intersections<'a> {
+    /// The complex whose surfaces are compared.
     complex: &'a mut PiecewiseLinearComplex,
-    /// The distance within which points are one, m.
+    /// The distance within which points are the same, m.
     near: f64,
+    /// The coordinates of the boxes in `search`.
     frame: Frame,
     /// The polygons in `search`, in its order.
     polygons: Vec<PolygonId>,
+    /// The tree of the boxes around all polygons.
     search: Search,
     /// Points by the cells of a grid.
     cells: HashMap<[i64; 3], Vec<u32>>,
@@ -60,14 +65,15 @@ struct Intersections<'a> {
     pairs: BTreeSet<[u32; 2]>,
     /// Working memory of `search`.
     stack: Vec<u32>,
-    /// Pairs compared so far.
+    /// The number of pairs compared so far.
     compared: usize,
 }
 
 /// Gives all surfaces the points and segments in which they meet.
 ///
 /// # Errors
-/// [`MeshError::Crossing`] if two conductors have a point in common, [`MeshError::Tangled`] if the search comes to no end.
+/// [`MeshError::Crossing`] if two conductors have a point in common, [`MeshError::Tangled`] if the search
+/// comes to no end.
 pub(super) fn resolve_intersections(complex: &mut PiecewiseLinearComplex) -> Result<(), MeshError> {
     let mut intersections = Intersections::new(complex);
     intersections.run()?;
@@ -96,18 +102,19 @@ fn between([a, b]: [Point; 2], s: f64) -> Point {
 
 /// Whether a point lies in a polygon or within `near` of its outline.
 fn in_or_near_polygon(polygon: &[[f64; 2]], q: [f64; 2], near: f64) -> bool {
-    let at = |p: [f64; 2]| [p[0], p[1], 0.0];
+    let in_space = |p: [f64; 2]| [p[0], p[1], 0.0];
     outline::contains(polygon, q)
         || (0..polygon.len()).any(|k| {
             let ends = [polygon[k], polygon[(k + 1) % polygon.len()]];
             let out = |a: usize| {
                 q[a] < ends[0][a].min(ends[1][a]) - near || q[a] > ends[0][a].max(ends[1][a]) + near
             };
-            !out(0) && !out(1) && nearest_on_segment(at(q), ends.map(at)).1 <= near
+            !out(0) && !out(1) && nearest_on_segment(in_space(q), ends.map(in_space)).1 <= near
         })
 }
 
 impl<'a> Intersections<'a> {
+    /// A search in which nothing has been compared yet.
     fn new(complex: &'a mut PiecewiseLinearComplex) -> Self {
         let shortest = complex
             .segments
@@ -165,6 +172,7 @@ impl<'a> Intersections<'a> {
         p.map(|x| (x / (4.0 * self.near)).floor() as i64)
     }
 
+    /// The positions of the ends of a segment, m.
     fn ends(&self, segment: [u32; 2]) -> [Point; 2] {
         segment.map(|p| self.complex.points[p as usize])
     }
@@ -179,7 +187,8 @@ impl<'a> Intersections<'a> {
         out
     }
 
-    fn on(&self, point: u32, facet: u32) -> bool {
+    /// Whether a point lies on a facet.
+    fn is_on(&self, point: u32, facet: u32) -> bool {
         self.complex.facets_of_point[point as usize].contains(&facet)
     }
 
@@ -192,7 +201,7 @@ impl<'a> Intersections<'a> {
     /// Records that a point lies on a facet, and moves it there exactly if the plane of the facet is normal
     /// to an axis.
     fn put_on_facet(&mut self, point: u32, facet: u32) {
-        if self.on(point, facet) {
+        if self.is_on(point, facet) {
             return;
         }
         for &other in &self.complex.facets_of_point[point as usize] {
@@ -204,15 +213,15 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// The point within `near` of `p`, else the nearest one of `around` within the distance `merge`, else a new one with this
-    /// element size. All in m.
+    /// The point within `near` of `p`, else the nearest one of `around` within the distance `merge`, else a
+    /// new one with this element size. All in m.
     fn point(&mut self, p: Point, around: &[u32], merge: f64, size: f64) -> u32 {
         let [i, j, k] = self.cell(p);
         let away = |this: &Self, q: u32| length(minus(this.complex.points[q as usize], p));
         for n in 0..27 {
             let cell = [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1];
-            let found = self.cells.get(&cell).into_iter().flatten();
-            if let Some(&q) = found.into_iter().find(|&&q| away(self, q) <= self.near) {
+            let in_cell = self.cells.get(&cell).into_iter().flatten();
+            if let Some(&q) = in_cell.into_iter().find(|&&q| away(self, q) <= self.near) {
                 return q;
             }
         }
@@ -233,6 +242,10 @@ impl<'a> Intersections<'a> {
         ends.iter().fold(f64::INFINITY, |s, &p| s.min(self.complex.sizes[p as usize]))
     }
 
+    /// Finds all intersections, round by round.
+    ///
+    /// # Errors
+    /// [`MeshError::TooMany`] and [`MeshError::Tangled`].
     fn run(&mut self) -> Result<(), MeshError> {
         self.join_coplanar_facets();
         self.pair_with_planes();
@@ -258,8 +271,8 @@ impl<'a> Intersections<'a> {
         Err(MeshError::Tangled { at })
     }
 
-    /// Pairs the planes with the other facets of the points that lie exactly on them: these points are on both already, and yet the line
-    /// between them may be none of the complex.
+    /// Pairs planes normal to an axis with the other facets of the points that lie exactly on them: these
+    /// points are on both already, but the line between the points may not be a segment yet.
     fn pair_with_planes(&mut self) {
         for facets in &self.complex.facets_of_point {
             for &plane in facets.iter().filter(|&&f| self.complex.facets[f as usize].plane.is_some()) {
@@ -295,7 +308,7 @@ impl<'a> Intersections<'a> {
             let at = self.complex.points[p as usize];
             for id in self.candidates(&[at]) {
                 let height = self.complex.facets[id.facet as usize].height(at);
-                if !self.on(p, id.facet) && height.abs() <= self.near && self.reaches(id, at) {
+                if !self.is_on(p, id.facet) && height.abs() <= self.near && self.reaches(id, at) {
                     self.put_on_facet(p, id.facet);
                 }
             }
@@ -311,7 +324,7 @@ impl<'a> Intersections<'a> {
             let ends = self.ends(segment);
             for id in self.candidates(&ends) {
                 let f = id.facet;
-                if segment.iter().any(|&p| self.on(p, f)) {
+                if segment.iter().any(|&p| self.is_on(p, f)) {
                     continue;
                 }
                 let facet = &self.complex.facets[f as usize];
@@ -357,18 +370,19 @@ impl<'a> Intersections<'a> {
         parts.iter().all(|part| part.is_some_and(|p| self.complex.parts[p as usize].ball))
     }
 
-    /// Adds the points at which segments meet others. Of these, only `segments` and `points` are new.
+    /// Adds the points at which segments meet one another. Only `segments` and `points` are new, so that only
+    /// these are compared with all segments.
     fn segments_on_segments(&mut self, points: &[u32], segments: &[[u32; 2]], divisions: &mut Divisions) {
         let known: Vec<[u32; 2]> = self.complex.segments.keys().copied().collect();
         let boxes = known.iter().map(|&s| self.frame.bounds(&padded(&self.ends(s), self.near))).collect();
         let search = Search::of(boxes);
         let near = |this: &mut Self, points: &[Point]| {
-            let mut found = Vec::new();
+            let mut candidates = Vec::new();
             let bounds = this.frame.bounds(&padded(points, this.near));
-            search.near(&bounds, &mut this.stack, |k| found.push(known[k as usize]));
-            this.compared += found.len();
-            found.sort_unstable();
-            found
+            search.near(&bounds, &mut this.stack, |k| candidates.push(known[k as usize]));
+            this.compared += candidates.len();
+            candidates.sort_unstable();
+            candidates
         };
         for &p in points {
             let at = self.complex.points[p as usize];
@@ -397,6 +411,7 @@ impl<'a> Intersections<'a> {
         true
     }
 
+    /// Divides a segment at a point, which is put on the facets of the segment.
     fn divide_at(&mut self, segment: [u32; 2], p: u32, divisions: &mut Divisions) {
         let facets = self.complex.segments.get(&segment).cloned().unwrap_or_default();
         facets.iter().for_each(|&f| self.put_on_facet(p, f));
@@ -464,7 +479,8 @@ impl<'a> Intersections<'a> {
         }
     }
 
-    /// Adds the segments along which facets cross, between the points that they have in common. Returns those that are new.
+    /// Adds the segments along which facets cross, between the points that they have in common. Returns those
+    /// that are new.
     fn add_common_lines(&mut self) -> Vec<[u32; 2]> {
         let of_facet = self.complex.points_of_facets();
         let mut lines = Vec::new();
@@ -472,19 +488,19 @@ impl<'a> Intersections<'a> {
             let (few, other) =
                 if of_facet[f as usize].len() <= of_facet[g as usize].len() { (f, g) } else { (g, f) };
             let mut common: Vec<u32> =
-                of_facet[few as usize].iter().copied().filter(|&p| self.on(p, other)).collect();
-            let at = |p: u32| self.complex.points[p as usize];
+                of_facet[few as usize].iter().copied().filter(|&p| self.is_on(p, other)).collect();
+            let point = |p: u32| self.complex.points[p as usize];
             let Some(&first) = common.first() else { continue };
             let far = |from: Point| {
-                let away = |p: &u32| length(minus(at(*p), from));
+                let away = |p: &u32| length(minus(point(*p), from));
                 common.iter().copied().max_by(|p, q| away(p).total_cmp(&away(q)))
             };
-            let Some(end) = far(at(first)) else { continue };
-            let direction = minus(at(end), at(first));
-            let place = |p: u32| dot(direction, minus(at(p), at(first)));
+            let Some(end) = far(point(first)) else { continue };
+            let direction = minus(point(end), point(first));
+            let place = |p: u32| dot(direction, minus(point(p), point(first)));
             common.sort_by(|&p, &q| place(p).total_cmp(&place(q)).then(p.cmp(&q)));
             for pair in common.windows(2) {
-                let middle = between([at(pair[0]), at(pair[1])], 0.5);
+                let middle = between([point(pair[0]), point(pair[1])], 0.5);
                 let covered = |f: u32| {
                     let facet = &self.complex.facets[f as usize];
                     let q = facet.project(middle);

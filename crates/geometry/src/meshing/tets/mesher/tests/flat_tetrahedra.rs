@@ -11,8 +11,8 @@ use crate::scene::{Body, Box3, Scene, Wall};
 use crate::shapes::{Shape, TriangleSurface};
 use std::f64::consts::PI;
 
-/// A torus of five sides, m, with the coordinates of a file with six digits: the two triangles of each flat side meet at an angle near
-/// 180 degrees that is as good as random.
+/// A torus of five sides, m, with the coordinates of a file with six digits: the two triangles of each flat
+/// side meet at an angle near 180 degrees that is as good as random.
 fn torus_from_a_file(around: u32, radius: f64) -> TriangleSurface {
     const SIDES: u32 = 5;
     let rounded = |x: f64| 1e-3 * ((x * 1e6).round() / 1e6);

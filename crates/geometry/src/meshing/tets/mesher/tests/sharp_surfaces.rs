@@ -8,8 +8,8 @@ use crate::shapes::{Shape, TriangleSurface};
 use elastocap_linalg::vector::{length, normal};
 use std::f64::consts::PI;
 
-/// A star of thin teeth between a point above its middle and one below: inner corners at `inner` of the outer radius, up to
-/// `warp` off the plane, so that no two triangles lie in one.
+/// A star of thin teeth between a point above its middle and one below: inner corners at `inner` of the outer
+/// radius, up to `warp` off the plane, so that no two triangles lie in one.
 fn star(teeth: u32, inner: f64, height: f64, warp: f64) -> TriangleSurface {
     let corner = |k: u32| {
         let (sin, cos) = (PI * f64::from(k) / f64::from(teeth)).sin_cos();
