@@ -91,9 +91,9 @@ const CHUNK: usize = 1024;
 /// Computes the fluxes of discrete potentials of order 1, 2 or 3.
 ///
 /// `permittivity` is relative, for the background and then each dielectric. `gradients` has for each state
-/// the gradients, V/m, of the potential in each tetrahedron, as nodal values of polynomials of degree `order
-/// - 1`: one value, or those at the four corners, or those followed by the middles of the edges 01, 02, 03,
-/// 12, 13, 23, tetrahedron after tetrahedron.
+/// the gradients, V/m, of the potential in each tetrahedron, as nodal values of polynomials of one degree
+/// less than `order`: one value, or those at the four corners, or those followed by the middles of the edges
+/// 01, 02, 03, 12, 13, 23, tetrahedron after tetrahedron.
 ///
 /// If `add_up` the gradients of all states add up to zero, and so do the fluxes: that of the last state
 /// follows from the others.
