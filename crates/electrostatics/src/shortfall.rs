@@ -26,6 +26,12 @@ pub enum Shortfall {
         /// Grids that were solved on.
         grids: usize,
     },
+    /// The number of meshes of tetrahedra is limited.
+    #[error("the error is still above the tolerance after {refinements} refinements")]
+    MaxRefinements {
+        /// Refinements of the first mesh.
+        refinements: usize,
+    },
     /// Rounding alone exceeds the tolerance.
     #[error(
         "rounding alone leaves an error of {error:.1e}: permittivities or the couplings of conductors are too unequal for double precision"
@@ -60,7 +66,7 @@ pub enum Shortfall {
         /// Memory of the finer grid, bytes.
         bytes: u64,
     },
-    /// A finer mesh of tetrahedra exceeds the memory limit, or the number of refinements is at its limit.
+    /// A finer mesh of tetrahedra exceeds the memory limit.
     #[error(
         "a finer mesh, of {tetrahedra} tetrahedra, would take about {}, more than the limit of {}",
         bytes_in_words(*bytes),

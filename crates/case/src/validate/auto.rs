@@ -8,11 +8,12 @@ use std::fmt;
 use std::ops::Range;
 
 use super::super::diagnostics::Diagnostic;
-use super::super::quantities::Size;
+use super::super::quantities::{Position, Size};
 use super::super::raw::{self, Document};
 use super::super::reader::{Log, Read};
 use super::super::values::Either;
 use super::given;
+use super::regions::axis_index;
 
 /// The ratio of length along x3 to width, and to the thickness of the layer, from which a body counts as
 /// long. docs/trust.md gives the error of plane strain at this length. Measured: `benches/model_errors.py`.
@@ -331,24 +332,30 @@ fn length_and_reach_of_pair(forms: &raw::Electrodes) -> Option<(Option<f64>, [f6
 /// of the layer, m.
 fn reach_of_bodies(raw: &Document) -> [f64; 2] {
     let mut reach = [0.0f64; 2];
-    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
-    for conductor in
-        conductors.filter(|conductor| matches!(given(&conductor.attached), Some(raw::Attached::Layer)))
-    {
-        let boxes = conductor.r#box.iter().chain(given(&conductor.boxes).into_iter().flatten());
-        for region in boxes.filter_map(Read::get) {
-            for corner in [&region.min, &region.max].into_iter().filter_map(Read::get) {
-                for (reach, axis) in reach.iter_mut().zip([0, 2]) {
-                    *reach = reach.max(corner[axis].get().map_or(0.0, |x| x.si.abs()));
-                }
-            }
+    let mut include = |axis: usize, position: &Read<Position>| {
+        if let (Some(place), Some(x)) = ([0, 2].iter().position(|plane| *plane == axis), position.get()) {
+            reach[place] = reach[place].max(x.si.abs());
         }
-        if let Some(sheet) = given(&conductor.sheet) {
-            for corner in [&sheet.min, &sheet.max].into_iter().filter_map(Read::get) {
-                for (reach, x) in reach.iter_mut().zip(corner) {
-                    *reach = reach.max(x.get().map_or(0.0, |x| x.si.abs()));
-                }
-            }
+    };
+    let is_in_layer = |attached| matches!(given(attached), Some(raw::Attached::Layer));
+    let conductors = given(&raw.conductor).into_iter().flatten().filter_map(Read::get);
+    let conductors: Vec<_> = conductors.filter(|conductor| is_in_layer(&conductor.attached)).collect();
+    let dielectrics = given(&raw.dielectric).into_iter().flatten().filter_map(Read::get);
+    let dielectrics = dielectrics.filter(|dielectric| is_in_layer(&dielectric.attached));
+    let single = conductors.iter().filter_map(|c| c.r#box.as_ref());
+    let several = conductors.iter().filter_map(|c| given(&c.boxes)).flatten();
+    let boxes = single.chain(several).chain(dielectrics.filter_map(|d| d.r#box.as_ref()));
+    for region in boxes.filter_map(Read::get) {
+        for corner in [&region.min, &region.max].into_iter().filter_map(Read::get) {
+            corner.iter().enumerate().for_each(|(axis, position)| include(axis, position));
+        }
+    }
+    for sheet in conductors.iter().filter_map(|c| given(&c.sheet)) {
+        let Some(normal) = sheet.normal.get().map(|axis| axis_index(*axis)) else { continue };
+        include(normal, &sheet.at);
+        for corner in [&sheet.min, &sheet.max].into_iter().filter_map(Read::get) {
+            let others = (0..3).filter(|axis| *axis != normal);
+            others.zip(corner).for_each(|(axis, position)| include(axis, position));
         }
     }
     reach

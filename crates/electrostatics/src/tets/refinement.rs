@@ -65,6 +65,9 @@ impl Refinement {
         error: f64,
     ) -> Result<Bisected, Shortfall> {
         let settings = task.settings;
+        if self.count >= MAX_REFINEMENTS {
+            return Err(Shortfall::MaxRefinements { refinements: self.count });
+        }
         // Graded bisection can make tetrahedra so thin that the fluxes lose more than the potentials gain.
         // From then on edges are halved.
         if error > self.spread {
@@ -93,7 +96,7 @@ impl Refinement {
         };
         let tetrahedra = finer.mesh.tets.len();
         let memory = memory_of(tetrahedra, &task.parities, settings);
-        if self.count >= MAX_REFINEMENTS || memory > settings.memory_limit {
+        if memory > settings.memory_limit {
             return Err(Shortfall::LargeMesh { tetrahedra, bytes: memory, limit: settings.memory_limit });
         }
         *self = Self { grading, count: self.count + 1, spread: error, forecast: Some(left * error) };
