@@ -164,7 +164,7 @@ struct MoveColumn {
     text: fn(&Pose) -> String,
 }
 
-/// The columns of shifts and tilts that are not zero at all steps.
+/// The columns of those shifts and tilts that are nonzero at one step or more.
 fn moves(outcome: &Outcome) -> Vec<MoveColumn> {
     let column = |name, value, text| MoveColumn { name, value, text };
     let mut columns = vec![

@@ -42,8 +42,8 @@ impl Diagnostic {
 
     /// Whether both errors have the same place in the file and the same words, apart from the names in them:
     /// one place, such as the pitch of an array, may be wrong for several bodies.
-    pub(super) fn is_that_of_another_part(&self, other: &Self) -> bool {
-        let is_same = |one: &str, other: &str| {
+    pub(super) fn is_same_but_for_names(&self, other: &Self) -> bool {
+        let is_same_text = |one: &str, other: &str| {
             // Names stand in quotes.
             one.split('"').step_by(2).eq(other.split('"').step_by(2))
         };
@@ -53,8 +53,8 @@ impl Diagnostic {
             && self.span == other.span
             && places(self) == places(other)
             && self.help == other.help
-            && is_same(&self.message, &other.message)
-            && is_same(&self.label, &other.label)
+            && is_same_text(&self.message, &other.message)
+            && is_same_text(&self.label, &other.label)
     }
 
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {

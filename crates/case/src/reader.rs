@@ -204,7 +204,7 @@ impl<'s> Log<'s> {
     /// Adds an error. An electrode form stands for many conductors, each of which may repeat a mistake; it is
     /// reported once.
     pub(super) fn push(&mut self, diagnostic: Diagnostic) {
-        if self.sole || self.diagnostics.iter().any(|known| known.is_that_of_another_part(&diagnostic)) {
+        if self.sole || self.diagnostics.iter().any(|known| known.is_same_but_for_names(&diagnostic)) {
             return;
         }
         if self.diagnostics.len() < KEPT { self.diagnostics.push(diagnostic) } else { self.unshown += 1 }

@@ -245,7 +245,8 @@ impl Model {
             let other = j.map_or("common", |j| self.terminals[j].identifier.as_str());
             format!("capacitance_{}_{other}", self.terminals[i].identifier)
         };
-        // Different pairs of names may be equal when joined, and so may a pair with the suffix of a bound.
+        // The joined names of different pairs may be equal, also once an ending such as `_lower` is added to
+        // one of them.
         let mut taken = BTreeSet::new();
         let mut distinct = |name: String| {
             let with_endings = |name: &str| {
@@ -287,7 +288,7 @@ impl Model {
     }
 }
 
-/// The steps from contact on, by their force, which must differ between them.
+/// The steps from contact on, in the order of their forces, which must differ.
 fn pressed_steps(document: &Document) -> Result<Vec<&Step>, ModelError> {
     let planned = document.plan.steps.iter().zip(&document.steps);
     let poses: Vec<_> =

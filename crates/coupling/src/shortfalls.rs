@@ -1,4 +1,5 @@
-//! Messages about steps with incomplete results, merged where several steps have the same one.
+//! Messages about steps with incomplete results or on another route than planned, merged where several steps
+//! have the same one.
 
 use crate::outcome::{Status, StepResult};
 use crate::route_change::RouteChange;

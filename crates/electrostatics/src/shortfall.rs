@@ -40,7 +40,7 @@ pub enum Shortfall {
         /// Relative error that rounding leaves.
         error: f64,
     },
-    /// The error that is left is not an error of the grid.
+    /// The error is the smallest that double precision allows, and above the tolerance.
     #[error("the error is {error:.1e}: double precision gives no more")]
     DoublePrecision {
         /// Relative error.

@@ -188,7 +188,7 @@ pub fn open_lock_file(path: &Path) -> io::Result<File> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(refused()) }
 }
 
-/// Adds flags by which neither links nor pipes are opened.
+/// Adds flags by which opening a link fails, and opening a pipe does not wait for its other end.
 fn without_links(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {

@@ -224,7 +224,8 @@ pub fn spline(points: &[[f64; 2]], closed: bool) -> Vec<Cubic> {
 fn slopes(rows: &[([f64; 2], [f64; 2])], closed: bool) -> Vec<[f64; 2]> {
     let n = rows.len();
     // The matrix of a closed spline has entries in two of its corners too. It is the sum of a tridiagonal
-    // matrix and a product of two vectors, and is inverted by the Sherman-Morrison formula.
+    // matrix and a product of two vectors, and is inverted by the Sherman-Morrison formula. The product has
+    // entries in all four corners, of which `top_left` may be chosen freely.
     let (top_right, bottom_left) = (rows[0].0[0], rows[n - 1].0[1]);
     let top_left = if closed { -2.0 } else { 0.0 };
     let (mut diagonal, mut x) = (vec![2.0; n], Vec::with_capacity(n));

@@ -47,7 +47,8 @@ pub fn cofactor(f: &Tensor) -> Tensor {
     ]
 }
 
-/// Adds `factor dG/dF` to a tangent: the derivative of the cofactor, `e_ikm e_jln F_mn`.
+/// Adds `factor dG/dF` to a tangent: the derivative of the cofactor, `e_ikm e_jln F_mn` with the permutation
+/// symbol `e`.
 #[inline]
 pub fn add_cofactor_slope(f: &Tensor, factor: f64, tangent: &mut [Tensor; 9]) {
     for i in 0..3 {
@@ -84,11 +85,11 @@ impl Measure {
         Self { degree: 2.0, value: f.iter().map(|x| x * x).sum(), slope: f.map(|x| 2.0 * x), curvature }
     }
 
-    /// `I2 = G:G = (I1^2 - tr C^2) / 2` with `C = F'F`, whose slope is `2 (I1 F - F C)`.
+    /// `I2 = G:G = (I1^2 - tr C^2) / 2` with `C = F^T F`. Its slope is `2 (I1 F - F C)`.
     pub(crate) fn second_invariant(f: &Tensor) -> Self {
         let first: f64 = f.iter().map(|x| x * x).sum();
         let sum = |term: &dyn Fn(usize) -> f64| term(0) + term(1) + term(2);
-        // C = F'F and B = FF'.
+        // C = F^T F and B = F F^T.
         let right: Tensor = std::array::from_fn(|a| sum(&|m| f[3 * m + a / 3] * f[3 * m + a % 3]));
         let left: Tensor = std::array::from_fn(|a| sum(&|m| f[3 * (a / 3) + m] * f[3 * (a % 3) + m]));
         let slope =

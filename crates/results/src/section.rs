@@ -33,7 +33,8 @@ pub(crate) const MOST_SECTIONS: usize = 2;
 /// A conductor or one of its parts: its name and its bounds.
 type Metal = (String, Box3);
 
-/// The conductors of a step with their bounds; those of curved conductors come from their surfaces.
+/// The conductors of a step with their bounds: from their surfaces if the step has any, without the grounded
+/// ones, otherwise from their shapes.
 fn metal(step: &StepResult) -> Vec<Metal> {
     let surfaces = (step.surfaces.iter())
         .filter(|body| matches!(body.role, BodyRole::Conductor | BodyRole::FloatingConductor));
@@ -67,38 +68,38 @@ pub(crate) fn of_slab(
     // The section shows the middle of the slab's last cell. If the slab lies across a mirror plane, its first
     // cell is the mirror image of that.
     let nodes = &grid.axes[axis];
-    let layer = nodes.len().checked_sub(2)?;
+    let last_cell = nodes.len().checked_sub(2)?;
     let t = 0.5;
     let counts = grid.axes.each_ref().map(Vec::len);
-    let place = |i: usize, j: usize, k: usize| {
+    let index = |i: usize, j: usize, k: usize| {
         let mut at = [0; 3];
         (at[p], at[q], at[plane.axis]) = (i, j, k);
         at
     };
     let potential = |i: usize, j: usize| {
         let value = |k: usize| {
-            let [a, b, c] = place(i, j, k);
+            let [a, b, c] = index(i, j, k);
             grid.potential[(a * counts[1] + b) * counts[2] + c]
         };
-        (1.0 - t) * value(layer) + t * value(layer + 1)
+        (1.0 - t) * value(last_cell) + t * value(last_cell + 1)
     };
     // A component of the field at a node, as the limit from one side.
     let field = |i: usize, j: usize, a: usize, above: usize| {
         let value = |k: usize| {
-            let [i, j, k] = place(i, j, k);
+            let [i, j, k] = index(i, j, k);
             grid.electric_field[(i * counts[1] + j) * counts[2] + k][above][a]
         };
-        (1.0 - t) * value(layer) + t * value(layer + 1)
+        (1.0 - t) * value(last_cell) + t * value(last_cell + 1)
     };
     // The position of a node of the plane; the plane of a bent grid is bent too.
     let position = |i: usize, j: usize| match &grid.bent {
         None => [grid.axes[p][i], grid.axes[q][j]],
         Some(bent) => {
             let value = |k: usize, a: usize| {
-                let [i, j, k] = place(i, j, k);
+                let [i, j, k] = index(i, j, k);
                 bent[(i * counts[1] + j) * counts[2] + k][a]
             };
-            [p, q].map(|a| (1.0 - t) * value(layer, a) + t * value(layer + 1, a))
+            [p, q].map(|a| (1.0 - t) * value(last_cell, a) + t * value(last_cell + 1, a))
         }
     };
     let (extent_p, extent_q) = (extent(&grid.axes[p]), extent(&grid.axes[q]));
@@ -109,7 +110,7 @@ pub(crate) fn of_slab(
     let mut cells = Vec::new();
     for i in 0..counts[p].saturating_sub(1) {
         for j in 0..counts[q].saturating_sub(1) {
-            let [a, b, c] = place(i, j, layer);
+            let [a, b, c] = index(i, j, last_cell);
             let body = grid.body_id[(a * (counts[1] - 1) + b) * (counts[2] - 1) + c];
             if metal_ids.contains(&body) {
                 continue;

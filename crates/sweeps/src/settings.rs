@@ -63,12 +63,12 @@ pub enum SettingError {
         /// The word instead of `log`.
         word: String,
     },
-    /// An end of a range is not a number.
+    /// An end of a range is not a number, or its unit is not known.
     #[error("the range `{range}`: {why}")]
     BadEnd {
         /// The range.
         range: String,
-        /// The error in the end.
+        /// The fault of that end.
         why: AmountError,
     },
     /// The ends of a range have units of different kinds.
@@ -131,8 +131,8 @@ fn listed(text: &str) -> Result<Vec<String>, SettingError> {
     Ok(values)
 }
 
-/// The values of `from..to:count` or `from..to:count:log`, in the unit of the first one, with the ends as
-/// written.
+/// The values of `from..to:count` or `from..to:count:log`, all in the unit of `from`. The first and the last
+/// one are the ends of the range without rounding.
 fn range(text: &str, from: &str, rest: &str) -> Result<Vec<String>, SettingError> {
     let owned = || text.to_owned();
     let mut rest = rest.split(':');

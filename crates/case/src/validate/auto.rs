@@ -64,7 +64,7 @@ fn presses_all_along(indenter: &Read<Either<raw::WholeTop, raw::SolidIndenter>>)
 }
 
 /// Checks that the lengths without a default are given: `width` where the force depends on it, and
-/// `half_length` where the layer ends.
+/// `half_length` where the layer has an end or is pressed on its whole top.
 fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut Log<'_>) -> bool {
     let lacks_width =
         auto.width.is_none() && auto.indenter.get().is_some() && presses_all_along(&auto.indenter);
@@ -78,9 +78,9 @@ fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut 
         );
     }
     let lacks_half_length = given(&raw.layer).is_some_and(|layer| layer.half_length.is_none());
-    let ends = auto.end.as_ref().filter(|end| !matches!(end.get(), Some(raw::LayerEnd::Far) | None));
-    let is_whole = matches!(auto.indenter.get(), Some(Either::First(raw::WholeTop::WholeTop)));
-    if lacks_half_length && is_whole && ends.is_none() {
+    let given_end = auto.end.as_ref().filter(|end| !matches!(end.get(), Some(raw::LayerEnd::Far) | None));
+    let presses_whole_top = matches!(auto.indenter.get(), Some(Either::First(raw::WholeTop::WholeTop)));
+    if lacks_half_length && presses_whole_top && given_end.is_none() {
         let layer = raw.layer.as_ref().map_or_else(|| span.clone(), |layer| layer.span.clone());
         log.push(
             Diagnostic::at(&layer, "[layer] lacks `half_length`")
@@ -91,15 +91,15 @@ fn has_lengths(raw: &Document, auto: &raw::Auto, span: &Range<usize>, log: &mut 
         );
         return false;
     }
-    let end = ends.filter(|_| lacks_half_length);
-    if let Some(end) = end {
+    let end_without_length = given_end.filter(|_| lacks_half_length);
+    if let Some(end) = end_without_length {
         log.push(
             Diagnostic::at(&end.span, "the layer has an end, and [layer] lacks `half_length`")
                 .label("nothing says where it ends")
                 .help("add for example `half_length = \"4 mm\"` to [layer], or leave `end` out: the layer then goes on"),
         );
     }
-    !lacks_width && end.is_none()
+    !lacks_width && end_without_length.is_none()
 }
 
 /// The reason why a scene is not solved in plane strain.

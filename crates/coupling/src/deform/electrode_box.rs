@@ -17,7 +17,7 @@ pub struct ElectrodeBox {
 pub(super) type Face = Vec<(f64, [f64; 3])>;
 
 impl ElectrodeBox {
-    /// The boxes of an electrode from its faces, the lower and the upper one of each axis.
+    /// The box of an electrode from its faces, the lower and the upper one of each axis.
     pub(super) fn new(faces: &[[Face; 2]; 3]) -> Self {
         let mean = |face: &Face, axis: usize| face.iter().map(|(w, x)| w * x[axis]).sum::<f64>();
         let most =
@@ -39,8 +39,8 @@ impl ElectrodeBox {
         }
     }
 
-    /// The boxes of the whole electrode, of which this is the half with `x3 > 0`.
-    pub(super) fn across(mut self) -> Self {
+    /// The box of the whole electrode, of which this is the half with `x3 > 0`.
+    pub(super) fn with_mirror_image(mut self) -> Self {
         self.mean[2][0] = -self.mean[2][1];
         self
     }
@@ -71,7 +71,7 @@ mod tests {
         let found = tilted(0.0);
         assert_eq!(found.mean, [[0.0, 2.0], [0.0, 1.0], [-1.0, 3.0]]);
         assert_eq!(found.deviation, 0.0);
-        assert_eq!(found.across().mean[2], [-3.0, 3.0]);
+        assert_eq!(found.with_mirror_image().mean[2], [-3.0, 3.0]);
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub struct FiniteElementRun {
     pub seconds: f64,
     /// The error of the mesh that exceeded the memory, if this ended the refinement.
     pub too_large: Option<ModelError>,
-    /// The solution for the result files; `None` without a model.
+    /// The solution for the result files; `None` where the run failed as a whole.
     pub solution: Option<Solution>,
 }
 
@@ -166,7 +166,7 @@ impl FiniteElementRun {
         Self { steps, coarser, meshes, seconds: 0.0, too_large: pressing.too_large.clone(), solution: None }
     }
 
-    /// Sets the surface of every reached step, as given by `skin`.
+    /// Sets the skin of every step whose load was reached, as given by `skin`.
     pub(super) fn clothe<S: Dimension>(
         &mut self,
         pressing: &Pressing<S>,
@@ -189,9 +189,9 @@ fn step<S: Dimension>(
     let found = &pressed.step;
     let top_displacement = found.compression * scale.thickness;
     let by_force = matches!(goal, Goal::Force(_));
-    let known = if by_force { found.compression } else { found.force };
+    let found_quantity = if by_force { found.compression } else { found.force };
     let unit = if by_force { 1.0 } else { scale.width };
-    let relative = |error: f64| if error == 0.0 { 0.0 } else { error / known.abs() };
+    let relative = |error: f64| if error == 0.0 { 0.0 } else { error / found_quantity.abs() };
     FiniteElementStep {
         compression: found.compression,
         top_displacement,

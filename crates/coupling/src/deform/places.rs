@@ -26,7 +26,7 @@ pub(super) struct LayerPlaces<'a, S: Dimension> {
     rods: Rods,
     /// The ends of the rods in the solved part.
     folded: Vec<Folded>,
-    /// The numbers before loading.
+    /// The [numbers](Self::numbers) before loading.
     at_rest: Vec<f64>,
 }
 
@@ -49,8 +49,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         places
     }
 
-    /// The means of displacements on which the numbers depend: of the lower and the upper face of each
-    /// electrode along each axis, and of the ends of the rods.
+    /// The means of displacements on which the [numbers](Self::numbers) depend: of the lower and the upper
+    /// face of each electrode along each axis, and of the ends of the rods.
     pub(super) fn means(&self, model: &LayerModel<S>) -> Vec<Mean> {
         let body = model.equations().body();
         let faces = (0..self.inclusions.len()).flat_map(|k| (0..S::AXES).map(move |axis| (k, axis)));
@@ -73,7 +73,8 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
         means
     }
 
-    /// The numbers, from these means in m.
+    /// The numbers on which capacitances depend, from these means in m: the gap of a pair and its area over
+    /// the gap, in m, and the mean stretches of the rods.
     pub(super) fn numbers(&self, means: &[f64]) -> Vec<f64> {
         let (of_faces, of_ends) = means.split_at(2 * S::AXES * self.inclusions.len());
         let end = |u: &[f64]| [u[0], u[1], u.get(2).copied().unwrap_or(0.0)];
@@ -181,7 +182,7 @@ impl<'a, S: Dimension> LayerPlaces<'a, S> {
                 false => [Face::new(), Face::new()],
             });
             if S::AXES == 3 {
-                return ElectrodeBox::new(&faces).across();
+                return ElectrodeBox::new(&faces).with_mirror_image();
             }
             // The displacement along x3 is zero.
             faces[2] = [-0.5, 0.5].map(|side| {

@@ -70,12 +70,12 @@ pub(super) fn solve(
     let width = case.electrodes.as_ref().map_or(0.0, |e| e.width);
     let bodies = |pressed: &Pressed| bodies(&problem, &layer_places, &pressing, pressed);
     let mut run = FiniteElementRun::new(&pressing, &goals, scale, bodies);
-    let pair = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
+    let is_side_by_side = case.electrodes.as_ref().is_some_and(|e| e.layout == Layout::InPlane);
     // Once a run is stopped no field is solved any more, and no step of it is drawn.
     if !(cancel.load(Ordering::Relaxed) && case.electrostatics.is_some()) {
         run.clothe(&pressing, |pressed, step| {
             let body = pressing.model_of(pressed).equations().body();
-            skin::of_plane(body, &pressed.state, &step.curves, pair, [model.width, width])
+            skin::of_plane(body, &pressed.state, &step.curves, is_side_by_side, [model.width, width])
         });
     }
     run.solution = Some(Solution::Plane(pressing));
@@ -179,11 +179,11 @@ fn inclusions(electrodes: &Electrodes, material: &HyperelasticLaw, whole: bool) 
         Layout::InPlane if !whole => &regions[1..],
         Layout::InPlane | Layout::Stacked => &regions[..],
     };
-    let axis = if whole { f64::NEG_INFINITY } else { 0.0 };
+    let left_end = if whole { f64::NEG_INFINITY } else { 0.0 };
     solved
         .iter()
         .map(|region| Inclusion {
-            min: [region.min[0].max(axis), region.min[1]],
+            min: [region.min[0].max(left_end), region.min[1]],
             max: [region.max[0], region.max[1]],
             rubber: Rubber::neo_hookean(modulus),
         })

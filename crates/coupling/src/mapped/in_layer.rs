@@ -5,7 +5,8 @@ use elastocap_geometry::scene::{Box3, Purpose};
 
 use crate::scene::in_layer::lowered;
 
-/// The extents of the bodies in the layer, for the map. Lengths in m, before loading.
+/// The extents of the bodies in the layer, for the map. Lengths in m: before loading along x1 and x3, and
+/// along x2 as high as in the boxes of the layer, see [`super::surface::Bent::scale`].
 #[derive(Debug, Clone)]
 pub(super) struct InLayer {
     /// The height of the highest face of a body below the surface.
@@ -22,8 +23,8 @@ pub(super) struct InLayer {
 
 impl InLayer {
     /// The bodies in the layer of a case and the `pair` of electrodes. The heights of the bodies are
-    /// multiplied by `scale`; those of the pair have to be already. Empty if the case has no such body
-    /// besides the pair.
+    /// multiplied by `scale`; those of the pair are already. Empty if the case has no such body besides
+    /// the pair.
     pub(super) fn of(case: &Case, scale: f64, pair: &[Box3]) -> Self {
         let bodies = case.bodies.iter().filter(|body| body.purpose == Purpose::InLayer);
         let regions: Vec<Box3> = bodies

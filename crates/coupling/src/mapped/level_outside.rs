@@ -9,9 +9,10 @@ use crate::layer_outlines::far_off;
 const PLACES: usize = 40;
 
 /// An estimate of the relative error of a capacitance for a surface that is level outside the map, where the
-/// true surface returns to the height `flat` only farther away: the largest of [`far_off`] for the height
-/// difference at sampled places, with their distances from the conductors, but at least one thickness.
-/// `image` is the map of the layer, and `surface` the height of the surface before it. All lengths in m.
+/// true surface returns to the height `flat` only farther away. It is the largest value of [`far_off`] for
+/// the height differences at sampled places. A place nearer to the conductors than one thickness counts as
+/// that far away. `image` is the map of the layer, and `surface` the height of the surface before the map.
+/// All lengths in m.
 pub(super) fn level_beyond(
     scene: &Scene,
     image: &dyn Fn([f64; 3]) -> [f64; 3],

@@ -11,9 +11,10 @@
 //! Under a plate over the whole top, the boxes of the layer are as high as the loaded layer, and the layer
 //! continues at this height outside the map.
 //!
-//! Beside the followed part of the surface the displacement falls to zero in open space. Towards walls,
-//! points keep their coordinates along x1 and x3, at the height of the layer there. Above the layer the
-//! displacement of the surface falls to zero.
+//! The map follows the surface from its first sharp bend to the last, and beyond them to where it is flat.
+//! Beside that part the displacement falls to zero in open space. Towards walls, points keep their
+//! coordinates along x1 and x3, at the height of the layer there. Above the layer the displacement of the
+//! surface falls to zero.
 
 use elastocap_electrostatics::MapAxis;
 use elastocap_geometry::scene::{Box3, Purpose, Scene, Wall};
@@ -52,10 +53,12 @@ const HIGHEST_AT_REST: f64 = 0.4;
 /// time and `geometry_error_estimate` of `elastocap run cases/comb-in-layer.toml`.
 const BESIDE: [f64; 3] = [0.12, 0.4, 1.0];
 
-/// The surface is followed up to where its displacement is within this share of the thickness, at a distance
-/// from the outermost corner between these limits, in thicknesses. Tuned: time and `geometry_error_estimate`
-/// of `elastocap run cases/comb-in-layer.toml`.
+/// Displacement along x2, as a share of the thickness, below which the surface is no longer followed. Tuned:
+/// time and `geometry_error_estimate` of `elastocap run cases/comb-in-layer.toml`.
 const FLAT: f64 = 2e-3;
+
+/// Least and largest distance from the outermost corner up to which the surface is followed, in thicknesses
+/// of the layer. Tuned: time and `geometry_error_estimate` of `elastocap run cases/comb-in-layer.toml`.
 pub(super) const FOLLOWED: [f64; 2] = [1.0, 5.0];
 
 /// Distances of walls that differ by less than this share of the thickness are equal. Not tuned: it only has
@@ -137,22 +140,23 @@ impl<'a> SurfaceMap<'a> {
                 let is_walled = scene.walls[a][side] != Wall::Open && walls[side].is_finite();
                 is_walled.then_some(walls[side])
             });
-            let is_same = match walls {
+            let has_equal_walls = match walls {
                 [Some(left), Some(right)] => (left - right).abs() < SAME * bent.thickness,
                 [left, right] => left == right,
             };
-            let is_half = k == 1 || bent.is_half;
-            mirrored[k] = is_half && is_same;
+            let is_symmetric = k == 1 || bent.is_half;
+            mirrored[k] = is_symmetric && has_equal_walls;
             for side in 0..2 {
                 let outward = if side == 0 { -1.0 } else { 1.0 };
-                let corners = || bent.corners[k].iter().map(|x| if is_half { x.abs() } else { outward * x });
+                let corners =
+                    || bent.corners[k].iter().map(|x| if is_symmetric { x.abs() } else { outward * x });
                 // Corners behind a wall are not part of the field.
                 let corners_inside = corners().filter(|x| walls[side].is_none_or(|wall| *x < wall));
                 let bodies = match mirrored[k] {
                     true => bent.bodies.reach(a, 0).max(bent.bodies.reach(a, 1)),
                     false => bent.bodies.reach(a, side),
                 };
-                let is_beyond = corners_inside.clone().count() < corners().count();
+                let has_corner_behind_wall = corners_inside.clone().count() < corners().count();
                 let corner = corners_inside.fold(bodies, f64::max);
                 let corner = if corner.is_finite() { corner } else { 0.0 };
                 let displacement_at = |beyond: f64| {
@@ -163,7 +167,7 @@ impl<'a> SurfaceMap<'a> {
                 let [least, most] = FOLLOWED.map(|d| d * surface);
                 let is_straight = k == 1 && bent.is_plane;
                 // A surface that stays flat under load does not return to its height at rest.
-                let beyond = if is_beyond {
+                let beyond = if has_corner_behind_wall {
                     f64::INFINITY
                 } else if is_straight || covers_all {
                     0.0
@@ -189,9 +193,9 @@ impl<'a> SurfaceMap<'a> {
             true => top.min(others.ceiling(&ends)),
             false => (surface + DECAY * surface).min(others.ceiling(&ends)),
         };
-        let room = bent.electrodes + AT_REST * surface;
+        let at_rest = bent.electrodes + AT_REST * surface;
         let rest = match bent.below {
-            Below::Blend if room <= HIGHEST_AT_REST * surface => room,
+            Below::Blend if at_rest <= HIGHEST_AT_REST * surface => at_rest,
             Below::Blend | Below::Material => 0.0,
         };
         Self { displacement, bent, above, rest, followed, ends, at_wall, mirrored, is_under_wall }
@@ -277,8 +281,8 @@ impl<'a> SurfaceMap<'a> {
         }
     }
 
-    /// The deformed height, m, at a place along x1 and x3, of the horizontal material plane through a point
-    /// from which the search starts.
+    /// The deformed height, m, at a place along x1 and x3, of the material plane that was at the height of
+    /// `material`. The search for the point of the plane that arrives there starts at `material`.
     fn height_at(&self, mut material: [f64; 3], place: [f64; 2]) -> f64 {
         let mut moved = self.moved(material);
         for _ in 0..SEARCH_STEPS {
@@ -301,7 +305,7 @@ impl<'a> SurfaceMap<'a> {
     /// The grid of the map's polynomials; breaks less than `tiny` (m) apart are merged.
     pub(super) fn axes(&self, tiny: f64) -> [MapAxis; 3] {
         let thickness = self.bent.thickness;
-        let pieces = |k: usize, is_half: bool| {
+        let pieces = |k: usize, is_symmetric: bool| {
             let [from, to] = self.followed[k];
             let mut places = self.bent.corners[k].clone();
             let sides = [-1.0, 1.0];
@@ -323,7 +327,7 @@ impl<'a> SurfaceMap<'a> {
             }
             let planes = &self.bent.bodies.planes[if k == 0 { 0 } else { 2 }];
             places.extend(planes.iter().filter(|x| from < **x && **x < to));
-            if is_half {
+            if is_symmetric {
                 places.extend(places.clone().iter().map(|x| -x));
             }
             places.retain(|x| self.ends[k][0] < *x && *x < self.ends[k][1]);

@@ -1,8 +1,8 @@
 //! Neutral dielectrics, which do not change the field because their surroundings have the same permittivity.
 //!
-//! Without neutral bodies of other shapes, a scene of boxes stays one for the box solver. Scenes that differ
-//! only in neutral bodies are equal, so that the change of the capacitance between them is exactly zero,
-//! which two solves could not show.
+//! They are left out of the scene. What is left may then be boxes alone, which the box solver takes, although
+//! neutral bodies have other shapes. Scenes that differ only in neutral bodies become equal, so that the
+//! change of the capacitance between them is exactly zero, which two solves could not show.
 
 use elastocap_case::{Case, Extent, Face, FieldIndenter};
 use elastocap_geometry::scene::{Body, Box3, Purpose, Role};
@@ -21,14 +21,14 @@ pub(crate) fn indenter_in_field(case: &Case) -> Option<FieldIndenter> {
     let Role::Dielectric { relative_permittivity } = indenter.role else { return Some(indenter) };
     let is_equal = |permittivity: f64| permittivity == relative_permittivity;
     let surroundings = case.surroundings.as_ref()?;
-    let cover_is = match &surroundings.extent {
+    let cover_is_equal = match &surroundings.extent {
         Extent::AroundLayer { above: Face::Medium { relative_permittivity: cover, .. }, .. } => {
             is_equal(*cover)
         }
         _ => false,
     };
     let is_neutral = is_equal(surroundings.relative_permittivity)
-        && cover_is
+        && cover_is_equal
         && case.bodies.iter().filter_map(permittivity).all(is_equal);
     (!is_neutral).then_some(indenter)
 }

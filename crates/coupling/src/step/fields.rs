@@ -79,8 +79,8 @@ impl Solver<'_> {
         let ExtrudedSolution { solution, turn, planes, field } =
             solve_extruded(scene, &self.settings.boxes())?;
         let (mesh, potentials) = field.unwrap_or_default();
-        let general = MeshSolution { mesh, potentials, solution };
-        Ok(Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 })
+        let found = MeshSolution { mesh, potentials, solution };
+        Ok(Solved { found, turn, planes, surfaces: Vec::new(), facets: 0.0 })
     }
 
     /// The solution that the solver for outlines `found`. `None` where it cannot take the scene, tetrahedra

@@ -317,10 +317,10 @@ impl Solver<'_> {
         field: &mut Option<StepField>,
         mut shortfalls: Shortfalls,
     ) -> Result<(), Stop> {
-        if self.settings.field && !solved.general.mesh.tets.is_empty() {
+        if self.settings.field && !solved.found.mesh.tets.is_empty() {
             *field = Some(StepField::Tetrahedra(shown(scene, &solved, self.settings.target)));
         }
-        let Solved { mut general, turn, facets, .. } = solved;
+        let Solved { mut found, turn, facets, .. } = solved;
         let facets = facets + polygons;
         result.row.geometry_error_estimate = Some(facets + ends + under_wall);
         let instead = if is_curved {
@@ -337,7 +337,7 @@ impl Solver<'_> {
         let asked = self.settings.relative_tolerance;
         // What is printed is half the distance between the bounds and this estimate.
         let bounds =
-            self.measured(&general.solution).map_or(0.5 * asked, |c| c.relative_error()).min(0.5 * asked);
+            self.measured(&found.solution).map_or(0.5 * asked, |c| c.relative_error()).min(0.5 * asked);
         if facets > 0.0 && bounds + facets > asked {
             shortfalls.add(Cause::Faces { instead, error: facets, together: bounds + facets, asked });
         }
@@ -345,8 +345,8 @@ impl Solver<'_> {
             shortfalls.add(Cause::SurfaceEnds { error: ends, asked });
         }
         self.note_under_wall(under_wall, &mut shortfalls);
-        result.floating = floating_of(scene, std::mem::take(&mut general.solution.floating));
-        self.note_solution(step, result, general.solution, shortfalls, asked)?;
+        result.floating = floating_of(scene, std::mem::take(&mut found.solution.floating));
+        self.note_solution(step, result, found.solution, shortfalls, asked)?;
         if let Some(report) = &mut result.solver {
             report.turned_degrees = turn.map(|turn| turn.degrees());
         }

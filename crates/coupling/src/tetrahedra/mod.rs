@@ -21,9 +21,9 @@ use elastocap_geometry::turn::Turn;
 use first_mesh::{FORECAST_EDGE_POINTS, First, Purpose, THIN_EDGE, first};
 use shown::surfaces_of;
 
-/// The relative faceting error of a capacitance, over the square of the ratio of face size to radius: for
-/// balls and cylinders whose facets preserve their volume, from the mean distance of a facet to the surface.
-/// Measured: `benches/peers/capacitance.py --only elastocap --scene two-spheres`.
+/// The relative faceting error of a capacitance, over the square of the ratio of face size to radius, for
+/// balls and cylinders whose facets preserve their volume: the error is due to the mean distance of a facet
+/// to the surface. Measured: `benches/peers/capacitance.py --only elastocap --scene two-spheres`.
 const FACETS: f64 = 0.05;
 
 /// The ratio of the unknowns of a mesh with fine edges to those expected from refinement of a coarse mesh.
@@ -39,7 +39,7 @@ type Planes = [Option<MirrorPlane>; 3];
 /// The solution of a scene.
 pub(crate) struct Solved {
     /// The solution and its mesh, of the part of the scene above the mirror planes.
-    pub(crate) general: MeshSolution,
+    pub(crate) found: MeshSolution,
     /// The rotation of the scene before the solve, if any: mesh and planes are those of the rotated scene.
     pub(crate) turn: Option<Turn>,
     /// For each axis, the mirror plane if only the half above it was solved.
@@ -100,11 +100,11 @@ fn solve_at(
     let permittivity = scene.permittivities();
     let potentials = scene.potentials();
     let shapes = MeshScene { permittivity: &permittivity, potentials: &potentials, planes: &planes };
-    let general = solve_mesh(mesh, shapes, &settings.tetrahedra()).map_err(|error| match error {
+    let found = solve_mesh(mesh, shapes, &settings.tetrahedra()).map_err(|error| match error {
         SolveError::Cancelled => Unsolved::Stop(Stop::Cancelled),
         error => Unsolved::Solver(error),
     })?;
-    Ok(Solved { general, turn: None, planes, surfaces, facets })
+    Ok(Solved { found, turn: None, planes, surfaces, facets })
 }
 
 /// An estimate of the relative faceting error of capacitances: for round bodies from the size of their faces
@@ -139,9 +139,9 @@ pub(crate) fn forecast(
     let First { mesh, planes, .. } = match first(scene, imported, settings, 1.0, Purpose::Forecast) {
         Ok(first) => first,
         Err(TetrahedraError::Mesh(MeshError::Cancelled)) => {
-            let sides =
+            let right_hand_sides =
                 scene.conductors().filter(|conductor| conductor.potential != Potential::Grounded).count();
-            return Ok(forecast_without_mesh(sides, &settings.tetrahedra()));
+            return Ok(forecast_without_mesh(right_hand_sides, &settings.tetrahedra()));
         }
         Err(error) => return Err(error),
     };
@@ -234,15 +234,15 @@ mod tests {
             let part = solve_shapes(&scene, None, &settings).unwrap();
             let without = FieldSettings { symmetry: false, ..settings };
             let whole = solve_shapes(&scene, None, &without).unwrap();
-            assert_eq!(part.general.solution.mirrored, [true; 3]);
-            assert_eq!(whole.general.solution.mirrored, [false; 3]);
-            let [a, b] = [&part, &whole].map(|s| s.general.solution.maxwell[0][0]);
+            assert_eq!(part.found.solution.mirrored, [true; 3]);
+            assert_eq!(whole.found.solution.mirrored, [false; 3]);
+            let [a, b] = [&part, &whole].map(|s| s.found.solution.maxwell[0][0]);
             assert!(a.lower <= b.upper && b.lower <= a.upper, "{a:?} {b:?}");
             let [a, b] = [&part, &whole].map(|s| shown(&scene, s, Target::Matrix));
             assert!((volume(&a) / volume(&b) - 1.0).abs() < 1e-9, "{} {}", volume(&a), volume(&b));
             let held = |body: &BodyMesh| body.arrays[0].values.iter().filter(|v| **v == 1.0).count();
             assert!(held(&a) > 8 && a.arrays[0].values.len() == a.points.len());
-            assert!(part.general.mesh.tets.len() * 4 < a.nodes.len());
+            assert!(part.found.mesh.tets.len() * 4 < a.nodes.len());
         }
     }
 
@@ -258,8 +258,8 @@ mod tests {
             whole_scene.walls = [[wall; 2]; 3];
             let settings = FieldSettings { relative_tolerance: 0.2, ..FieldSettings::default() };
             let solved = solve_shapes(&whole_scene, None, &settings).unwrap();
-            assert_eq!(solved.general.solution.mirrored, [true; 3]);
-            let MeshSolution { mesh, potentials, .. } = &solved.general;
+            assert_eq!(solved.found.solution.mirrored, [true; 3]);
+            let MeshSolution { mesh, potentials, .. } = &solved.found;
             let held = [1.0, 0.25, -0.5, 2.0];
             let (whole, values) = shown::on_whole(mesh, potentials, &held, &solved.planes);
             let mut faces = [0; 4];
@@ -290,10 +290,10 @@ mod tests {
             solve_extruded(&whole_scene, &settings.boxes()).unwrap();
         assert!(turn.is_some());
         let (mesh, potentials) = field.unwrap();
-        let general = MeshSolution { mesh, potentials, solution };
+        let found = MeshSolution { mesh, potentials, solution };
         let body = shown(
             &whole_scene,
-            &Solved { general, turn, planes, surfaces: Vec::new(), facets: 0.0 },
+            &Solved { found, turn, planes, surfaces: Vec::new(), facets: 0.0 },
             Target::Matrix,
         );
         let mut on = [0; 2];
@@ -321,7 +321,7 @@ mod tests {
         let settings = FieldSettings { relative_tolerance: 3e-2, ..FieldSettings::default() };
         let c = solve_shapes(&whole_scene, None, &settings).unwrap();
         // Image series: 4 pi eps0 a sinh(mu) sum of 1 / sinh((2n - 1) mu), cosh(mu) = 1.01.
-        let (found, known) = (c.general.solution.maxwell[0][0], 2.187_945_722_9e-12);
+        let (found, known) = (c.found.solution.maxwell[0][0], 2.187_945_722_9e-12);
         let slack = c.facets * known;
         assert!(found.lower - slack < known && known < found.upper + slack, "{found:?} {slack:e}");
         whole_scene.bodies[1] = ball("b", 0.02);

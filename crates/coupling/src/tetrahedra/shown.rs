@@ -42,7 +42,7 @@ pub(super) fn surfaces_of(scene: &Scene, mesh: &TetMesh, planes: &Planes) -> Vec
 /// The mesh and the field for a viewer within [`Scene::sensor`], including all mirror images: in the state of
 /// the target ([`Target::shown`]), with floating conductors at their potentials.
 pub(crate) fn shown(scene: &Scene, solved: &Solved, target: Target) -> BodyMesh {
-    let MeshSolution { mesh, potentials, solution } = &solved.general;
+    let MeshSolution { mesh, potentials, solution } = &solved.found;
     let driven: Vec<usize> = scene.driven().collect();
     let volts = target.shown(driven.len());
     let mut held = vec![0.0; scene.conductors().count()];

@@ -199,7 +199,7 @@ impl Layout {
         planes
     }
 
-    /// The number of the cut at a coordinate along the axis.
+    /// The number of the cut (see [`Column`]) at a coordinate along the axis.
     fn cut(&self, at: f64) -> usize {
         let distance = |k: &usize| (self.planes[*k].at - at).abs();
         let nearest = (0..self.planes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
@@ -248,8 +248,8 @@ impl Layout {
         Ok(column)
     }
 
-    /// The chain that holds the segment between two points of the plan, if any does; the segment lies either
-    /// wholly in that of a sheet or outside it.
+    /// The chain over the segment between two points of the plan; `None` if no sheet stands over it. No sheet
+    /// stands over a part of the segment alone.
     ///
     /// # Errors
     /// The numbers of two conductors that touch or overlap there.
@@ -488,8 +488,8 @@ impl Solid {
         (a.curve.is_none() && b.curve.is_none()).then_some([a.from, b.from])
     }
 
-    /// Whether the body is a sheet that stands over this segment of the plan; the segment lies either wholly
-    /// in that of the sheet or outside it.
+    /// Whether the body is a sheet that stands over this segment of the plan; it does not stand over a part
+    /// of the segment alone.
     fn stands_over(&self, ends: [[f64; 2]; 2]) -> bool {
         let Some([a, b]) = self.segment() else { return false };
         let along = [b[0] - a[0], b[1] - a[1]];

@@ -12,9 +12,9 @@ use super::verdict::fastest;
 use super::walk::{LEVELS, ORDERS, Trial, walk};
 use elastocap_coupling::failure::Stop;
 
-/// The approximate time of a stage over that of the solver's choice, with the search over grids and the
-/// repeats. Tuned: `elastocap accuracy cases/in-plane-pair.toml`.
-const WEIGHT: f64 = 40.0;
+/// The largest time of a stage, with the search over grids and the repeats, over that of the solver's choice.
+/// Tuned: `elastocap accuracy cases/in-plane-pair.toml`.
+const MOST: f64 = 40.0;
 /// The least useful time of a stage, over that of the solver's choice. Tuned:
 /// `elastocap accuracy cases/in-plane-pair.toml`.
 const LEAST: f64 = 6.0;
@@ -97,7 +97,7 @@ impl<'a> Engine<'a> {
                     let kind = Kind::of(stage.bounds);
                     self.runs.push(Run::missing(kind, Choice::Own, stage.tolerance, why));
                 }
-                None => self.carry_out(stage, share.min(WEIGHT * expected).max(SHORTEST)),
+                None => self.carry_out(stage, share.min(MOST * expected).max(SHORTEST)),
             }
         }
         self.finest();
@@ -137,7 +137,8 @@ impl<'a> Engine<'a> {
 
     /// The stage whose tolerance gives the grids of this stage the best distance to the outer boundary.
     ///
-    /// For a given grid that distance follows from the tolerance; the solver's choice adapts it as well.
+    /// For a given grid that distance follows from the tolerance; the solver's choice adapts the distance
+    /// together with the grid.
     fn best_room(&mut self, stage: &Stage, level: ResolutionLevel) -> Stage {
         let rooms = [10.0 * stage.tolerance, stage.tolerance, stage.tolerance / 10.0];
         let mut best: Option<(f64, Stage)> = None;
@@ -269,12 +270,12 @@ impl<'a> Engine<'a> {
         };
         let Some((level, seconds)) = finest.level.map(|level| (level, finest.seconds)) else { return };
         let Some(expected) = self.subject.expected_seconds(Some(level), tolerance, true) else { return };
-        let room = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
+        let available = (self.seconds - self.elapsed()).max(FOR_REFERENCE * self.seconds);
         for more in (1..=4).rev() {
             let level = ResolutionLevel { order: level.order + more, levels: level.levels + more };
             let tolerance = tolerance / [1.0, 10.0, 100.0, 1e3, 1e4][more];
             let longer = self.subject.expected_seconds(Some(level), tolerance, true).map(|f| f / expected);
-            if longer.is_some_and(|longer| 1.5 * longer * seconds <= room) {
+            if longer.is_some_and(|longer| 1.5 * longer * seconds <= available) {
                 self.solve(&Stage { tolerance, bounds: true }, Some(level));
                 return;
             }

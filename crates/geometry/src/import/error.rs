@@ -130,7 +130,7 @@ pub enum ImportProblem {
     /// Two parts of the surface that share a single point only.
     #[error("two parts of the surface meet in a single point, {0}; separate or join them")]
     Pinched(Place),
-    /// A closed part whose faces cannot all be turned the same way, such as a Moebius band.
+    /// A closed part whose faces cannot all be turned the same way, such as a Klein bottle.
     #[error(
         "the surface has only one side, {0}: its faces cannot all be turned the same way; model it as a solid"
     )]

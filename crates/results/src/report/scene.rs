@@ -15,8 +15,8 @@ const MOST_TRIANGLES: usize = 14_000;
 const MOST_OF_ALL: usize = 120_000;
 /// Bodies with fewer triangles than this are not simplified.
 const FEW: usize = 400;
-/// The largest coordinate: positions are whole numbers from 0 to this over the extent of a mesh.
-const STEPS: f64 = 65_535.0;
+/// The largest coordinate: positions in a mesh are whole numbers from 0 to this over its extent.
+const LARGEST_COORDINATE: f64 = 65_535.0;
 
 /// The scene in the form that the page takes: a description, and the numbers of the meshes as bytes.
 pub(super) struct SceneData {
@@ -74,7 +74,7 @@ struct Indexed {
     min: [f64; 3],
     /// The extent of the surface along each axis, m.
     size: [f64; 3],
-    /// The corners, from 0 to [`STEPS`] over the extent.
+    /// The corners, from 0 to [`LARGEST_COORDINATE`] over the extent.
     points: Vec<[u16; 3]>,
     /// The corners of each triangle by their positions in `points`.
     triangles: Vec<[u32; 3]>,
@@ -169,7 +169,7 @@ fn indexed(triangles: &[Corners], min: [f64; 3], size: [f64; 3], cell: Option<f6
         let on_lattice = [0, 1, 2].map(|a| {
             let share = if size[a] > 0.0 { (p[a] - min[a]) / size[a] } else { 0.0 };
             let share = counts[a].map_or(share, |count| (share * count).round() / count);
-            (share * STEPS).round() as u16
+            (share * LARGEST_COORDINATE).round() as u16
         });
         *numbers.entry(on_lattice).or_insert_with(|| {
             points.push(on_lattice);
@@ -208,7 +208,7 @@ mod tests {
     fn area(mesh: &Indexed) -> f64 {
         let place = |n: u32| {
             let p = mesh.points[n as usize];
-            [0, 2].map(|a| mesh.size[a] * f64::from(p[a]) / STEPS)
+            [0, 2].map(|a| mesh.size[a] * f64::from(p[a]) / LARGEST_COORDINATE)
         };
         let twice = |[a, b, c]: &[u32; 3]| {
             let [a, b, c] = [*a, *b, *c].map(place);

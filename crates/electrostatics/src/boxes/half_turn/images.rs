@@ -59,9 +59,9 @@ pub(crate) fn images(domain: &Domain, potentials: &[Vec<f64>]) -> Vec<Option<Ima
     (0..potentials.len()).map(image).collect()
 }
 
-/// The half turns and point reflections of a domain, each with the pairs of blocks of which it takes a part
-/// of the first to the second. A block may be in several pairs, since a conductor and its image may be cut
-/// into different blocks.
+/// The half turns and point reflections of a domain. With each come the pairs of blocks such that it takes a
+/// part of the first block to a part of the second. A block may be in several pairs, since a conductor and
+/// its image may be cut into different blocks.
 fn half_turns(domain: &Domain) -> Vec<(HalfTurn, BTreeSet<(usize, usize)>)> {
     let symmetric = domain.axes.each_ref().map(Axis::is_symmetric);
     let sets_of_axes = [[true, false, true], [true, true, false], [false, true, true], [true; 3]];

@@ -32,13 +32,15 @@
 //!
 //! Where the body is a dielectric, eps is the permittivity without it, and K that with it under the map.
 //!
-//! **Differences.** Let e be the error of u0 as a potential in space, H what a conductor sees of it
-//! ([`sight`]), and R the distance of the flux that is added to d0 from the gradient of what is added to u0.
-//! In open space the map bends nothing but coordinates, so that both u0 and d0 have images in the coordinates
-//! of the boxes. Consider the sum of both fluxes less the image of d0, and u less the image of u0. Their
-//! distance is the second term above and, in B, |d0 - eps grad u0| in the norm of K^-1 and once more without
-//! a map. For any function w that is zero on all conductors the products of grad u with K grad w, and of grad
-//! u0 with that of w in space, differ by at most R |w|. With e - H for w, and with u less the true potential,
+//! **Differences.** Let the body be a conductor, e the error of u0 as a potential in space, and H the
+//! function that is e on the body, zero on the electrodes and without sources elsewhere. X is the energy that
+//! the body sees of e ([`sight`]). In open space the map bends nothing but coordinates, so that both u0 and
+//! d0 have images in the coordinates of the boxes. Consider the sum of both fluxes less the image of d0, and
+//! u less the image of u0. Let R bound the distance of the former from K times the gradient of the latter: it
+//! is the sum of the second and the third term above and, in B, of |d0 - eps grad u0| in the norm of K^-1 and
+//! once more without a map. For any function w that is zero on all conductors the products of
+//! grad u with K grad w, and of grad u0 with that of w in space, differ by at most R |w|. With e - H for w,
+//! and with u less the true potential,
 //!
 //! | (U - C)^(1/2) - |e - H| | <= R,        |e - H|^2 = |e|^2 - X,
 //!

@@ -36,7 +36,7 @@ pub(super) struct Joint {
     dims: [Dims; 2],
     /// Functions of base and coarse grid (columns) in those of the common refinement (rows), by axis.
     embeddings: [[Mat<f64>; 3]; 2],
-    /// Rows of the common refinement that do not vanish on the block.
+    /// Functions of the common refinement that do not vanish on the block, by axis.
     window: Window,
     /// Mass and stiffness of each term and axis.
     terms: Vec<[[Mat<f64>; 2]; 3]>,
@@ -210,10 +210,10 @@ impl Between {
         let mut total: Vec<f64> = Vec::new();
         for [first, second, third] in &self.terms {
             let (by_mass, now) = along(2, &third[0], x, dims);
-            let (by_slope, _) = along(2, &third[1], x, dims);
+            let (by_stiffness, _) = along(2, &third[1], x, dims);
             let (mass_only, after) = along(1, &second[0], &by_mass, now);
             let (mut with_stiffness, _) = along(1, &second[1], &by_mass, now);
-            let (other, _) = along(1, &second[0], &by_slope, now);
+            let (other, _) = along(1, &second[0], &by_stiffness, now);
             axpy(&mut with_stiffness, 1.0, &other);
             for (matrix, from) in [(&first[1], &mass_only), (&first[0], &with_stiffness)] {
                 let (product, _) = along(0, matrix, from, after);

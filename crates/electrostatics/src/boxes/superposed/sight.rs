@@ -47,7 +47,8 @@ const CLEAR: f64 = 0.8;
 impl Sight {
     /// The sight of the body that follows the first `others` conductors of a scene, under a map and in a
     /// frame. In other scenes that body may be closer to everything else, by at most `nearer` (m). `None` if
-    /// there is no such body, if the map bends another one as well, or if a wall is insulated.
+    /// there is no such body or more than one, if it is not a single box, if the map bends another one as
+    /// well, if no ball around it is free of other things, or if a wall is insulated.
     pub(crate) fn of(
         scene: &Scene,
         map: &SceneMap,
@@ -116,8 +117,8 @@ impl Sight {
 /// is missing at edges from afar. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const WEIGHT: f64 = 40.0;
 
-/// Least distance of an element of the ball, over that of the farthest conductor. Tuned: time the runs of the
-/// balls in docs/change.md, section "Reach".
+/// Least distance of an element of the ball from the origin of the frame, over that of the farthest point of
+/// a conductor. Tuned: time the runs of the balls in docs/change.md, section "Reach".
 const BESIDE: f64 = 2.0;
 
 impl Sight {
@@ -127,8 +128,8 @@ impl Sight {
         self.middle.iter().map(|x| x * x).sum::<f64>().sqrt() - self.clear >= BESIDE * farthest
     }
 
-    /// The weight of the energy that an element of a grid misses. The conductors reach to `farthest` from the
-    /// origin of the frame.
+    /// The weight of the energy that element `e` of the axis `a` of a grid misses. The conductors reach to
+    /// `farthest` from the origin of the frame.
     pub(crate) fn weight(&self, a: usize, axis: &GradedAxis, e: usize, farthest: f64) -> f64 {
         let Element::Finite { start, length } = axis.line.element(e) else { return 1.0 };
         let (low, high) = (self.middle[a] - self.clear, self.middle[a] + self.clear);
@@ -201,8 +202,8 @@ mod tests {
     use elastocap_geometry::scene::Body;
     use elastocap_geometry::shapes::Shape;
 
-    /// A box of half a width of 0.5 at a height of 10 that a map makes a ball of a radius of 0.5 and lowers
-    /// by 0.25, over a slab and a box.
+    /// A box 1 wide at a height of 10 that a map makes a ball of radius 0.5 and lowers by 0.25, over a slab
+    /// and a box.
     fn scene() -> (Scene, SceneMap) {
         let cuboid = |min: [f64; 3], max: [f64; 3]| Shape::Box(Box3 { min, max });
         let bodies = vec![
@@ -264,7 +265,7 @@ mod tests {
         };
         assert!(has_sight(&|_| ()));
         assert!(!has_sight(&|scene| scene.walls[1][0] = Wall::Insulated));
-        // A slab that the map bends, and a second body behind the electrode.
+        // A slab that the map bends, a second conductor after the electrode, and none.
         assert!(!has_sight(&|scene| scene.bodies[1] = Body::dielectric(
             "slab",
             Shape::Box(Box3 { min: [-1.0, 0.0, -1.0], max: [1.0, 8.5, 1.0] }),

@@ -1,4 +1,4 @@
-//! Electrodes as soft as the layer, up to rigid.
+//! Electrodes from almost liquid to rigid.
 
 use super::super::Entry;
 use super::super::claim::{Claim, Truth, known, row, terminals};

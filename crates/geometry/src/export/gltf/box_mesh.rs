@@ -1,4 +1,5 @@
-//! Meshes of bodies that are boxes or sheets: faces, normals, and one morph target for each load step.
+//! Meshes of bodies that are boxes or sheets: faces, normals, and a morph target for each load step
+//! but the first.
 
 use gltf_json as json;
 use json::Index;

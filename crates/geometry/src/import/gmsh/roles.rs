@@ -44,8 +44,8 @@ impl VolumeMesh {
         self.check_open_faces(&sorted.open, center)?;
         let SortedFaces { mut roles, open, field, .. } = sorted;
         let permittivities = scene.permittivities();
-        let region_behind = |o: &OpenFace| region_of[self.tet_groups[o.tet] as usize] as usize;
-        let met = open.iter().map(|o| permittivities[region_behind(o)]);
+        let region_inside = |o: &OpenFace| region_of[self.tet_groups[o.tet] as usize] as usize;
+        let met = open.iter().map(|o| permittivities[region_inside(o)]);
         let background = scene.background_permittivity;
         let permittivity = met.fold([background; 2], |[low, high], e| [low.min(e), high.max(e)]);
         roles.extend(open.iter().map(|o| (o.face, FaceRole::Open { permittivity })));
@@ -88,8 +88,8 @@ impl VolumeMesh {
         Ok(region_of)
     }
 
-    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra with a field.
-    /// `touched` is the conductor that each point belongs to.
+    /// Sorts the faces of all tetrahedra: on conductors, on walls, and between two tetrahedra outside
+    /// conductors. `touched` is the conductor that each point belongs to.
     fn sorted_faces(
         &self,
         scene: &Scene,
@@ -167,7 +167,8 @@ impl VolumeMesh {
     fn check_open_faces(&self, open: &[OpenFace], center: [f64; 3]) -> Result<(), ImportProblem> {
         for o in open {
             let [a, b, c] = o.outward.map(|p| self.points[p as usize]);
-            // The centre is behind the face, which turns anticlockwise as seen from outside.
+            // Positive if the centre is on the inner side of the face, whose corners run anticlockwise as
+            // seen from outside.
             if determinant(center, a, b, c) <= 0.0 {
                 return Err(ImportProblem::OuterFace {
                     what: "an open outer face does not see the middle of the conductors",
@@ -260,8 +261,8 @@ impl VolumeMesh {
     }
 
     /// Refuses a conductor on an outer surface that also has open faces. The space beyond that conductor
-    /// would be neither in a cell nor behind an open face, so its field would be missing. Skins of hollows,
-    /// and a shell around everything, are outer surfaces without open faces.
+    /// would be neither in a tetrahedron nor beyond an open face, so its field would be missing. Skins of
+    /// hollows, and a shell around everything, are outer surfaces without open faces.
     fn check_open_ends(
         &self,
         conductors: &[Conductor<'_>],
@@ -326,7 +327,7 @@ impl VolumeMesh {
     }
 }
 
-/// The faces of a mesh, sorted by the space behind them.
+/// The faces of a mesh, sorted by what they lie on, and what they tell of where there is a field.
 struct SortedFaces {
     /// The roles of the faces on conductors and grounded walls; the corners of each face are ascending.
     roles: BTreeMap<[u32; 3], FaceRole>,
@@ -344,7 +345,7 @@ struct OpenFace {
     face: [u32; 3],
     /// Corners, anticlockwise as seen from outside.
     outward: [u32; 3],
-    /// The tetrahedron behind the face.
+    /// The tetrahedron that the face belongs to.
     tet: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Sides of outlines, straight or round, divided where they cross.
+//! Sides of outlines, straight, circular or cubic, divided where they cross.
 
 use super::circle::Circle;
 use super::circles::{DividedCircle, NEARBY, SAME, Segment, Span, apart, circles_of};
@@ -18,12 +18,12 @@ pub(super) struct Divided {
 }
 
 /// The circles, and all sides of outlines and chords of circles in the frame, divided where they cross, and
-/// the cubics divided where straight sides cross them. `whole` is the `frame` as an outline, and `arcs` the
-/// number of arcs of a whole circle that nothing crosses. `None` where circles touch, or cross the frame
-/// between their points, and where cubics meet other curves.
+/// the cubics divided where straight sides cross them. `frame_outline` is the `frame` as an outline, and
+/// `arcs` the number of arcs of a whole circle that nothing crosses. `None` where circles touch, where a
+/// cubic crosses the frame between the points that divide it, and where cubics meet other curves.
 pub(super) fn divided(
     outlines: &[Outline],
-    whole: &Outline,
+    frame_outline: &Outline,
     frame: [[f64; 2]; 2],
     arcs: usize,
 ) -> Option<Divided> {
@@ -34,7 +34,7 @@ pub(super) fn divided(
         sides.extend(clipped(if a <= b { [a, b] } else { [b, a] }, frame));
     };
     let mut followed: Vec<(Circle, Span)> = Vec::new();
-    for outline in std::iter::once(whole).chain(outlines) {
+    for outline in std::iter::once(frame_outline).chain(outlines) {
         if let Outline::Circle(circle) = outline {
             followed.push((*circle, Span::WHOLE));
         }

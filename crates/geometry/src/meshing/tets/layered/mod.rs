@@ -173,7 +173,7 @@ struct Body {
     ends: [f64; 2],
 }
 
-/// The box in which the mesh ends, and the point where the rays to infinity start, m.
+/// The box that the mesh fills, and the point where the rays to infinity start, m.
 fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let open = |a: usize| scene.walls[a].map(|w| w == Wall::Open);
     if (0..3).any(|a| open(a) == [false; 2]) && (0..3).any(|a| open(a) != [false; 2]) {
@@ -182,17 +182,17 @@ fn frame(scene: &Scene, reach: f64) -> Result<(Box3, [f64; 3]), LayeredError> {
     let mut center = [0.0; 3];
     let mut size = 0.0_f64;
     for a in 0..3 {
-        let held = scene.conductor_parts().filter_map(|(_, part)| ends(part, a));
-        let held =
-            held.fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
+        let of_conductors = scene.conductor_parts().filter_map(|(_, part)| ends(part, a));
+        let conductors = of_conductors
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |all, e| [all[0].min(e[0]), all[1].max(e[1])]);
         // Rays that start on the only wall stay on its inner side.
         center[a] = match open(a) {
             [false, true] => scene.domain.min[a],
             [true, false] => scene.domain.max[a],
-            _ => 0.5 * (held[0] + held[1]),
+            _ => 0.5 * (conductors[0] + conductors[1]),
         };
-        let filled = scene.dielectric_parts().filter_map(|(_, part)| ends(part, a));
-        let bounds = held.into_iter().chain(filled.flatten());
+        let dielectrics = scene.dielectric_parts().filter_map(|(_, part)| ends(part, a));
+        let bounds = conductors.into_iter().chain(dielectrics.flatten());
         size = bounds.filter(|b| b.is_finite()).fold(size, |size, b| size.max((b - center[a]).abs()));
     }
     let mut frame = scene.domain;
@@ -295,8 +295,8 @@ fn mesh(scene: &Scene, sizing: &LayeredSizing, axis: usize) -> Result<TetMesh, L
         let [min, max] = bounds(&corners);
         let size = (max[0] - min[0]).max(max[1] - min[1]);
         let mut outline = None;
-        // A box that lies wholly beyond a wall has no outline left.
         let ends = ends(shape, axis).unwrap_or_default();
+        // A box that lies wholly beyond a wall has no outline left.
         let outside = (0..2).any(|k| min[k] >= rectangle[1][k] || max[k] <= rectangle[0][k]);
         let cut_off = outside && matches!(shape, Shape::Box(_));
         if !corners.is_empty() && !cut_off {

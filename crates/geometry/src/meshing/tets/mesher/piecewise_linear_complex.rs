@@ -233,8 +233,8 @@ impl PiecewiseLinearComplex {
         }
     }
 
-    /// Adds a polygon to a facet and returns its index there. Its corners need not be points of the complex;
-    /// they are rotated so that the first three span its plane best.
+    /// Adds a polygon to a facet and returns its index there. Its corners need not be points of the complex.
+    /// They are listed from that corner on with which the first three span its plane best.
     pub(super) fn add_polygon(&mut self, facet: u32, corners: &[Point], part: Option<u32>) -> usize {
         let facet = &mut self.facets[facet as usize];
         let mut polygon: Vec<[f64; 2]> = corners.iter().map(|&p| facet.project(p)).collect();
