@@ -99,7 +99,7 @@ pub(crate) const FILES: [OutputFile; 17] = [
     file(FileName::One(REPORT), FileGroup::Report, Some(REPORT), always,
         "all of this as one page for a browser, with charts, a 3D view and the case file"),
     file(FileName::One("scene.glb"), FileGroup::Scene, Some("scene.glb"), always,
-        "bodies, indenter and a scale bar for any glTF viewer, the load steps as an animation"),
+        "bodies and indenter for any glTF viewer, the load steps as an animation"),
     file(FileName::One("mechanics.csv"), FileGroup::Mechanics, Some("mechanics.csv"), has_finite_elements,
         "for finite-element layers, the force and its error on each mesh"),
     file(LAYER, FileGroup::Layer, Some("layer_NNN.vtu and profile_NNN.csv for each step"), has_finite_elements,
