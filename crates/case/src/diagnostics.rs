@@ -9,9 +9,9 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 /// The largest number of errors with their text; further ones are only counted.
 pub(super) const KEPT: usize = 10;
 
-/// The length of a line before or after an error, bytes, from which on only a part of it is shown.
+/// A line is shown in part if more than so many bytes of it lie before or after an error.
 const LONG_LINE: usize = 4_000;
-/// The length of that part, bytes.
+/// The bytes before and after an error that are shown of such a line.
 const SHOWN_OF_LINE: usize = 80;
 
 /// One error in a case file.
@@ -163,7 +163,7 @@ impl CaseError {
         let last = spans().map(|s| s.end).max().unwrap_or(0);
         let from = text[..first].rfind('\n').map_or(0, |k| k + 1);
         let to = text[last..].find('\n').map_or(text.len(), |k| last + k);
-        // Of a very long line only the neighbourhood is shown, which also saves time.
+        // A very long line is shown only around the error, which also saves time.
         let from = if first - from > LONG_LINE { boundary(text, first - SHOWN_OF_LINE) } else { from };
         let to = if to - last > LONG_LINE { boundary(text, last + SHOWN_OF_LINE) } else { to };
         let local = |span: &Range<usize>| {

@@ -535,7 +535,7 @@ pub struct Solid {
 /// The boundary condition at the layer's sides along x3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerSide {
-    /// The same condition as at the end.
+    /// Free of traction; if the end is [`LayerEnd::FreeOnSubstrate`], the sides rest on the substrate, too.
     Free,
     /// Mirror symmetry: no motion along x3, as if the layer continued.
     Symmetric,

@@ -158,7 +158,7 @@ impl Elimination {
             let joined = columns + sizes[b + 1];
             let stored = joined * (joined + height(b + 1));
             let needed = exact + sizes[b + 1] * (sizes[b + 1] + height(b + 1));
-            // Of the square on the diagonal only one half is needed.
+            // Only one half of the square on the diagonal is needed.
             let zeros = stored.saturating_sub(needed) as f64 - 0.5 * (joined * joined) as f64;
             if !joins || (zeros > FILL * stored as f64 && joined > 12) {
                 starts.push(b + 1);

@@ -121,7 +121,7 @@ fn edge(profile: &Profile, surface: &Surface<'_>, sign: f64) -> Option<Edge> {
         .filter(|x| *x > 0.0 && *x <= end)
         .collect();
     marks.sort_by(f64::total_cmp);
-    // Of two marks that nearly coincide the outer one is kept.
+    // If two marks nearly coincide, the outer one is kept.
     let closest = 2.0 * step;
     let pairs = marks.iter().zip(marks.iter().skip(1).chain([&f64::INFINITY]));
     let marks = pairs.filter(|(x, next)| *next - *x > closest).map(|(x, _)| *x).collect();

@@ -43,7 +43,7 @@ pub(crate) fn is_compared(case: &Case, options: &Options) -> bool {
     options.model_error && matches!(case.mechanics, Some(Mechanics::ClosedForm { .. }))
 }
 
-/// Adds the time and the memory of the comparison with plane strain to a plan; its fields are forecast by
+/// Adds the time and the memory of the comparison with plane strain to the forecast of a plan, after
 /// [`Plan::forecast`].
 pub fn add_forecast(case: &Case, options: &Options, plan: &mut Plan) {
     if !is_compared(case, options) {

@@ -25,8 +25,8 @@ pub enum Element {
 /// For each node of a quadrilateral in VTK's order (corners, middles of edges, of the element), its number in
 /// the order of [`Element`].
 const QUADRILATERAL: [usize; 9] = [0, 2, 8, 6, 1, 5, 7, 3, 4];
-/// The same for a hexahedron, whose nodes in VTK's order are corners, middles of edges, of faces and of the
-/// element.
+/// For each node of a hexahedron in VTK's order (corners, middles of edges, of faces, of the element), its
+/// number in the order of [`Element`].
 const HEXAHEDRON: [usize; 27] =
     [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15, 12, 14, 10, 16, 4, 22, 13];
 
